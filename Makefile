@@ -1,0 +1,35 @@
+# make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
+# make test   lint, types and tests
+# make setup  what both need: system packages, .venv, the package; done once
+# make bench  performance, side by side with a reference, in one run
+
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: setup demo test bench clean
+setup: .venv/.complete
+
+.venv/.complete: pyproject.toml setup.sh
+	@PYTHON="$(PYTHON)" sh setup.sh
+	@touch $@
+
+demo: setup
+	@echo "The paper's device: load swept through its time-constant ratio mu = 1/(R Cp w0)."
+	$(BIN)/harvester sweep examples/paper_figure3.toml --vary nondimensional.mu=0.01:10:13 --out out/paper
+	@echo "A published plate with a stop: load resistance from 1 kohm to 10 Mohm."
+	$(BIN)/harvester sweep examples/plate_with_stop.toml --vary load.resistance=1k:10M:13 --out out/plate_with_stop
+	@echo "Plots: out/paper/sweep.png (the published formula is up to four times too high)"
+	@echo "       out/plate_with_stop/sweep.png"
+
+test: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest
+
+bench: setup
+	$(BIN)/python benchmarks/lockstep.py
+	$(BIN)/python benchmarks/ensemble.py
+
+clean:
+	rm -rf .venv out

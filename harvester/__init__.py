@@ -1,0 +1,33 @@
+"""Circuit-level co-simulation of vibro-impact piezoelectric energy harvesters."""
+
+from harvester.engines import Ensemble, Published, Spice
+from harvester.estimate import Estimate, Value
+from harvester.scene import (
+    Excitation,
+    Load,
+    Nondimensional,
+    Oscillator,
+    Piezo,
+    Scene,
+    Stop,
+    load,
+    loads,
+)
+
+__all__ = [
+    "Ensemble",
+    "Estimate",
+    "Excitation",
+    "Load",
+    "Nondimensional",
+    "Oscillator",
+    "Piezo",
+    "Published",
+    "Scene",
+    "Spice",
+    "Stop",
+    "Value",
+    "load",
+    "loads",
+]
+__version__ = "0.1.0"

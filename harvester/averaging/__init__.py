@@ -1,0 +1,1 @@
+"""Stochastic averaging: pure Python on NumPy and SciPy; neither numba nor PySpice."""

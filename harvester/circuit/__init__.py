@@ -1,0 +1,1 @@
+"""The electrical side in ngspice, in lock-step with the mass."""

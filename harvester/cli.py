@@ -1,0 +1,244 @@
+"""The command line: thin commands over the library; errors in one line, exit status 0, 2 or 3."""
+
+import json
+import os
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from harvester.errors import HarvesterError, unknown
+
+if TYPE_CHECKING:
+    from harvester.engines import Engine
+    from harvester.scene import Scene
+
+ENGINE_NAMES = ("published", "ensemble", "spice")
+
+
+class _Fraction(click.ParamType[float]):
+    """1% or .01."""
+
+    name = "percent"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, float):
+            return value
+        match = re.fullmatch(r"\s*([0-9.]+(?:e-?\d{1,2})?)\s*(%?)\s*", str(value))
+        try:
+            fraction = float(match[1]) * (0.01 if match[2] else 1.0) if match else 0.0
+        except ValueError:
+            fraction = 0.0
+        if not 0.0 < fraction < 1.0:
+            self.fail(f"{value!r} must be a percentage between 0% and 100%, such as 1%.", param, ctx)
+        return fraction
+
+
+class _Seconds(click.ParamType[float]):
+    """30s, 2min, 1h or a number of seconds."""
+
+    name = "seconds"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, float):
+            return value
+        match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", str(value))
+        if match is None or float(match[1]) == 0.0:
+            self.fail(f"{value!r} must be a time above 0, such as 30s or 2min.", param, ctx)
+        return float(match[1]) * {"s": 1.0, "min": 60.0, "h": 3600.0}[match[2] or "s"]
+
+
+def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of the engines that sample."""
+    for option in (
+        click.option("--dt", type=float, help="Step: seconds (nondimensional scene: 1/w0).  Default: from the scene."),
+        click.option("--trajectories", type=int, help="Independent trajectories.  Default: 4096 (spice: 16)."),
+        click.option("--duration", type=float, help="Time of a trajectory after its burn-in, in the unit of --dt."),
+        click.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
+        click.option("--budget", type=_Seconds(), help="Time after which no further round begins, such as 30s."),
+        click.option("--within", type=_Fraction(), help="95 % error to reach in the mean power, such as 1%."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="harvester")
+def cli() -> None:
+    r"""How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
+
+    SCENE is a TOML file: examples/plate_with_stop.toml is one.
+
+    \b
+      harvester run examples/plate_with_stop.toml --engine ensemble
+      harvester sweep examples/plate.toml --vary load.resistance=1k:10M:13 --out sweep
+    """
+
+
+@cli.command()
+@click.argument("scene")
+@click.option("--engine", help="published, ensemble or spice.  Default: ensemble, or spice for a netlist.")
+@_sampling
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
+    """Mean square voltage and mean power of one SCENE by one engine."""
+    given = _load(scene)
+    if engine is None:
+        engine = "spice" if given.load is not None and given.load.netlist is not None else "ensemble"
+    chosen = _engine(engine, options)
+    with _bar(1000, chosen.NAME) as bar:
+        answer = chosen.run(given, lambda fraction: bar.update(int(1000 * fraction) - bar.n))
+    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+
+
+@cli.command()
+@click.argument("scene")
+@click.option("--vary", "varied", multiple=True, required=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable.")
+@click.option("--engine", "engines", multiple=True, help="Repeatable.  Default: published, ensemble and spice.")
+@_sampling
+@click.option("--out", required=True, help="Folder for sweep.csv, sweep.png and provenance.json.")
+@click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
+def sweep(
+    scene: str, varied: tuple[str, ...], engines: tuple[str, ...], out: str, resume: bool, **options: Any
+) -> None:
+    """Mean power over a range of one or several scene keys, by one or several engines."""
+    from harvester import sweep as sweeps
+
+    given = _load(scene)
+    axes = [sweeps.axis(text) for text in varied]
+    chosen = [_engine(name, options) for name in engines or ENGINE_NAMES]
+    points = len(chosen)
+    for a in axes:
+        points *= len(a.values)
+    with _bar(points, "sweep") as bar:
+
+        def tick(engine: str) -> None:
+            bar.set_postfix_str(engine, refresh=False)
+            bar.update()
+
+        table = sweeps.sweep(given, axes, chosen, out, resume, tick)
+    click.echo(_grid(table.rows, given.physical))
+    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.png, provenance.json")
+
+
+@cli.command()
+@click.argument("scene")
+@_sampling
+@click.option("--out", help="Folder for compare.png: the engines, and V of one path with and without the stop.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
+    """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
+    from harvester import compare as comparing
+    from harvester import files
+
+    given = _load(scene)
+    folder = files.folder(out or ".")
+    result = comparing.compare(given, **options)
+    from harvester import figures
+
+    files.write(folder / "compare.png", figures.comparison(result, given.title))
+    if as_json:
+        click.echo(json.dumps(result.as_json(), allow_nan=False))
+        return
+    for estimate in result.estimates:
+        click.echo(str(estimate))
+    click.echo(f"against {result.reference.engine}:")
+    for estimate in result.estimates:
+        if estimate is not result.reference:
+            ratio, z = result.ratio(estimate), result.z(estimate)
+            told = "" if ratio is None else f"power times {ratio:.4g}"
+            click.echo(f"  {estimate.engine:<10} {told}" + ("" if z is None else f", z = {z:.2f}"))
+    for path in result.paths:
+        click.echo(
+            f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
+            f"decoupled against ngspice {path.decoupled_error:.2g}"
+        )
+    for name, why in result.refused.items():
+        click.echo(f"{name} did not run: {why}")
+    click.echo(f"written: {folder / 'compare.png'}")
+
+
+@cli.command()
+def doctor() -> None:
+    """What is installed, what is missing, and how to get it."""
+    from harvester.doctor import examine
+
+    for line in examine():
+        click.echo(line)
+
+
+def _load(path: str) -> "Scene":
+    from harvester.scene import load
+
+    return load(path)
+
+
+def _engine(name: str, options: dict[str, Any]) -> "Engine":
+    from harvester.engines import ENGINES, Published
+
+    if name not in ENGINES:
+        raise unknown("engine", name, ENGINES)
+    engine = ENGINES[name]
+    return engine() if engine is Published else engine(**options)
+
+
+def _bar(total: int, what: str) -> Any:
+    """A progress bar on a terminal, and none in a pipe."""
+    from tqdm import tqdm
+
+    return tqdm(
+        total=total, desc=what, disable=None, leave=False, bar_format="{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
+    )
+
+
+def _grid(rows: list[dict[str, str]], physical: bool) -> str:
+    """The table that a sweep ends with."""
+    units = {"mean_square_voltage": " (V^2)", "mean_power": " (W)"} if physical else {}
+    hidden = ("error",) if not any(row["error"] for row in rows) else ()
+    names = [name for name in rows[0] if name not in hidden]
+    cells = [[name + units.get(name, "") for name in names]]
+    cells += [[_short(row[name]) for name in names] for row in rows]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(names))]
+    return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells)
+
+
+def _short(text: str) -> str:
+    try:
+        return f"{float(text):.4g}"
+    except ValueError:
+        return text
+
+
+def main() -> NoReturn:
+    """Entry point: runs a command; any failure is one line on stderr and an exit status."""
+    sys.exit(_main())
+
+
+def _main() -> int:
+    try:
+        cli.main(standalone_mode=False)
+        sys.stdout.flush()
+        return 0
+    except HarvesterError as error:
+        return _say(str(error), error.exit_status)
+    except click.ClickException as error:
+        return _say(error.format_message(), 2)
+    except (KeyboardInterrupt, click.Abort):
+        return _say("interrupted", 130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:  # a defect of ours: still one line, with a way to see more
+        if os.environ.get("HARVESTER_TRACEBACK"):
+            raise
+        return _say(
+            f"internal error, please report it: {type(error).__name__}: {error} (HARVESTER_TRACEBACK=1 shows where)", 3
+        )
+
+
+def _say(text: str, status: int) -> int:
+    click.echo("harvester: " + " ".join(text.split()), err=True)
+    return status

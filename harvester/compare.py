@@ -1,0 +1,135 @@
+"""Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines import ENGINES, READING, Published, Spice
+from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
+from harvester.estimate import Estimate, z_score
+from harvester.scene import Scene
+
+PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
+
+
+@dataclass(frozen=True)
+class PathComparison:
+    """V on one noise path from three sources, nondimensional, arrays of shape (n,).
+
+    ``spice`` from ngspice, ``exact`` from the exact RC update, ``decoupled`` from the x and x' of
+    the ngspice path by V = (w^2 x + mu x')/(mu^2 + w^2) (paper, Eq. 6), w^2 at the amplitude
+    of the moment.
+    """
+
+    title: str
+    t: Floats
+    x: Floats
+    spice: Floats
+    exact: Floats
+    decoupled: Floats
+
+    @property
+    def spice_error(self) -> float:
+        """Relative RMS difference of ngspice and the exact update."""
+        return _relative_rms(self.spice, self.exact)
+
+    @property
+    def decoupled_error(self) -> float:
+        """Relative RMS error of the decoupled V against ngspice."""
+        return _relative_rms(self.decoupled, self.spice)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Estimates of the engines that served, why the others did not, and paths with and without the stop."""
+
+    estimates: tuple[Estimate, ...]
+    refused: dict[str, str]
+    paths: tuple[PathComparison, ...]
+
+    @property
+    def reference(self) -> Estimate:
+        """What the others are measured against: the estimate with the smallest standard error."""
+        sampled = [e for e in self.estimates if e.mean_power.stderr is not None]
+        return min(sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
+
+    def z(self, estimate: Estimate) -> float | None:
+        """z-score of an estimate's power against the reference; None for the reference itself."""
+        if estimate is self.reference:
+            return None
+        return z_score(estimate.mean_power, self.reference.mean_power)
+
+    def ratio(self, estimate: Estimate) -> float | None:
+        """Power over the reference's."""
+        reference = self.reference.mean_power.value
+        return estimate.mean_power.value / reference if reference else None
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        rows = [e.as_json() | {"ratio": self.ratio(e), "z": self.z(e)} for e in self.estimates]
+        paths = [
+            {"scene": p.title, "spice_rms_error": p.spice_error, "decoupled_rms_error": p.decoupled_error}
+            for p in self.paths
+        ]
+        return {"reference": self.reference.engine, "engines": rows, "refused": self.refused, "paths": paths}
+
+
+def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
+    """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop.
+
+    ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).
+
+    Raises
+    ------
+    HarvesterError
+        when no engine can serve the scene, the error of the last.
+    """
+    estimates: list[Estimate] = []
+    refused: dict[str, str] = {}
+    last: HarvesterError | None = None
+    for name, engine in ENGINES.items():
+        try:
+            chosen = engine() if engine is Published else engine(**{"seed": seed, **options})
+            estimates.append(chosen.run(scene))
+        except (CannotServeError, MissingProgramError) as error:
+            refused[name], last = str(error), error
+    if not estimates:
+        assert last is not None
+        raise last
+    paths: list[PathComparison] = []
+    if "spice" not in refused and (scene.load is None or scene.load.netlist is None):
+        bare = scene.without_stop()
+        pairs = (
+            [("without the stop", bare)] if bare == scene else [("with the stop", scene), ("without the stop", bare)]
+        )
+        paths = [one_path(s, title, seed) for title, s in pairs]
+    return Comparison(tuple(estimates), refused, tuple(paths))
+
+
+def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
+    """ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
+    from harvester.averaging.orbit import amplitude
+    from harvester.averaging.voltage import K, decoupled, omega2
+    from harvester.circuit import worker
+    from harvester.mechanics.noise import gaussian_grid
+    from harvester.mechanics.path import trace
+
+    device = Spice(seed=seed, dt=dt).device(scene)[0]
+    eqs = device.eqs
+    device = worker.Device(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
+    noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))
+    path = worker.record_apart(device, noise)
+    exact = trace(eqs, noise, device.h, device.stride)
+    alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
+    A = np.zeros_like(path.x)
+    for _ in range(3):  # K depends on A through w(A): a few rounds settle it
+        A = amplitude(path.x, path.v, alpha, K(A, alpha, beta, mu))
+    V = decoupled(path.x, path.v, omega2(A, alpha, beta, mu), mu)
+    return PathComparison(title, path.t, path.x, path.V, exact.V, V)
+
+
+def _relative_rms(a: Floats, b: Floats) -> float:
+    norm = float(np.sqrt(np.mean(b**2)))
+    return float(np.sqrt(np.mean((a - b) ** 2))) / norm if norm > 0.0 else 0.0

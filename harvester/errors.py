@@ -1,0 +1,49 @@
+"""The named errors.  Each prints as one line; the command line maps them to its exit status."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class HarvesterError(Exception):
+    """Base of all errors that this package raises on purpose."""
+
+    exit_status = 3
+
+
+class InputError(HarvesterError):
+    """What the user gave cannot be used: one line with the argument, what it must be, what it was."""
+
+    exit_status = 2
+
+
+class MissingProgramError(InputError):
+    """Something that the request needs is not installed (ngspice)."""
+
+
+class CannotServeError(InputError):
+    """The engine cannot compute this scene; the message names one that can."""
+
+
+class SimulationError(HarvesterError):
+    """The computation was well posed as a request, but did not end in an answer."""
+
+
+class UnboundedResponseError(SimulationError):
+    """The response grows without bound, so that it has no stationary mean."""
+
+
+class CircuitError(SimulationError):
+    """ngspice refused the circuit or did not converge."""
+
+
+def invalid(argument: str, must: str, was: object) -> InputError:
+    """The one template for bad input: ``argument`` must ``must``, but is ``was``."""
+    return InputError(f"{argument} must {must}, but is {was!r}")
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
+    """An unknown name, with its nearest match or, failing that, every name there is."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(names)}"
+    return InputError(f"unknown {kind} {name!r}: {hint}")

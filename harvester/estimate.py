@@ -1,0 +1,121 @@
+"""An answer: values with their errors, what it took, and what to beware of.  It prints itself."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its errors.
+
+    ``stderr`` is the standard error of sampling (None: the engine samples nothing); ``bias`` a
+    bound on the error of the finite step (None: not known; the estimate's ``reason`` says why).
+    """
+
+    value: float
+    stderr: float | None = None
+    bias: float | None = None
+
+    def scaled(self, factor: float) -> "Value":
+        """The value in other units."""
+        return Value(self.value * factor, _times(self.stderr, factor), _times(self.bias, factor))
+
+    @property
+    def error95(self) -> float:
+        """Half-width of the 95 % sampling interval plus the bound on the step's bias."""
+        return 1.96 * (self.stderr or 0.0) + (self.bias or 0.0)
+
+    def text(self, unit: str) -> str:
+        """Such as ``3.104 +- 0.012 (95 %) +- 0.004 (step) uW``."""
+        scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
+        digits = 4
+        if self.error95 > 0.0 and self.value != 0.0:
+            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
+        text = f"{self.value / scale:.{min(digits, 9)}g}"
+        if self.stderr is not None:
+            text += f" +- {1.96 * self.stderr / scale:.2g} (95 %, sampling)"
+        if self.bias is not None:
+            text += f" +- {self.bias / scale:.1g} (step)"
+        return f"{text} {prefix}{unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an engine says of a scene.
+
+    mean_square_voltage and mean_power are in V^2 and W for a physical scene, nondimensional for
+    a nondimensional one; ``nondimensional`` holds both and beta and mu without units.  ``steps``
+    are trajectory-steps (ensemble) or accepted ngspice steps (spice); ``seconds`` is the
+    computation without compilation.  ``reason`` says why there is no sampling error, or what
+    is known of the model's own.
+    """
+
+    engine: str
+    physical: bool
+    mean_square_voltage: Value
+    mean_power: Value
+    nondimensional: dict[str, float | None]
+    effects: tuple[str, ...]
+    seconds: float
+    steps: int
+    reason: str = ""
+    warnings: tuple[str, ...] = ()
+    details: dict[str, float] = field(default_factory=dict)
+    samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+
+        def number(value: Value) -> dict[str, float | None]:
+            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias}
+
+        return {
+            "engine": self.engine,
+            "mean_square_voltage": number(self.mean_square_voltage),
+            "mean_power": number(self.mean_power),
+            "nondimensional": self.nondimensional,
+            "effects": list(self.effects),
+            "seconds": self.seconds,
+            "steps": self.steps,
+            "reason": self.reason,
+            "warnings": list(self.warnings),
+            "details": self.details,
+        }
+
+    def __str__(self) -> str:
+        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
+        took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
+        lines = [
+            f"{self.engine}: {took}",
+            f"  mean power           {self.mean_power.text(power_unit)}",
+            f"  mean square voltage  {self.mean_square_voltage.text(voltage_unit)}",
+            f"  effects              {', '.join(self.effects)}",
+        ]
+        lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
+        lines += [f"  note: {self.reason}"] if self.reason else []
+        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+
+def z_score(a: Value, b: Value) -> float | None:
+    """Difference over its standard error; None where neither value has one."""
+    error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
+    return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
+
+
+def _times(value: float | None, factor: float) -> float | None:
+    return None if value is None else abs(value * factor)
+
+
+def _engineering(value: float) -> tuple[float, str]:
+    """A power of 1000 and its prefix that bring a value between 1 and 1000."""
+    prefixes = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+    if value == 0.0:
+        return 1.0, ""
+    exponent = 3 * math.floor(math.log10(abs(value)) / 3)
+    exponent = min(max(exponent, -15), 6)
+    return 10.0**exponent, prefixes[exponent]

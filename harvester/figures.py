@@ -1,0 +1,116 @@
+"""All drawing.  One colour and one marker an engine throughout; readable in grey; error bars at 95 %."""
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from harvester.compare import Comparison
+    from harvester.sweep import Table
+
+# Okabe and Ito's palette, told apart without colour by line and marker.
+STYLES: dict[str, dict[str, Any]] = {
+    "published": {"color": "#D55E00", "linestyle": "--", "marker": "", "label": "published averaging"},
+    "ensemble": {"color": "#999999", "linestyle": "-", "marker": "", "linewidth": 3, "label": "ensemble (exact RC)"},
+    "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "markersize": 5, "label": "SPICE (ngspice)"},
+}
+UNITS = {
+    "load.resistance": "load resistance (ohm)",
+    "excitation.acceleration_psd": "base acceleration density ((m/s$^2$)$^2$/Hz)",
+    "stop.restitution": "restitution coefficient",
+    "piezo.coupling": "electromechanical coupling (N/V)",
+    "piezo.capacitance": "clamped capacitance (F)",
+    "nondimensional.mu": "time-constant ratio mu",
+    "nondimensional.beta": "coupling beta",
+    "nondimensional.restitution": "restitution coefficient r",
+}
+
+
+def sweep(table: "Table", title: str, physical: bool) -> bytes:
+    """Mean power against the first varied key, one curve an engine (and a value of the other keys)."""
+    first, others = table.axes[0], table.axes[1:]
+    engines = list(dict.fromkeys(row["engine"] for row in table.rows))
+    figure, (top, low) = plt.subplots(2, 1, figsize=(7, 6.4), sharex=True, height_ratios=[2.2, 1], layout="constrained")
+    groups = list(dict.fromkeys(tuple(row[a.key] for a in others) for row in table.rows))[:6]
+    reference = next((e for e in ("ensemble", "spice") if e in engines), engines[-1])
+    for number, group in enumerate(groups):
+        of_group = [row for row in table.rows if tuple(row[a.key] for a in others) == group]
+        power = {}
+        for engine in engines:
+            rows = [row for row in of_group if row["engine"] == engine and not row["error"]]
+            x = np.array([float(row[first.key]) for row in rows])
+            p = np.array([float(row["mean_power"]) for row in rows])
+            error = np.array([1.96 * float(row["mean_power_stderr"] or 0.0) for row in rows])
+            style = dict(STYLES.get(engine, {"label": engine}), alpha=1.0 - 0.12 * number)
+            if group:
+                style["label"] += " " + ", ".join(
+                    f"{a.key} = {float(v):.4g}" for a, v in zip(others, group, strict=True)
+                )
+            top.errorbar(x, p, error, capsize=2, **style)
+            power[engine] = (dict(zip(x, p, strict=True)), dict(zip(x, error, strict=True)))
+        for engine in engines:
+            if engine != reference:
+                base = power[reference][0]
+                x = np.array([v for v in power[engine][0] if base.get(v)])
+                ratio = np.array([power[engine][0][v] / base[v] for v in x])
+                error = np.array([power[engine][1][v] / base[v] for v in x])
+                low.errorbar(x, ratio, error, capsize=2, **dict(STYLES.get(engine, {}), label=None))
+    top.set_ylabel("mean power (W)" if physical else "mean power (nondimensional)")
+    low.set_ylabel(f"power over\n{reference}")
+    low.set_xlabel(UNITS.get(first.key, first.key))
+    low.axhline(1.0, color="0.6", linewidth=1, zorder=0)
+    low.set_ylim(0.0, None)
+    if first.logarithmic:
+        low.set_xscale("log")
+    positive = [float(row["mean_power"]) for row in table.rows if row["mean_power"]]
+    if min(positive) > 0.0 and max(positive) > 5.0 * min(positive):
+        top.set_yscale("log")
+    top.set_title(title or "Mean power", wrap=True)
+    top.legend(frameon=False, fontsize=9)
+    for axes in (top, low):
+        axes.grid(color="0.92")
+    return _png(figure)
+
+
+def comparison(result: "Comparison", title: str) -> bytes:
+    """Power of each engine, and V of one path from three sources, with and without the stop."""
+    rows = 1 + len(result.paths)
+    figure, axes = plt.subplots(rows, 1, figsize=(8, 2.6 * rows), layout="constrained", squeeze=False)
+    bars = axes[0, 0]
+    names = [e.engine for e in result.estimates]
+    values = [e.mean_power.value for e in result.estimates]
+    errors = [1.96 * (e.mean_power.stderr or 0.0) for e in result.estimates]
+    colours = [STYLES[name]["color"] for name in names]
+    bars.barh(names, values, xerr=errors, color=colours, height=0.6, capsize=3)
+    bars.invert_yaxis()
+    bars.set_xlabel("mean power (W), 95 % interval" if result.estimates[0].physical else "mean power (nondimensional)")
+    bars.set_title(title or "Engines side by side", wrap=True)
+    for panel, path in zip(axes[1:, 0], result.paths, strict=True):
+        shown = path.t > path.t[-1] - 40.0
+        t = path.t[shown]
+        panel.plot(t, path.decoupled[shown], color=STYLES["published"]["color"], linestyle="--", label="decoupled")
+        panel.plot(t, path.exact[shown], color="0.6", linewidth=3, label="exact update")
+        panel.plot(t, path.spice[shown], color=STYLES["spice"]["color"], linewidth=1, label="ngspice")
+        panel.set_title(
+            f"{path.title}: relative RMS error of the decoupled V {path.decoupled_error:.0%}, "
+            f"ngspice against exact {path.spice_error:.0e}",
+            fontsize=10,
+        )
+        panel.set_ylabel("V (nondimensional)")
+        panel.legend(frameon=False, fontsize=8, ncols=3, loc="upper left")
+    axes[-1, 0].set_xlabel("time (1/w0)")
+    return _png(figure)
+
+
+def _png(figure: Figure) -> bytes:
+    out = io.BytesIO()
+    figure.savefig(out, format="png", dpi=130)
+    plt.close(figure)
+    return out.getvalue()

@@ -1,0 +1,48 @@
+"""Files written whole or not at all: beside, then renamed."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from harvester.errors import InputError
+
+
+def folder(path: str | Path) -> Path:
+    """A folder to write into, made where it is missing.
+
+    Raises
+    ------
+    InputError
+        where it cannot be made or written.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"--out must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
+        ) from None
+    return path
+
+
+def write(path: Path, content: str | bytes) -> None:
+    """Write a file under its name only when it is complete.
+
+    Raises
+    ------
+    InputError
+        where the disk or the folder does not take it; an older file of that name stays as it was.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with beside.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError as error:
+        beside.unlink(missing_ok=True)
+        raise InputError(f"--out must take {path.name}, but writing failed: {error.strerror}") from None

@@ -1,0 +1,111 @@
+"""Stationary moments: from the ensemble's sums, or from a recorded path cut into batches."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.mechanics.lanes import SUMS
+from harvester.mechanics.path import Path
+from harvester.mechanics.step import friction
+from harvester.scaling import Equations
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Time averages, one entry a trajectory or batch, shape (n,) each; nondimensional.
+
+    V2, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
+    h^2 have opposite signs.
+    """
+
+    V: Floats
+    V2: Floats
+    x: Floats
+    x2: Floats
+    v2: Floats
+    xV: Floats  # noqa: N815 - the paper's symbols
+    vV: Floats  # noqa: N815
+    damped: Floats  # f(x) x'^2
+    impacts: Floats  # impacts in a unit of time
+    impact_v2: Floats  # sum of the squared impact speeds in a unit of time
+
+    def mean(self, name: str) -> tuple[float, float]:
+        """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
+        return mean_and_error(getattr(self, name))
+
+    def __add__(self, other: "Moments") -> "Moments":
+        """The entries of both, side by side."""
+        names = [f.name for f in fields(self)]
+        return Moments(**{n: np.concatenate([getattr(self, n), getattr(other, n)]) for n in names})
+
+    def mixed(self, other: "Moments") -> "Moments":
+        """Entry by entry the mean of two windows of the same length of the same trajectories."""
+        names = [f.name for f in fields(self)]
+        return Moments(**{n: 0.5 * (getattr(self, n) + getattr(other, n)) for n in names})
+
+    def balance(self, eqs: Equations) -> Floats:
+        """Power in minus power out, over power in, entry by entry: zero within the errors.
+
+        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + (1 - r^2)/2 sum(v-^2)/time
+        """
+        r = 1.0 if eqs.restitution is None else eqs.restitution
+        power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x
+        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + 0.5 * (1.0 - r * r) * self.impact_v2
+        return np.asarray((power_in - out) / power_in.mean())
+
+
+# On arrays the uncompiled function does the same.
+_friction = friction.py_func  # type: ignore[attr-defined]
+
+
+def mean_and_error(values: Floats) -> tuple[float, float]:
+    """Mean of independent entries and the standard error of it (infinite for one entry)."""
+    n = len(values)
+    return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
+
+
+def from_sums(sums: Floats, readings: int, elapsed: float) -> Moments:
+    """One entry a trajectory, from sums over ``readings``, shape (blocks, len(SUMS), LANES)."""
+    s = dict(zip(SUMS, np.moveaxis(sums, 1, 0).reshape(len(SUMS), -1) / readings, strict=True))
+    rate = readings / elapsed
+    return Moments(
+        V=s["V"],
+        V2=0.5 * (s["V2_kick"] + s["V2_mid"]),
+        x=s["x"],
+        x2=0.5 * (s["x2_kick"] + s["x2_mid"]),
+        v2=s["v2"],
+        xV=s["xV"],
+        vV=s["vV"],
+        damped=s["fv2"],
+        impacts=rate * s["impacts"],
+        impact_v2=rate * s["impact_v2"],
+    )
+
+
+def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
+    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts."""
+    first = math.ceil(discard / (path.h * path.stride))
+    rows = (len(path.readings) - first) // batches
+    part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
+    xk, Vk, x, v, V = np.moveaxis(part, 2, 0)
+    length = rows * path.stride * path.h
+    edges = first * path.stride * path.h + length * np.arange(batches + 1)
+    times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
+
+    def mean(values: Floats) -> Floats:
+        return np.asarray(values.mean(axis=1))
+
+    return Moments(
+        V=mean(V),
+        V2=mean(0.5 * (Vk**2 + V**2)),
+        x=mean(x),
+        x2=mean(0.5 * (xk**2 + x**2)),
+        v2=mean(v**2),
+        xV=mean(0.5 * (xk * Vk + x * V)),
+        vV=mean(v * V),
+        damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
+        impacts=np.histogram(times, edges)[0] / length,
+        impact_v2=np.histogram(times, edges, weights=speeds**2)[0] / length,
+    )

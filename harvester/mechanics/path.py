@@ -1,0 +1,100 @@
+"""One trajectory on record: displacement, velocity, voltage and impacts on a given noise path."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.mechanics.compiled import kernel
+from harvester.mechanics.step import drift, kick, relaxation
+from harvester.scaling import Equations
+
+# Columns of a record: at a kick x and V, half a step later x, x' and V.
+COLUMNS = ("x_kick", "V_kick", "x", "v", "V")
+START = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Path:
+    """A trajectory, nondimensional, read after every ``stride``-th kick.
+
+    Kick k happens at the time k h; its reading holds x and V at the kick and x, v, V half a
+    step later, at ``t`` (shape (n,)).  ``impacts`` has one row an impact: its time and the
+    speed just before, shape (m, 2).
+    """
+
+    h: float
+    stride: int
+    readings: Floats
+    impacts: Floats
+
+    @property
+    def t(self) -> Floats:
+        """Times of the mid-drift readings x, v and V; those at the kicks are h/2 earlier."""
+        return np.asarray((np.arange(1, len(self.readings) + 1) * self.stride + 0.5) * self.h, dtype=np.float64)
+
+    @property
+    def x(self) -> Floats:
+        """Displacement in mid-drift."""
+        return self.readings[:, 2]
+
+    @property
+    def v(self) -> Floats:
+        """Velocity in mid-drift."""
+        return self.readings[:, 3]
+
+    @property
+    def V(self) -> Floats:  # noqa: N802 - the paper's symbol
+        """Voltage in mid-drift."""
+        return self.readings[:, 4]
+
+
+@kernel
+def _trace(noise, x, v, V, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+    e, g = relaxation(h, mu)
+    e_half, g_half = relaxation(0.5 * h, mu)
+    count = 0
+    for k in range(1, len(readings) * stride + 1):
+        before, speed_before = x, v
+        x, v, V, hit = drift(x, v, V, h, e, g, mu, r)
+        if hit > 0.0:
+            impacts[count, 0] = (k - 1) * h - before / speed_before
+            impacts[count, 1] = hit
+            count += 1
+        xi = 0.0
+        if n1 is not None or n2 is not None:
+            xi = noise[k - 1]
+        v = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
+        if k % stride == 0:
+            row = readings[k // stride - 1]
+            row[0], row[1] = x, V
+            row[2], row[3], row[4], _ = drift(x, v, V, 0.5 * h, e_half, g_half, mu, r)
+    return count
+
+
+def trace(
+    eqs: Equations,
+    noise: Floats,
+    h: float,
+    stride: int = 1,
+    start: tuple[float, float, float] = START,
+) -> Path:
+    """The trajectory of Eq. 2 from ``start`` = (x, x', V) on a noise path, with the exact RC update.
+
+    ``noise`` has one standard normal variate a kick (`harvester.mechanics.noise.gaussian_grid`);
+    its length, rounded down to the stride, is the number of steps of length ``h``.  All nondimensional.
+    """
+    readings = np.empty((len(noise) // stride, len(COLUMNS)))
+    impacts = room_for_impacts(eqs, len(noise))
+    count = _trace(noise, *start, h, stride, readings, impacts, *coefficients(eqs))
+    return Path(h, stride, readings, impacts[:count].copy())
+
+
+def room_for_impacts(eqs: Equations, steps: int) -> Floats:
+    """An empty table of impacts, large enough: a drift at constant velocity has two at the most."""
+    return np.empty((2 * steps + 2 if eqs.restitution is not None else 0, 2))
+
+
+def coefficients(eqs: Equations) -> tuple[float | None, ...]:
+    """The coefficients in the order of the kernels' arguments."""
+    return (eqs.mu, eqs.restitution, eqs.alpha, eqs.beta, eqs.c1, eqs.c2, eqs.c3, eqs.n1, eqs.n2, eqs.n12)

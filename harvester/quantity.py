@@ -1,0 +1,127 @@
+"""Numbers with units: "50.2 nF" for a capacitance, "0.01 g^2/Hz" for an acceleration density.
+
+pint knows the units and loads (.2 s) only when a string carries one.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*", re.DOTALL)
+# Letters, products, quotients and one-digit powers: nothing that takes pint long to read.
+_UNIT = re.compile(r"[A-Za-z_µμΩ°%·*/^()\s\d-]{1,40}")
+_PREFIX = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3}
+_PREFIX |= {"k": 1e3, "M": 1e6, "Meg": 1e6, "G": 1e9, "T": 1e12}
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _factor(text: str, unit: str | None) -> float | None:
+    """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
+    if not _UNIT.fullmatch(text) or re.search(r"\d\d", text):
+        return None
+    import pint
+
+    registry = _registry()
+    try:
+        one = registry.Quantity(1.0, registry.parse_units(text))
+        return float((one.to_base_units() if unit is None else one.to(unit)).magnitude)
+    except (pint.PintError, ValueError, TypeError, ArithmeticError, LookupError, AttributeError, AssertionError):
+        return None  # pint has no common error for text that is no unit
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A physical quantity: its name, the SI unit that a bare number is in, an example, its range."""
+
+    name: str
+    unit: str
+    example: str
+    above: float = -math.inf
+    least: float = -math.inf
+    most: float = math.inf
+    gravity: bool = False  # in an acceleration "g" is standard gravity, not gram
+
+    @property
+    def must(self) -> str:
+        """What a value must be, as an error says it."""
+        text = f"be {self.name}, such as {self.example}"
+        if self.least > -math.inf and self.most < math.inf:
+            return f"{text}, between {self.least:g} and {self.most:g}"
+        if self.least > -math.inf:
+            return f"{text}, at least {self.least:g}"
+        return text if self.above == -math.inf else f"{text}, above {self.above:g}"
+
+    def read(self, value: object) -> float:
+        """The value in SI units, from a number or from a string with a unit.
+
+        Raises
+        ------
+        ValueError
+            with the text ``must ...`` when it is no number, has another dimension, is not
+            finite or lies outside the range.
+        """
+        number = self._number(value)
+        if number is None or not math.isfinite(number):
+            raise ValueError(f"must {self.must}")
+        if not (number > self.above and self.least <= number <= self.most):
+            raise ValueError(f"must {self.must}")
+        return number
+
+    def _number(self, value: object) -> float | None:
+        if isinstance(value, bool):
+            return None
+        if isinstance(value, int | float):
+            try:
+                return float(value)
+            except OverflowError:
+                return None
+        match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            return None
+        number, unit = float(match[1]), match[2]
+        if self.unit == "":
+            return number if unit == "" else None
+        if unit == "":
+            return None  # a string carries its unit
+        if self.gravity:
+            unit = re.sub(r"\bg\b", "g_0", unit)
+        factor = _factor(unit, self.unit)
+        return None if factor is None else number * factor
+
+
+def with_prefix(text: str, kind: Kind) -> float:
+    """A number as the command line writes it: "1k", "10M", "1 Mohm", "3e4".
+
+    Raises ValueError as `Kind.read` does.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"must {kind.must}")
+    if match[2] == "":
+        return kind.read(float(match[1]))
+    if match[2] in _PREFIX:
+        return kind.read(float(match[1]) * _PREFIX[match[2]])
+    return kind.read(text)
+
+
+def any_quantity(value: object) -> float:
+    """A number of any dimension in SI base units (a netlist's parameter): 1e6, "1 Mohm", "10 uF".
+
+    Raises ValueError as `Kind.read` does.
+    """
+    plain = Kind("a number or a quantity with a unit", "", "'10 uF'")
+    match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if match is None or match[2] == "":
+        return plain.read(value)
+    factor = _PREFIX.get(match[2]) or _factor(match[2], None)
+    if factor is None:
+        raise ValueError(f"must {plain.must}")
+    return plain.read(float(match[1]) * factor)

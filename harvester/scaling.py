@@ -1,0 +1,204 @@
+"""SI <-> nondimensional, both ways (paper, the transformations before Eq. 2).
+
+    t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(stiffness/mass)
+    alpha = l^2 k3/k    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
+    beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
+    white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
+
+No physical result depends on the length l (a test).
+"""
+
+import math
+from dataclasses import dataclass
+
+from harvester.scene import Excitation, Load, Nondimensional, Oscillator, Piezo, Scene, Stop
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equations:
+    """The coefficients of Eq. 2; None is an effect that is absent.
+
+    n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities.
+    beta None is a voltage without force on the mass, mu None an open circuit, restitution None
+    no stop, and so on.
+    """
+
+    alpha: float | None = None
+    beta: float | None = None
+    mu: float | None = None
+    c1: float | None = None
+    c2: float | None = None
+    c3: float | None = None
+    restitution: float | None = None
+    n1: float | None = None
+    n2: float | None = None
+    n12: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scales:
+    """The device that turns nondimensional numbers into SI: M (kg), w0 (rad/s), l (m), theta (N/V), Cp (F)."""
+
+    mass: float
+    frequency: float
+    length: float
+    coupling: float
+    capacitance: float
+
+    @property
+    def volts(self) -> float:
+        """v/V = theta l/Cp, in volt."""
+        return self.coupling * self.length / self.capacitance
+
+    @property
+    def watts(self) -> float:
+        """(v^2/R) / (beta mu V^2) = M w0^3 l^2, in watt."""
+        return self.mass * self.frequency**3 * self.length**2
+
+    def resistance(self, mu: float) -> float:
+        """Load resistance of a time-constant ratio, R = 1/(mu Cp w0), in ohm."""
+        return 1.0 / (mu * self.capacitance * self.frequency)
+
+
+# The device that carries a nondimensional scene into ngspice: the mass, frequency and capacitance
+# of the plate of Shock and Vibration 2019, 9093605, Table 2, with its coupling set by beta.
+DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH = 0.04, 20.0, 1e-3
+DEFAULT_COUPLING, DEFAULT_CAPACITANCE = 1e-3, 50.2e-9
+
+
+def equations(scene: Scene, length: float | None = None) -> Equations:
+    """The nondimensional coefficients of a scene; zero coefficients are absent effects.
+
+    ``length`` is the l of a physical scene (default `natural_length`); a nondimensional scene
+    has none.
+    """
+    if scene.nondimensional is not None:
+        return _of_table(scene.nondimensional)
+    oscillator, piezo = _device(scene)
+    s = scales(scene, length)
+    rate = s.mass * s.frequency  # M w0
+    damping = oscillator.damping
+    if oscillator.damping_ratio is not None:
+        damping = 2.0 * oscillator.damping_ratio * rate
+    excitation = scene.excitation or Excitation()
+    psd, resistance = excitation.acceleration_psd, scene.load.resistance if scene.load else None
+    return Equations(
+        alpha=_scaled(oscillator.cubic_stiffness, s.length**2 / oscillator.stiffness),
+        beta=piezo.coupling**2 / (oscillator.stiffness * piezo.capacitance),
+        mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * s.frequency),
+        c1=_scaled(damping, -1.0 / rate),
+        c2=_scaled(oscillator.damping_x2, -(s.length**2) / rate),
+        c3=_scaled(oscillator.damping_x4, s.length**4 / rate),
+        restitution=None if scene.stop is None else scene.stop.restitution,
+        n1=_scaled(psd, 0.25 / (s.length**2 * s.frequency**3)),
+        n2=excitation.stiffness_noise or None,
+    )
+
+
+def scales(scene: Scene, length: float | None = None) -> Scales:
+    """The scales of a scene; for a nondimensional one, those of the default device."""
+    if scene.nondimensional is not None:
+        beta = scene.nondimensional.beta
+        stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
+        coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
+        return Scales(
+            mass=DEFAULT_MASS,
+            frequency=DEFAULT_FREQUENCY,
+            length=DEFAULT_LENGTH,
+            coupling=coupling,
+            capacitance=DEFAULT_CAPACITANCE,
+        )
+    oscillator, piezo = _device(scene)
+    return Scales(
+        mass=oscillator.mass,
+        frequency=math.sqrt(oscillator.stiffness / oscillator.mass),
+        length=natural_length(scene) if length is None else length,
+        coupling=piezo.coupling,
+        capacitance=piezo.capacitance,
+    )
+
+
+def natural_length(scene: Scene) -> float:
+    """A length that makes the numbers of a physical scene of order one, in metre.
+
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; without, the length where the cubic force
+    equals the linear one, or 1 mm.
+    """
+    oscillator, _ = _device(scene)
+    if scene.excitation is not None and scene.excitation.acceleration_psd:
+        return (
+            0.5 * math.sqrt(scene.excitation.acceleration_psd) * math.pow(oscillator.mass / oscillator.stiffness, 0.75)
+        )
+    if oscillator.cubic_stiffness:
+        return math.sqrt(oscillator.stiffness / oscillator.cubic_stiffness)
+    return 1e-3
+
+
+def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
+    """The physical scene whose equations, at length ``s.length``, are ``eqs``: inverse of `equations`.
+
+    ``s.coupling`` is used where beta is None; else theta = sqrt(beta k Cp).
+    """
+    stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
+    oscillator = Oscillator(
+        mass=s.mass,
+        stiffness=stiffness,
+        cubic_stiffness=_scaled(eqs.alpha, stiffness / s.length**2),
+        damping=_scaled(eqs.c1, -rate),
+        damping_x2=_scaled(eqs.c2, -rate / s.length**2),
+        damping_x4=_scaled(eqs.c3, rate / s.length**4),
+    )
+    coupling = s.coupling if eqs.beta is None else math.sqrt(eqs.beta * stiffness * s.capacitance)
+    noise = Excitation(acceleration_psd=_scaled(eqs.n1, 4 * s.length**2 * s.frequency**3), stiffness_noise=eqs.n2)
+    return Scene(
+        title=title,
+        oscillator=oscillator,
+        piezo=Piezo(coupling=coupling, capacitance=s.capacitance),
+        stop=None if eqs.restitution is None else Stop(restitution=eqs.restitution),
+        excitation=noise if eqs.n1 or eqs.n2 else None,
+        load=None if eqs.mu is None else Load(resistance=s.resistance(eqs.mu)),
+    )
+
+
+def effects(eqs: Equations) -> tuple[str, ...]:
+    """Names of the effects present, in the order of the equations; nothing else is computed."""
+    names = {
+        "alpha": "cubic_stiffness",
+        "c1": "linear_damping",
+        "c2": "damping_x2",
+        "c3": "damping_x4",
+        "restitution": "impact",
+        "n1": "external_noise",
+        "n2": "parametric_noise",
+        "n12": "correlated_noise",
+        "beta": "back_coupling",
+        "mu": "resistive_load",
+    }
+    return tuple(name for field, name in names.items() if getattr(eqs, field) is not None)
+
+
+def _of_table(table: Nondimensional) -> Equations:
+    eps1 = 1.0 if table.eps1 is None else table.eps1
+    eps2 = 1.0 if table.eps2 is None else table.eps2
+    return Equations(
+        alpha=table.alpha or None,
+        beta=table.beta or None,
+        mu=table.mu or None,
+        c1=table.c1 or None,
+        c2=table.c2 or None,
+        c3=table.c3 or None,
+        restitution=table.restitution,
+        n1=_scaled(table.D11, eps1**2),
+        n2=_scaled(table.D22, eps2**2),
+        n12=_scaled(table.D12, eps1 * eps2),
+    )
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    """Value * factor; an absent or zero coefficient stays absent."""
+    return value * factor if value is not None and value * factor != 0.0 else None
+
+
+def _device(scene: Scene) -> tuple[Oscillator, Piezo]:
+    assert scene.oscillator is not None and scene.piezo is not None, "Scene checks this"
+    return scene.oscillator, scene.piezo

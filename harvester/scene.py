@@ -1,0 +1,341 @@
+"""What the user asks: one device, its shaking, its load.  Frozen dataclasses; TOML in and out.
+
+Numbers are SI; strings carry their unit.  A table or a key that is left out is an effect that is
+absent.  pydantic does the reading and the checking; every error becomes one `InputError` line.
+"""
+
+import dataclasses
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
+
+import pydantic
+from pydantic import BeforeValidator, ConfigDict, ModelWrapValidatorHandler, model_validator
+from pydantic.dataclasses import dataclass as checked_dataclass
+
+from harvester.errors import InputError, invalid, unknown
+from harvester.quantity import Kind, any_quantity, with_prefix
+
+NUMBER = Kind("a number", "", "0.05")
+POSITIVE = Kind("a number", "", "0.05", least=0.0)
+
+
+def _field(name: str, unit: str, example: str, **limits: Any) -> tuple[Kind, BeforeValidator]:
+    kind = Kind(name, unit, example, **limits)
+    return kind, BeforeValidator(kind.read)
+
+
+_MASS = _field("a mass (kg)", "kg", "'40 g'", above=0.0)
+_STIFFNESS = _field("a stiffness (N/m)", "N/m", "'16 N/m'", above=0.0)
+_CUBIC = _field("a cubic stiffness (N/m^3)", "N/m^3", "1e5", least=0.0)
+_DAMPING = _field("a damping coefficient (N s/m)", "N s/m", "'6.4e-3 N s/m'")
+_DAMPING_X2 = _field("a damping coefficient of X^2 (N s/m^3)", "N s/m^3", "10.0")
+_DAMPING_X4 = _field("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
+_NUMBER = (NUMBER, BeforeValidator(NUMBER.read))
+_POSITIVE = (POSITIVE, BeforeValidator(POSITIVE.read))
+_COUPLING = _field("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0)
+_CAPACITANCE = _field("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0)
+_RESTITUTION = _field("a restitution coefficient", "", "0.96", least=0.0, most=1.0)
+_PSD = _field(
+    "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
+)
+_RESISTANCE = _field("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0)
+
+
+class _Table:
+    """What all tables of a scene share: one-line errors that name the table and the key."""
+
+    TABLE: ClassVar[str] = ""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _one_line(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        try:
+            return handler(data)
+        except pydantic.ValidationError as error:
+            raise _in_one_line(error, cls) from None
+
+
+_FORBID = ConfigDict(extra="forbid")
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Oscillator(_Table):
+    """M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + stiffness X + cubic_stiffness X^3 = ...
+
+    SI units.  The paper's b1 = -damping, b2 = -damping_x2, b3 = damping_x4; damping_ratio is
+    damping / (2 sqrt(stiffness mass)).
+    """
+
+    TABLE: ClassVar[str] = "oscillator"
+    mass: Annotated[float, *_MASS]
+    stiffness: Annotated[float, *_STIFFNESS]
+    cubic_stiffness: Annotated[float, *_CUBIC] | None = None
+    damping: Annotated[float, *_DAMPING] | None = None
+    damping_ratio: Annotated[float, *_NUMBER] | None = None
+    damping_x2: Annotated[float, *_DAMPING_X2] | None = None
+    damping_x4: Annotated[float, *_DAMPING_X4] | None = None
+
+    def __post_init__(self) -> None:
+        if self.damping is not None and self.damping_ratio is not None:
+            raise InputError("oscillator.damping_ratio must be left out where damping is given, but both are given")
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Piezo(_Table):
+    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F)."""
+
+    TABLE: ClassVar[str] = "piezo"
+    coupling: Annotated[float, *_COUPLING]
+    capacitance: Annotated[float, *_CAPACITANCE]
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Stop(_Table):
+    """A rigid stop at X = 0, motion on X > 0: X'+ = -restitution X'-."""
+
+    TABLE: ClassVar[str] = "stop"
+    restitution: Annotated[float, *_RESTITUTION]
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Excitation(_Table):
+    """White base acceleration (one-sided density) and white noise on the stiffness (N2, a number)."""
+
+    TABLE: ClassVar[str] = "excitation"
+    acceleration_psd: Annotated[float, *_PSD] | None = None
+    stiffness_noise: Annotated[float, *_POSITIVE] | None = None
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Load(_Table):
+    """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters."""
+
+    TABLE: ClassVar[str] = "load"
+    resistance: Annotated[float, *_RESISTANCE] | None = None
+    netlist: str | None = None
+    parameters: dict[str, Annotated[float, BeforeValidator(any_quantity)]] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if (self.resistance is None) == (self.netlist is None):
+            given = "neither is" if self.resistance is None else "both are"
+            raise InputError(f"load must have either resistance or netlist, but {given} given")
+        if self.parameters and self.netlist is None:
+            raise InputError("load.parameters must go with a netlist, but the load is a resistance")
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Nondimensional(_Table):
+    """The paper's parameters (Eq. 2), every one optional; N1 = eps1^2 D11, N2 = eps2^2 D22.
+
+    eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.
+    """
+
+    TABLE: ClassVar[str] = "nondimensional"
+    c1: Annotated[float, *_NUMBER] | None = None
+    c2: Annotated[float, *_NUMBER] | None = None
+    c3: Annotated[float, *_NUMBER] | None = None
+    alpha: Annotated[float, *_POSITIVE] | None = None
+    beta: Annotated[float, *_POSITIVE] | None = None
+    mu: Annotated[float, *_POSITIVE] | None = None
+    restitution: Annotated[float, *_RESTITUTION] | None = None
+    eps1: Annotated[float, *_NUMBER] | None = None
+    eps2: Annotated[float, *_NUMBER] | None = None
+    D11: Annotated[float, *_POSITIVE] | None = None
+    D22: Annotated[float, *_POSITIVE] | None = None
+    D12: Annotated[float, *_NUMBER] | None = None
+
+    def __post_init__(self) -> None:
+        for eps, density in (("eps1", "D11"), ("eps2", "D22")):
+            if getattr(self, eps) and getattr(self, density) is None:
+                raise InputError(f"nondimensional.{density} must be given with {eps}, but is left out")
+        bound = ((self.D11 or 0.0) * (self.D22 or 0.0)) ** 0.5
+        if abs(self.D12 or 0.0) > bound * (1 + 1e-12):
+            raise invalid("nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12)
+
+
+TABLES: dict[str, type[_Table]] = {
+    table.TABLE: table for table in (Oscillator, Piezo, Stop, Excitation, Load, Nondimensional)
+}
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class Scene(_Table):
+    """One device: physical (oscillator, piezo, ...) or nondimensional, never both.
+
+    Raises
+    ------
+    InputError
+        on the first thing that is wrong, in one line.
+    """
+
+    title: str = ""
+    oscillator: Oscillator | None = None
+    piezo: Piezo | None = None
+    stop: Stop | None = None
+    excitation: Excitation | None = None
+    load: Load | None = None
+    nondimensional: Nondimensional | None = None
+
+    def __post_init__(self) -> None:
+        physical = [name for name in ("oscillator", "piezo", "stop", "excitation", "load") if getattr(self, name)]
+        if self.nondimensional is not None and physical:
+            raise InputError(f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given")
+        if self.nondimensional is None:
+            for name in ("oscillator", "piezo"):
+                if name not in physical:
+                    raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
+
+    @property
+    def physical(self) -> bool:
+        """Whether the scene is in SI units (else nondimensional)."""
+        return self.nondimensional is None
+
+    def with_load(self, load: Load | float) -> "Scene":
+        """The same scene with another load: a `Load`, or a resistance in ohm."""
+        return dataclasses.replace(self, load=load if isinstance(load, Load) else Load(resistance=load))
+
+    def without_stop(self) -> "Scene":
+        """The same scene without its stop."""
+        if self.nondimensional is not None:
+            return dataclasses.replace(self, nondimensional=dataclasses.replace(self.nondimensional, restitution=None))
+        return dataclasses.replace(self, stop=None)
+
+    def vary(self, key: str, value: float) -> "Scene":
+        """The same scene with ``key``, such as ``load.resistance``, set to ``value`` (SI).
+
+        Raises
+        ------
+        InputError
+            for a key that no scene has, or a value that the key cannot take.
+        """
+        table, name = split_key(key)
+        if name.startswith("parameters."):
+            load = self.load or Load()
+            return self.with_load(
+                dataclasses.replace(load, parameters={**load.parameters, name.split(".", 1)[1]: value})
+            )
+        present = getattr(self, table)
+        changed: Any = dataclasses.replace(present, **{name: value}) if present else TABLES[table](**{name: value})
+        return dataclasses.replace(self, **{table: changed})
+
+    def tables(self) -> dict[str, Any]:
+        """The scene as nested dictionaries of the keys that are present."""
+        return _present(dataclasses.asdict(self))
+
+    def to_toml(self) -> str:
+        """The scene file of this scene: `loads` gives the same scene back."""
+        import tomli_w
+
+        return tomli_w.dumps(self.tables())
+
+    @property
+    def digest(self) -> str:
+        """A short hash of all that the scene says."""
+        return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
+
+
+def split_key(key: str) -> tuple[str, str]:
+    """("load", "resistance") for "load.resistance"; InputError with the nearest match otherwise."""
+    keys = [f"{name}.{field}" for name, table in TABLES.items() for field in _fields(table)]
+    keys.remove("load.parameters")
+    table, _, name = key.partition(".")
+    if key not in keys and not key.startswith("load.parameters."):
+        raise unknown("scene key", key, keys)
+    return table, name
+
+
+def read_value(key: str, text: str) -> float:
+    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
+
+    Raises InputError for an unknown key or a value that the key cannot take.
+    """
+    table, name = split_key(key)
+    try:
+        if name.startswith("parameters."):
+            return any_quantity(text)
+        kind = next((k for k in _kinds(TABLES[table])[name]), None)
+        if kind is None:
+            raise InputError(f"{key} must be a key with a number to be varied")
+        return with_prefix(text, kind)
+    except ValueError as error:
+        raise InputError(f"{key} {error}, but is {text!r}") from None
+
+
+def loads(text: str, folder: Path | None = None) -> Scene:
+    """A scene from the text of a scene file; a netlist's relative path starts at ``folder``."""
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}") from None
+    load: Any = tables.get("load")
+    netlist: Any = load.get("netlist") if isinstance(load, dict) else None
+    if folder is not None and isinstance(netlist, str) and ("/" in netlist or netlist.endswith(".cir")):
+        tables["load"] = {**load, "netlist": str((folder / netlist).resolve())}
+    return Scene(**tables)
+
+
+def load(path: str | Path) -> Scene:
+    """A scene from a scene file.
+
+    Raises
+    ------
+    InputError
+        where the file cannot be read, is no TOML, or says something that no scene can have.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        raise (
+            unknown("scene file", path.name, beside) if beside else invalid("scene", "be a file", str(path))
+        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise InputError(f"scene must be a readable file, but {str(path)!r} is not: {reason}") from None
+    return loads(text, path.parent)
+
+
+def _fields(table: type) -> list[str]:
+    return [field.name for field in dataclasses.fields(table)]
+
+
+def _kinds(table: type) -> dict[str, list[Kind]]:
+    """The physical quantity of each key, out of the annotations."""
+    kinds: dict[str, list[Kind]] = {}
+    for name, annotation in table.__annotations__.items():
+        parts = (*getattr(annotation, "__args__", ()), annotation)
+        kinds[name] = [m for part in parts for m in getattr(part, "__metadata__", ()) if isinstance(m, Kind)]
+    return kinds
+
+
+def _present(tables: Mapping[str, Any]) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key, value in tables.items():
+        kept = _present(value) if isinstance(value, dict) else value
+        if kept is not None and kept not in ({}, ""):
+            out[key] = kept
+    return out
+
+
+def _in_one_line(error: pydantic.ValidationError, table: type[_Table]) -> InputError:
+    """The first complaint of pydantic in the words of this package; a misspelt key comes first."""
+    first = min(error.errors(include_url=False), key=lambda e: e["type"] != "unexpected_keyword_argument")
+    where = [part for part in (table.TABLE, *map(str, first["loc"])) if part]
+    key = ".".join(where)
+    match first["type"]:
+        case "missing":
+            return InputError(f"{key} must be given, but is missing")
+        case "unexpected_keyword_argument":
+            kind = "scene key" if table.TABLE else "scene table"
+            known = [f"{table.TABLE}.{name}" if table.TABLE else name for name in _fields(table)]
+            return unknown(kind, key, known)
+        case "value_error":
+            return InputError(f"{key} {first['ctx']['error']}, but is {first['input']!r}")
+        case "string_type":
+            return invalid(key, "be a text", first["input"])
+        case _:
+            return invalid(key, "be a table of keys", first["input"])

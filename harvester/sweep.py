@@ -1,0 +1,179 @@
+"""Many scenes, several engines: a table that grows point by point, a plot, and where they come from."""
+
+import csv
+import io
+import itertools
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harvester import files
+from harvester.engines import Engine
+from harvester.errors import HarvesterError, InputError, SimulationError, invalid
+from harvester.estimate import Estimate
+from harvester.provenance import provenance
+from harvester.scene import Scene, read_value, split_key
+
+COLUMNS = (
+    "engine",
+    "mean_square_voltage",
+    "mean_square_voltage_stderr",
+    "mean_power",
+    "mean_power_stderr",
+    "seconds",
+    "error",
+)
+_MOST_POINTS = 1_000_000
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A scene key and the values that it takes, in SI units."""
+
+    key: str
+    values: tuple[float, ...]
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether a plot shows it best on a logarithmic axis."""
+        return min(self.values) > 0.0 and max(self.values) >= 10.0 * min(self.values)
+
+
+def axis(text: str) -> Axis:
+    """``load.resistance=1k:10M:25`` (spaced evenly, by ratio where the ends differ tenfold) or ``=1k,2k,5k``.
+
+    Raises
+    ------
+    InputError
+        for a key that no scene has, or values that it cannot take.
+    """
+    key, equals, values = text.partition("=")
+    if not equals:
+        raise invalid("--vary", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
+    split_key(key)
+    parts = values.split(":")
+    if len(parts) == 1:
+        return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
+    if len(parts) != 3 or not parts[2].isdigit() or not 1 <= int(parts[2]) <= _MOST_POINTS:
+        raise invalid("--vary", "be KEY=FROM:TO:COUNT with a whole COUNT of at least 1", text)
+    low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
+    if min(low, high) > 0.0 and max(low, high) >= 10.0 * min(low, high):
+        grid = np.geomspace(low, high, count)
+    else:
+        grid = np.linspace(low, high, count)
+    return Axis(key, tuple(float(v) for v in grid))
+
+
+@dataclass
+class Table:
+    """Rows of a sweep as they are written: the varied keys, then `COLUMNS`, all as text."""
+
+    axes: tuple[Axis, ...]
+    rows: list[dict[str, str]] = field(default_factory=list)
+
+    def text(self) -> str:
+        """The CSV file."""
+        out = io.StringIO()
+        writer = csv.DictWriter(out, [*(a.key for a in self.axes), *COLUMNS], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self.rows)
+        return out.getvalue()
+
+    def column(self, name: str, engine: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """One column of one engine's rows as numbers; nan where a point failed."""
+        values = [row[name] for row in self.rows if row["engine"] == engine]
+        return np.array([float(v) if v else math.nan for v in values])
+
+
+def sweep(
+    scene: Scene,
+    axes: Sequence[Axis],
+    engines: Sequence[Engine],
+    out: str | Path,
+    resume: bool = False,
+    tick: Callable[[str], None] | None = None,
+) -> Table:
+    """Run every engine at every point of the grid of ``axes``; write sweep.csv, sweep.png, provenance.json.
+
+    Each finished point is on disk before the next begins; ``resume`` keeps those of an earlier
+    run of the same sweep.  A point that fails is a row with its error.  ``tick`` is told each
+    row that is done.
+
+    Raises
+    ------
+    InputError
+        for a scene or an engine that cannot be computed at all, a folder that cannot be written,
+        or an earlier sweep that was another one.
+    SimulationError
+        when every point failed; the table is written all the same.
+    """
+    from harvester import figures
+
+    out = files.folder(out)
+    table = Table(tuple(axes))
+    asked = {
+        "vary": {a.key: list(a.values) for a in axes},
+        "engines": {e.NAME: {k: v for k, v in vars(e).items() if k != "budget"} for e in engines},
+    }
+    whence = provenance(scene, **asked)
+    done = _earlier(out, table, whence) if resume else {}
+    files.write(out / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    last: HarvesterError | None = None
+    for values in itertools.product(*(a.values for a in axes)):
+        point = scene
+        for a, value in zip(axes, values, strict=True):
+            point = point.vary(a.key, value)
+        keys = {a.key: repr(value) for a, value in zip(axes, values, strict=True)}
+        for engine in engines:
+            row = done.get((*keys.values(), engine.NAME))
+            if row is None:
+                try:
+                    row = keys | _row(engine.run(point))
+                except SimulationError as error:
+                    last = error
+                    row = keys | dict.fromkeys(COLUMNS, "") | {"engine": engine.NAME, "error": str(error)}
+            table.rows.append(row)
+            files.write(out / "sweep.csv", table.text())
+            if tick is not None:
+                tick(row["engine"])
+    if last is not None and all(row["error"] for row in table.rows):
+        raise last
+    files.write(out / "sweep.png", figures.sweep(table, scene.title, scene.physical))
+    return table
+
+
+def _row(estimate: Estimate) -> dict[str, str]:
+    def text(value: float | None) -> str:
+        return "" if value is None else f"{value:.9g}"
+
+    return {
+        "engine": estimate.engine,
+        "mean_square_voltage": text(estimate.mean_square_voltage.value),
+        "mean_square_voltage_stderr": text(estimate.mean_square_voltage.stderr),
+        "mean_power": text(estimate.mean_power.value),
+        "mean_power_stderr": text(estimate.mean_power.stderr),
+        "seconds": f"{estimate.seconds:.4g}",
+        "error": "",
+    }
+
+
+def _earlier(out: Path, table: Table, whence: dict[str, Any]) -> dict[tuple[str, ...], dict[str, str]]:
+    """The rows of an earlier run of the same sweep that hold an answer."""
+    try:
+        before = json.loads((out / "provenance.json").read_text())
+        rows = list(csv.DictReader(io.StringIO((out / "sweep.csv").read_text())))
+    except (OSError, json.JSONDecodeError):
+        return {}
+    now = json.loads(json.dumps(whence, default=str))
+    for what in ("scene_digest", "vary", "engines"):
+        if before.get(what) != now[what]:
+            raise InputError(
+                f"--resume must continue the same sweep, but {what} in {str(out)!r} is another: use another --out"
+            )
+    keys = [a.key for a in table.axes]
+    return {(*(row[k] for k in keys), row["engine"]): row for row in rows if not row["error"]}

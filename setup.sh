@@ -1,0 +1,32 @@
+#!/bin/sh
+# Sets up what `make demo` and `make test` need: ngspice from the system's packages, a virtual
+# environment, this package with its pinned dependencies.  What is there already is left alone.
+set -eu
+python=${PYTHON:-python3}
+
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
+    echo "setup: python3 must be 3.11 or newer, but is $("$python" --version 2>&1)" >&2
+    exit 2
+}
+
+missing=""
+"$python" -c 'import ctypes.util, sys; sys.exit(ctypes.util.find_library("ngspice") is None)' || missing="libngspice0"
+command -v ngspice >/dev/null || missing="$missing ngspice"
+"$python" -c 'import ensurepip, venv' 2>/dev/null || missing="$missing python3-venv"
+
+if [ -n "$missing" ]; then
+    root=""
+    [ "$(id -u)" = 0 ] || root="sudo"
+    command -v apt-get >/dev/null || {
+        echo "setup: these must be installed, but there is no apt-get to do it: $missing" >&2
+        exit 2
+    }
+    echo "setup: installing through apt-get${root:+ (with sudo)}: $missing"
+    $root apt-get update -qq
+    # shellcheck disable=SC2086 # a list of packages
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null
+fi
+
+echo "setup: installing this package and its pinned dependencies into .venv"
+[ -x .venv/bin/python ] || "$python" -m venv .venv
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
