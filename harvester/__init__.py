@@ -1,6 +1,6 @@
 """Circuit-level co-simulation of vibro-impact piezoelectric energy harvesters."""
 
-from harvester.engines import Ensemble, Published, Spice
+from harvester.engines import Averaged, Ensemble, Published, Spice
 from harvester.estimate import Estimate, Value
 from harvester.scene import (
     Excitation,
@@ -15,6 +15,7 @@ from harvester.scene import (
 )
 
 __all__ = [
+    "Averaged",
     "Ensemble",
     "Estimate",
     "Excitation",

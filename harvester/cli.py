@@ -10,45 +10,28 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, unknown
+from harvester.errors import HarvesterError, invalid
 
 if TYPE_CHECKING:
     from harvester.engines import Engine
     from harvester.scene import Scene
 
-ENGINE_NAMES = ("published", "ensemble", "spice")
 
-
-class _Fraction(click.ParamType[float]):
+def _percent(text: str) -> float:
     """1% or .01."""
-
-    name = "percent"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if isinstance(value, float):
-            return value
-        match = re.fullmatch(r"\s*([0-9.]+(?:e-?\d{1,2})?)\s*(%?)\s*", str(value))
-        try:
-            fraction = float(match[1]) * (0.01 if match[2] else 1.0) if match else 0.0
-        except ValueError:
-            fraction = 0.0
-        if not 0.0 < fraction < 1.0:
-            self.fail(f"{value!r} must be a percentage between 0% and 100%, such as 1%.", param, ctx)
-        return fraction
+    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", text)
+    fraction = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
+    if not 0.0 < fraction < 1.0:
+        raise invalid("--within", "be a percentage between 0% and 100%, such as 1%", text)
+    return fraction
 
 
-class _Seconds(click.ParamType[float]):
+def _seconds(text: str) -> float:
     """30s, 2min, 1h or a number of seconds."""
-
-    name = "seconds"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if isinstance(value, float):
-            return value
-        match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", str(value))
-        if match is None or float(match[1]) == 0.0:
-            self.fail(f"{value!r} must be a time above 0, such as 30s or 2min.", param, ctx)
-        return float(match[1]) * {"s": 1.0, "min": 60.0, "h": 3600.0}[match[2] or "s"]
+    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", text)
+    if match is None or float(match[1]) == 0.0:
+        raise invalid("--budget", "be a time above 0, such as 30s or 2min", text)
+    return float(match[1]) * {"s": 1.0, "min": 60.0, "h": 3600.0}[match[2] or "s"]
 
 
 def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -58,8 +41,12 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--trajectories", type=int, help="Independent trajectories.  Default: 4096 (spice: 16)."),
         click.option("--duration", type=float, help="Time of a trajectory after its burn-in, in the unit of --dt."),
         click.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
-        click.option("--budget", type=_Seconds(), help="Time after which no further round begins, such as 30s."),
-        click.option("--within", type=_Fraction(), help="95 % error to reach in the mean power, such as 1%."),
+        click.option(
+            "--budget", type=_seconds, metavar="TIME", help="Time after which no further round begins, such as 30s."
+        ),
+        click.option(
+            "--within", type=_percent, metavar="PERCENT", help="95 % error to reach in the mean power, such as 1%."
+        ),
     ):
         command = option(command)
     return command
@@ -80,14 +67,14 @@ def cli() -> None:
 
 @cli.command()
 @click.argument("scene")
-@click.option("--engine", help="published, ensemble or spice.  Default: ensemble, or spice for a netlist.")
+@click.option("--engine", help="published, averaged, ensemble or spice.  Default: ensemble; for a netlist, spice.")
 @_sampling
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     given = _load(scene)
     if engine is None:
-        engine = "spice" if given.load is not None and given.load.netlist is not None else "ensemble"
+        engine = "spice" if _has_netlist(given) else "ensemble"
     chosen = _engine(engine, options)
     with _bar(1000, chosen.NAME) as bar:
         answer = chosen.run(given, lambda fraction: bar.update(int(1000 * fraction) - bar.n))
@@ -97,7 +84,7 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
 @cli.command()
 @click.argument("scene")
 @click.option("--vary", "varied", multiple=True, required=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable.")
-@click.option("--engine", "engines", multiple=True, help="Repeatable.  Default: published, ensemble and spice.")
+@click.option("--engine", "engines", multiple=True, help="Repeatable.  Default: all; for a netlist, spice.")
 @_sampling
 @click.option("--out", required=True, help="Folder for sweep.csv, sweep.png and provenance.json.")
 @click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
@@ -106,10 +93,11 @@ def sweep(
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester import sweep as sweeps
+    from harvester.engines import ENGINES
 
     given = _load(scene)
     axes = [sweeps.axis(text) for text in varied]
-    chosen = [_engine(name, options) for name in engines or ENGINE_NAMES]
+    chosen = [_engine(name, options) for name in engines or (("spice",) if _has_netlist(given) else ENGINES)]
     points = len(chosen)
     for a in axes:
         points *= len(a.values)
@@ -176,13 +164,14 @@ def _load(path: str) -> "Scene":
     return load(path)
 
 
-def _engine(name: str, options: dict[str, Any]) -> "Engine":
-    from harvester.engines import ENGINES, Published
+def _has_netlist(scene: "Scene") -> bool:
+    return scene.load is not None and scene.load.netlist is not None
 
-    if name not in ENGINES:
-        raise unknown("engine", name, ENGINES)
-    engine = ENGINES[name]
-    return engine() if engine is Published else engine(**options)
+
+def _engine(name: str, options: dict[str, Any]) -> "Engine":
+    from harvester.engines import engine
+
+    return engine(name, **options)
 
 
 def _bar(total: int, what: str) -> Any:
@@ -209,7 +198,7 @@ def _short(text: str) -> str:
     try:
         return f"{float(text):.4g}"
     except ValueError:
-        return text
+        return text if len(text) <= 60 else text[:57] + "..."
 
 
 def main() -> NoReturn:
@@ -219,8 +208,7 @@ def main() -> NoReturn:
 
 def _main() -> int:
     try:
-        cli.main(standalone_mode=False)
-        sys.stdout.flush()
+        cli.main(sys.argv[1:] or ["--help"], standalone_mode=False)
         return 0
     except HarvesterError as error:
         return _say(str(error), error.exit_status)
@@ -228,9 +216,10 @@ def _main() -> int:
         return _say(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
         return _say("interrupted", 130)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except SystemExit:  # click's way out when the reader of a pipe has gone
         return 0
+    except OSError as error:  # such as a full disk behind stdout
+        return _say(f"the system refused: {error}", 3)
     except Exception as error:  # a defect of ours: still one line, with a way to see more
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise

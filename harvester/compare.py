@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines import ENGINES, READING, Published, Spice
+from harvester.engines import ENGINES, READING, Spice, engine
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
 from harvester.estimate import Estimate, z_score
 from harvester.scene import Scene
@@ -89,10 +89,9 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
     estimates: list[Estimate] = []
     refused: dict[str, str] = {}
     last: HarvesterError | None = None
-    for name, engine in ENGINES.items():
+    for name in ENGINES:
         try:
-            chosen = engine() if engine is Published else engine(**{"seed": seed, **options})
-            estimates.append(chosen.run(scene))
+            estimates.append(engine(name, seed=seed, **options).run(scene))
         except (CannotServeError, MissingProgramError) as error:
             refused[name], last = str(error), error
     if not estimates:

@@ -11,12 +11,12 @@ def examine() -> Iterator[str]:
     """One line for each thing that the package uses."""
     found = versions()
     for name, version in found.items():
-        yield _line(name, version, "pip install harvester")
+        yield _line(name, version, "run 'make setup'")
     yield from _ngspice()
     from harvester.circuit.netlist import folder
 
     names = sorted(path.stem for path in folder().glob("*.cir"))
-    yield _line("netlists", ", ".join(names), "reinstall: pip install --force-reinstall harvester")
+    yield _line("netlists", ", ".join(names), "run 'make setup'")
     this = machine()
     yield _line("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}", "")
 
@@ -34,7 +34,7 @@ def _ngspice() -> Iterator[str]:
 
         try:
             yield _line("libngspice", f"{ngspice_version()} ({library})", how)
-        except CircuitError as error:
+        except (CircuitError, OSError) as error:
             yield _line("libngspice", "", f"{library} does not load: {error}")
     yield _line("ngspice program", shutil.which("ngspice") or "", how + " (only for netlists by hand)")
 

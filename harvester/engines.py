@@ -9,17 +9,19 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from harvester.errors import CannotServeError, invalid
+from harvester.errors import CannotServeError, invalid, unknown
 from harvester.estimate import Estimate, Value
 from harvester.scaling import Equations, Scales, effects, equations, scales
 from harvester.scene import Scene
 
 Progress = Callable[[float], None]  # told the fraction done
+DOUBTFUL = 0.05  # estimated model error of `averaged` that brings a warning
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 STOP_WARNING = (
     "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
-    "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'ensemble' or 'spice'"
+    "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'averaged', 'ensemble' "
+    "or 'spice'"
 )
 
 
@@ -58,6 +60,46 @@ class Published:
         reason = "no sampling error: a formula; its model error is not known from within"
         warnings = (STOP_WARNING,) if eqs.restitution is not None else ()
         return _estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, warnings)
+
+
+@dataclass(frozen=True)
+class Averaged:
+    """Impact-aware two-scale averaging (`harvester.averaging.two_scale`), with an estimate of its own error.
+
+    Raises
+    ------
+    CannotServeError
+        for a load other than a resistance.
+    SimulationError
+        without external noise, or where the response grows without bound.
+    """
+
+    NAME: ClassVar[str] = "averaged"
+
+    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+        """E[V^2] of the two-scale theory and E[P] = beta mu E[V^2]."""
+        from harvester.averaging.two_scale import solve
+
+        eqs = _resistive(scene, self.NAME)
+        begin = time.perf_counter()
+        law = solve(eqs)
+        seconds = time.perf_counter() - begin
+        v2 = Value(law.mean_square_voltage, model=law.bias * law.mean_square_voltage)
+        warnings = []
+        if law.bias > DOUBTFUL:
+            why = (
+                "noise and impacts change much of the energy in one cycle"
+                if law.exchange > 0.3
+                else "coupling is strong"
+            )
+            warnings.append(
+                f"averaging is doubtful here (estimated error {law.bias:.0%}): {why}; check with 'ensemble'"
+            )
+        if eqs.restitution is not None and eqs.restitution < 0.5:
+            warnings.append(f"no averaging is reliable for a restitution coefficient of {eqs.restitution:g}, below .5")
+        details = {"exchange_per_cycle": law.exchange, "slow_share": law.slow / law.mean_square_voltage}
+        reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
+        return _estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, tuple(warnings), details)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,6 +215,7 @@ class Spice(_Sampled):
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
         from harvester.circuit import worker
+        from harvester.mechanics.noise import child
 
         eqs = equations(scene)
         s = scales(scene)
@@ -189,10 +232,11 @@ class Spice(_Sampled):
         root = np.random.SeedSequence(self.seed)
         runs: list[worker.Measured] = []
         while True:
-            for one in worker.measure_apart(device, root.spawn(count), kicks, burn_in, batches):
+            seeds = [child(root, len(runs) + k) for k in range(count)]
+            for one in worker.measure_apart(device, seeds, kicks, burn_in, batches):
                 runs.append(one)
                 if progress is not None:
-                    progress(len(runs) / (len(runs) + count - 1 - (len(runs) - 1) % count))
+                    progress(((len(runs) - 1) % count + 1) / count)
             moments = runs[0].moments
             for one in runs[1:]:
                 moments = moments + one.moments
@@ -262,9 +306,21 @@ class Spice(_Sampled):
         return Value(mean, error, None if v2.bias is None else mean * v2.bias / v2.value)
 
 
-ENGINES: dict[str, type[Published] | type[Ensemble] | type[Spice]] = {
-    engine.NAME: engine for engine in (Published, Ensemble, Spice)
+ENGINES: dict[str, type[Published] | type[Averaged] | type[Ensemble] | type[Spice]] = {
+    engine.NAME: engine for engine in (Published, Averaged, Ensemble, Spice)
 }
+
+
+def engine(name: str, **options: Any) -> Engine:
+    """An engine by its name; ``options`` (see `Ensemble`) are checked for all and used by those that sample.
+
+    Raises InputError for an unknown name, with the nearest match, or an option out of range.
+    """
+    if name not in ENGINES:
+        raise unknown("engine", name, ENGINES)
+    Ensemble(**options)  # refuses a wrong option, also where the engine samples nothing and needs none
+    kind = ENGINES[name]
+    return kind(**options) if dataclasses.fields(kind) else kind()
 
 
 def _resistive(scene: Scene, engine: str) -> Equations:

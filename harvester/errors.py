@@ -1,6 +1,7 @@
 """The named errors.  Each prints as one line; the command line maps them to its exit status."""
 
 import difflib
+import reprlib
 from collections.abc import Iterable
 
 
@@ -36,14 +37,26 @@ class CircuitError(SimulationError):
     """ngspice refused the circuit or did not converge."""
 
 
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = 120
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it: its repr, cut where it would fill the screen."""
+    try:
+        return _SHORT.repr(value)
+    except ValueError:
+        return "a number of thousands of digits"  # more than Python prints
+
+
 def invalid(argument: str, must: str, was: object) -> InputError:
     """The one template for bad input: ``argument`` must ``must``, but is ``was``."""
-    return InputError(f"{argument} must {must}, but is {was!r}")
+    return InputError(f"{argument} must {must}, but is {shown(was)}")
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
     """An unknown name, with its nearest match or, failing that, every name there is."""
-    names = list(known)
-    near = difflib.get_close_matches(name, names, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(names)}"
-    return InputError(f"unknown {kind} {name!r}: {hint}")
+    names = {one.lower(): one for one in known}
+    near = difflib.get_close_matches(name[:120].lower(), names, n=1)
+    hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
+    return InputError(f"unknown {kind} {shown(name)}: {hint}")

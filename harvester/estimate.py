@@ -13,22 +13,25 @@ from harvester.arrays import Floats
 class Value:
     """A number with its errors.
 
-    ``stderr`` is the standard error of sampling (None: the engine samples nothing); ``bias`` a
-    bound on the error of the finite step (None: not known; the estimate's ``reason`` says why).
+    ``stderr`` is the standard error of sampling (None: the engine samples nothing); ``bias`` the
+    estimated error of the finite step, ``model`` that of the model itself (None: no such error, or
+    not known; the estimate's ``reason`` says which).
     """
 
     value: float
     stderr: float | None = None
     bias: float | None = None
+    model: float | None = None
 
     def scaled(self, factor: float) -> "Value":
         """The value in other units."""
-        return Value(self.value * factor, _times(self.stderr, factor), _times(self.bias, factor))
+        errors = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
+        return Value(self.value * factor, *errors)
 
     @property
     def error95(self) -> float:
-        """Half-width of the 95 % sampling interval plus the bound on the step's bias."""
-        return 1.96 * (self.stderr or 0.0) + (self.bias or 0.0)
+        """Half-width of the 95 % sampling interval plus the errors of step and model."""
+        return 1.96 * (self.stderr or 0.0) + (self.bias or 0.0) + (self.model or 0.0)
 
     def text(self, unit: str) -> str:
         """Such as ``3.104 +- 0.012 (95 %) +- 0.004 (step) uW``."""
@@ -41,6 +44,8 @@ class Value:
             text += f" +- {1.96 * self.stderr / scale:.2g} (95 %, sampling)"
         if self.bias is not None:
             text += f" +- {self.bias / scale:.1g} (step)"
+        if self.model is not None:
+            text += f" +- {self.model / scale:.1g} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
 
@@ -72,7 +77,7 @@ class Estimate:
         """The object that ``--json`` prints."""
 
         def number(value: Value) -> dict[str, float | None]:
-            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias}
+            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias, "model_bias": value.model}
 
         return {
             "engine": self.engine,

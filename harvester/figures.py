@@ -9,7 +9,10 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from harvester.arrays import Floats
 
 if TYPE_CHECKING:
     from harvester.compare import Comparison
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, told apart without colour by line and marker.
 STYLES: dict[str, dict[str, Any]] = {
     "published": {"color": "#D55E00", "linestyle": "--", "marker": "", "label": "published averaging"},
+    "averaged": {"color": "#009E73", "linestyle": "-.", "marker": "", "label": "impact-aware averaging"},
     "ensemble": {"color": "#999999", "linestyle": "-", "marker": "", "linewidth": 3, "label": "ensemble (exact RC)"},
     "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "markersize": 5, "label": "SPICE (ngspice)"},
 }
@@ -53,7 +57,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
                 style["label"] += " " + ", ".join(
                     f"{a.key} = {float(v):.4g}" for a, v in zip(others, group, strict=True)
                 )
-            top.errorbar(x, p, error, capsize=2, **style)
+            _curve(top, x, p, error, style)
             power[engine] = (dict(zip(x, p, strict=True)), dict(zip(x, error, strict=True)))
         for engine in engines:
             if engine != reference:
@@ -61,7 +65,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
                 x = np.array([v for v in power[engine][0] if base.get(v)])
                 ratio = np.array([power[engine][0][v] / base[v] for v in x])
                 error = np.array([power[engine][1][v] / base[v] for v in x])
-                low.errorbar(x, ratio, error, capsize=2, **dict(STYLES.get(engine, {}), label=None))
+                _curve(low, x, ratio, error, dict(STYLES.get(engine, {}), label=None))
     top.set_ylabel("mean power (W)" if physical else "mean power (nondimensional)")
     low.set_ylabel(f"power over\n{reference}")
     low.set_xlabel(UNITS.get(first.key, first.key))
@@ -77,6 +81,14 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     for axes in (top, low):
         axes.grid(color="0.92")
     return _png(figure)
+
+
+def _curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]) -> None:
+    """A line or markers, with 95 % intervals where the engine samples."""
+    if error.any():
+        axes.errorbar(x, y, error, capsize=2, **style)
+    else:
+        axes.plot(x, y, **style)
 
 
 def comparison(result: "Comparison", title: str) -> bytes:

@@ -1,10 +1,11 @@
 """Files written whole or not at all: beside, then renamed."""
 
+import contextlib
 import os
 import tempfile
 from pathlib import Path
 
-from harvester.errors import InputError
+from harvester.errors import InputError, invalid
 
 
 def folder(path: str | Path) -> Path:
@@ -15,6 +16,8 @@ def folder(path: str | Path) -> Path:
     InputError
         where it cannot be made or written.
     """
+    if not str(path):  # Path("") is the present folder: an unset variable of a shell
+        raise invalid("--out", "be a folder", "")
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -44,5 +47,7 @@ def write(path: Path, content: str | bytes) -> None:
             os.fsync(file.fileno())
         beside.replace(path)
     except OSError as error:
-        beside.unlink(missing_ok=True)
         raise InputError(f"--out must take {path.name}, but writing failed: {error.strerror}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)

@@ -9,9 +9,12 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*", re.DOTALL)
-# Letters, products, quotients and one-digit powers: nothing that takes pint long to read.
-_UNIT = re.compile(r"[A-Za-z_µμΩ°%·*/^()\s\d-]{1,40}")
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", re.DOTALL)
+# Letters, products, quotients and one-digit powers of them; a tower of powers would take pint for ever.
+_UNIT = re.compile(r"(?:[A-Za-z_µμΩ·*/()\s]|\^-?[0-9](?!\s*\^))+")
+_POWERS = {"**": "^", "²": "^2", "³": "^3"}
+_LONGEST = 40  # letters of a unit
+SMALLEST, LARGEST = 1e-50, 1e50  # size of a number other than zero: no product of a few of them over- or underflows
 _PREFIX = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3}
 _PREFIX |= {"k": 1e3, "M": 1e6, "Meg": 1e6, "G": 1e9, "T": 1e12}
 
@@ -25,16 +28,16 @@ def _registry() -> Any:
 
 def _factor(text: str, unit: str | None) -> float | None:
     """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
-    if not _UNIT.fullmatch(text) or re.search(r"\d\d", text):
+    for written, power in _POWERS.items():
+        text = text.replace(written, power)
+    if len(text) > _LONGEST or not _UNIT.fullmatch(text):
         return None
-    import pint
-
     registry = _registry()
     try:
         one = registry.Quantity(1.0, registry.parse_units(text))
         return float((one.to_base_units() if unit is None else one.to(unit)).magnitude)
-    except (pint.PintError, ValueError, TypeError, ArithmeticError, LookupError, AttributeError, AssertionError):
-        return None  # pint has no common error for text that is no unit
+    except Exception:  # of pint, tokenize, eval, ...: text that is no unit has no common error
+        return None
 
 
 @dataclass(frozen=True)
@@ -66,13 +69,15 @@ class Kind:
         ------
         ValueError
             with the text ``must ...`` when it is no number, has another dimension, is not
-            finite or lies outside the range.
+            finite or lies outside the range, or is of a size that no device has.
         """
         number = self._number(value)
         if number is None or not math.isfinite(number):
             raise ValueError(f"must {self.must}")
         if not (number > self.above and self.least <= number <= self.most):
             raise ValueError(f"must {self.must}")
+        if number and not SMALLEST <= abs(number) <= LARGEST:
+            raise ValueError(f"must {self.must}, between {SMALLEST:g} and {LARGEST:g} in size")
         return number
 
     def _number(self, value: object) -> float | None:
@@ -83,7 +88,7 @@ class Kind:
                 return float(value)
             except OverflowError:
                 return None
-        match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+        match = _NUMBER.fullmatch(value.strip()) if isinstance(value, str) else None
         if match is None:
             return None
         number, unit = float(match[1]), match[2]
@@ -92,7 +97,7 @@ class Kind:
         if unit == "":
             return None  # a string carries its unit
         if self.gravity:
-            unit = re.sub(r"\bg\b", "g_0", unit)
+            unit = re.sub(r"\bg(?=\b|[²³])", "gravity", unit)
         factor = _factor(unit, self.unit)
         return None if factor is None else number * factor
 
@@ -102,7 +107,7 @@ def with_prefix(text: str, kind: Kind) -> float:
 
     Raises ValueError as `Kind.read` does.
     """
-    match = _NUMBER.fullmatch(text)
+    match = _NUMBER.fullmatch(text.strip())
     if match is None:
         raise ValueError(f"must {kind.must}")
     if match[2] == "":
@@ -118,7 +123,7 @@ def any_quantity(value: object) -> float:
     Raises ValueError as `Kind.read` does.
     """
     plain = Kind("a number or a quantity with a unit", "", "'10 uF'")
-    match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    match = _NUMBER.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None or match[2] == "":
         return plain.read(value)
     factor = _PREFIX.get(match[2]) or _factor(match[2], None)

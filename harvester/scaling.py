@@ -8,9 +8,12 @@
 No physical result depends on the length l (a test).
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
+from harvester.errors import InputError, invalid
+from harvester.quantity import LARGEST, SMALLEST
 from harvester.scene import Excitation, Load, Nondimensional, Oscillator, Piezo, Scene, Stop
 
 
@@ -37,13 +40,26 @@ class Equations:
 
 @dataclass(frozen=True, kw_only=True)
 class Scales:
-    """The device that turns nondimensional numbers into SI: M (kg), w0 (rad/s), l (m), theta (N/V), Cp (F)."""
+    """The device that turns nondimensional numbers into SI: M (kg), w0 (rad/s), l (m), theta (N/V), Cp (F).
+
+    Raises
+    ------
+    InputError
+        for a device so far from any real one that its scales could over- or underflow.
+    """
 
     mass: float
     frequency: float
     length: float
     coupling: float
     capacitance: float
+
+    def __post_init__(self) -> None:
+        # In this order: a power is taken only of what is already known to be of a sane size.
+        _within("w0 = sqrt(stiffness/mass)", self.frequency)
+        _within("length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length)
+        _within("voltage scale coupling l/capacitance", self.volts)
+        _within("power scale mass w0^3 l^2", self.watts)
 
     @property
     def volts(self) -> float:
@@ -69,11 +85,34 @@ DEFAULT_COUPLING, DEFAULT_CAPACITANCE = 1e-3, 50.2e-9
 def equations(scene: Scene, length: float | None = None) -> Equations:
     """The nondimensional coefficients of a scene; zero coefficients are absent effects.
 
-    ``length`` is the l of a physical scene (default `natural_length`); a nondimensional scene
+    ``length`` is the l (m) of a physical scene (default `natural_length`); a nondimensional scene
     has none.
+
+    Raises
+    ------
+    InputError
+        where a coefficient or a scale is too large, or a scale too small, to compute with.
     """
-    if scene.nondimensional is not None:
-        return _of_table(scene.nondimensional)
+    found = _of_device(scene, length) if scene.nondimensional is None else _of_table(scene.nondimensional)
+    for name, value in dataclasses.asdict(found).items():
+        if value is not None and not abs(value) <= LARGEST:
+            source = _SOURCES[name] if scene.physical else "[nondimensional]"
+            raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
+    return found
+
+
+_SOURCES = {
+    "alpha": "oscillator.cubic_stiffness",
+    "beta": "piezo.coupling",
+    "mu": "load.resistance",
+    "c1": "oscillator.damping",
+    "c2": "oscillator.damping_x2",
+    "c3": "oscillator.damping_x4",
+    "n1": "excitation.acceleration_psd",
+}
+
+
+def _of_device(scene: Scene, length: float | None) -> Equations:
     oscillator, piezo = _device(scene)
     s = scales(scene, length)
     rate = s.mass * s.frequency  # M w0
@@ -138,7 +177,14 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     """The physical scene whose equations, at length ``s.length``, are ``eqs``: inverse of `equations`.
 
     ``s.coupling`` is used where beta is None; else theta = sqrt(beta k Cp).
+
+    Raises
+    ------
+    InputError
+        for correlated noise, which no physical scene has.
     """
+    if eqs.n12 is not None:
+        raise invalid("n12", "be absent from a physical scene", eqs.n12)
     stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
     oscillator = Oscillator(
         mass=s.mass,
@@ -197,6 +243,11 @@ def _of_table(table: Nondimensional) -> Equations:
 def _scaled(value: float | None, factor: float) -> float | None:
     """Value * factor; an absent or zero coefficient stays absent."""
     return value * factor if value is not None and value * factor != 0.0 else None
+
+
+def _within(what: str, value: float) -> None:
+    if not SMALLEST <= value <= LARGEST:
+        raise InputError(f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}")
 
 
 def _device(scene: Scene) -> tuple[Oscillator, Piezo]:

@@ -5,9 +5,9 @@ absent.  pydantic does the reading and the checking; every error becomes one `In
 """
 
 import dataclasses
+import difflib
 import hashlib
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -15,11 +15,12 @@ import pydantic
 from pydantic import BeforeValidator, ConfigDict, ModelWrapValidatorHandler, model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import InputError, invalid, shown, unknown
 from harvester.quantity import Kind, any_quantity, with_prefix
 
 NUMBER = Kind("a number", "", "0.05")
 POSITIVE = Kind("a number", "", "0.05", least=0.0)
+MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 
 def _field(name: str, unit: str, example: str, **limits: Any) -> tuple[Kind, BeforeValidator]:
@@ -122,6 +123,8 @@ class Load(_Table):
         if (self.resistance is None) == (self.netlist is None):
             given = "neither is" if self.resistance is None else "both are"
             raise InputError(f"load must have either resistance or netlist, but {given} given")
+        if self.netlist is not None and not (self.netlist.strip() and self.netlist.isprintable()):
+            raise invalid("load.netlist", "be the name of a netlist or a path", self.netlist)
         if self.parameters and self.netlist is None:
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
 
@@ -223,7 +226,12 @@ class Scene(_Table):
 
     def tables(self) -> dict[str, Any]:
         """The scene as nested dictionaries of the keys that are present."""
-        return _present(dataclasses.asdict(self))
+        given: dict[str, Any] = {"title": self.title} if self.title else {}
+        for name in TABLES:
+            table = getattr(self, name)
+            if table is not None:  # an empty table is one too
+                given[name] = {k: v for k, v in dataclasses.asdict(table).items() if v is not None and v != {}}
+        return given
 
     def to_toml(self) -> str:
         """The scene file of this scene: `loads` gives the same scene back."""
@@ -239,11 +247,12 @@ class Scene(_Table):
 
 def split_key(key: str) -> tuple[str, str]:
     """("load", "resistance") for "load.resistance"; InputError with the nearest match otherwise."""
-    keys = [f"{name}.{field}" for name, table in TABLES.items() for field in _fields(table)]
-    keys.remove("load.parameters")
     table, _, name = key.partition(".")
-    if key not in keys and not key.startswith("load.parameters."):
-        raise unknown("scene key", key, keys)
+    if table not in TABLES:
+        raise unknown("scene table", table, TABLES)
+    fields = [field.replace("parameters", "parameters.R") for field in _fields(TABLES[table])]
+    if name not in fields and not key.startswith("load.parameters."):
+        raise unknown(f"[{table}] key", name, fields)
     return table, name
 
 
@@ -261,19 +270,19 @@ def read_value(key: str, text: str) -> float:
             raise InputError(f"{key} must be a key with a number to be varied")
         return with_prefix(text, kind)
     except ValueError as error:
-        raise InputError(f"{key} {error}, but is {text!r}") from None
+        raise InputError(f"{key} {error}, but is {shown(text)}") from None
 
 
 def loads(text: str, folder: Path | None = None) -> Scene:
     """A scene from the text of a scene file; a netlist's relative path starts at ``folder``."""
     try:
         tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
         raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}") from None
     load: Any = tables.get("load")
     netlist: Any = load.get("netlist") if isinstance(load, dict) else None
     if folder is not None and isinstance(netlist, str) and ("/" in netlist or netlist.endswith(".cir")):
-        tables["load"] = {**load, "netlist": str((folder / netlist).resolve())}
+        tables["load"] = {**load, "netlist": str((folder / netlist).absolute())}
     return Scene(**tables)
 
 
@@ -285,18 +294,23 @@ def load(path: str | Path) -> Scene:
     InputError
         where the file cannot be read, is no TOML, or says something that no scene can have.
     """
-    path = Path(path)
+    given, path = str(path), Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
     except FileNotFoundError:
-        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-        raise (
-            unknown("scene file", path.name, beside) if beside else invalid("scene", "be a file", str(path))
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise InputError(f"scene must be a readable file, but {str(path)!r} is not: {reason}") from None
-    return loads(text, path.parent)
+        beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
+        near = difflib.get_close_matches(path.stem, beside, n=1)
+        hint = f": did you mean {beside[near[0]]!r}?" if near else ""
+        raise InputError(f"scene must be a file, but there is no {shown(given)}{hint}") from None
+    except OSError as error:
+        raise InputError(f"scene must be a readable file, but {shown(given)} is not: {error.strerror}") from None
+    if len(data) > MOST_BYTES:
+        raise InputError(f"scene must be a file of at most {MOST_BYTES} bytes, but {shown(given)} is longer")
+    try:
+        return loads(data.decode(), path.parent)
+    except UnicodeDecodeError:
+        raise InputError(f"scene must be UTF-8 text, but {shown(given)} is not") from None
 
 
 def _fields(table: type) -> list[str]:
@@ -312,15 +326,6 @@ def _kinds(table: type) -> dict[str, list[Kind]]:
     return kinds
 
 
-def _present(tables: Mapping[str, Any]) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    for key, value in tables.items():
-        kept = _present(value) if isinstance(value, dict) else value
-        if kept is not None and kept not in ({}, ""):
-            out[key] = kept
-    return out
-
-
 def _in_one_line(error: pydantic.ValidationError, table: type[_Table]) -> InputError:
     """The first complaint of pydantic in the words of this package; a misspelt key comes first."""
     first = min(error.errors(include_url=False), key=lambda e: e["type"] != "unexpected_keyword_argument")
@@ -330,11 +335,10 @@ def _in_one_line(error: pydantic.ValidationError, table: type[_Table]) -> InputE
         case "missing":
             return InputError(f"{key} must be given, but is missing")
         case "unexpected_keyword_argument":
-            kind = "scene key" if table.TABLE else "scene table"
-            known = [f"{table.TABLE}.{name}" if table.TABLE else name for name in _fields(table)]
-            return unknown(kind, key, known)
+            kind = f"[{table.TABLE}] key" if table.TABLE else "scene table"
+            return unknown(kind, where[-1], _fields(table))
         case "value_error":
-            return InputError(f"{key} {first['ctx']['error']}, but is {first['input']!r}")
+            return InputError(f"{key} {first['ctx']['error']}, but is {shown(first['input'])}")
         case "string_type":
             return invalid(key, "be a text", first["input"])
         case _:

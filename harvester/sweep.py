@@ -5,6 +5,7 @@ import io
 import itertools
 import json
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,9 +15,10 @@ import numpy as np
 
 from harvester import files
 from harvester.engines import Engine
-from harvester.errors import HarvesterError, InputError, SimulationError, invalid
+from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError, invalid
 from harvester.estimate import Estimate
 from harvester.provenance import provenance
+from harvester.scaling import equations
 from harvester.scene import Scene, read_value, split_key
 
 COLUMNS = (
@@ -28,7 +30,8 @@ COLUMNS = (
     "seconds",
     "error",
 )
-_MOST_POINTS = 1_000_000
+_ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
+_MOST_POINTS = 100_000
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,8 @@ def axis(text: str) -> Axis:
     parts = values.split(":")
     if len(parts) == 1:
         return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
-    if len(parts) != 3 or not parts[2].isdigit() or not 1 <= int(parts[2]) <= _MOST_POINTS:
-        raise invalid("--vary", "be KEY=FROM:TO:COUNT with a whole COUNT of at least 1", text)
+    if len(parts) != 3 or not re.fullmatch("[0-9]{1,6}", parts[2]) or not 1 <= int(parts[2]) <= _MOST_POINTS:
+        raise invalid("--vary", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {_MOST_POINTS}", text)
     low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
     if min(low, high) > 0.0 and max(low, high) >= 10.0 * min(low, high):
         grid = np.geomspace(low, high, count)
@@ -101,50 +104,75 @@ def sweep(
     """Run every engine at every point of the grid of ``axes``; write sweep.csv, sweep.png, provenance.json.
 
     Each finished point is on disk before the next begins; ``resume`` keeps those of an earlier
-    run of the same sweep.  A point that fails is a row with its error.  ``tick`` is told each
-    row that is done.
+    run of the same sweep and computes the others, also those that failed.  A point that fails is
+    a row with its error.  ``tick`` is told each row that is done.
 
     Raises
     ------
     InputError
-        for a scene or an engine that cannot be computed at all, a folder that cannot be written,
-        or an earlier sweep that was another one.
-    SimulationError
-        when every point failed; the table is written all the same.
+        for a point that no scene can be, before anything is computed, an option that no engine
+        takes, a folder that cannot be written, or an earlier sweep that was another one.
+    HarvesterError
+        when every point failed, the last error; the table is written all the same.
     """
     from harvester import figures
 
+    _once("--vary", [a.key for a in axes])
+    _once("--engine", [e.NAME for e in engines])
+    jobs = [(keys, point, engine) for keys, point in _points(scene, axes) for engine in engines]
     out = files.folder(out)
     table = Table(tuple(axes))
-    asked = {
-        "vary": {a.key: list(a.values) for a in axes},
-        "engines": {e.NAME: {k: v for k, v in vars(e).items() if k != "budget"} for e in engines},
-    }
-    whence = provenance(scene, **asked)
+    whence = provenance(
+        scene,
+        vary={a.key: list(a.values) for a in axes},
+        engines={e.NAME: {k: v for k, v in vars(e).items() if k != "budget"} for e in engines},
+    )
     done = _earlier(out, table, whence) if resume else {}
+
+    def save() -> None:
+        names = ((*keys.values(), engine.NAME) for keys, _, engine in jobs)
+        table.rows = [done[name] for name in names if name in done]
+        files.write(out / "sweep.csv", table.text())
+
+    save()  # before the provenance, which must never stand beside the rows of another sweep
     files.write(out / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     last: HarvesterError | None = None
-    for values in itertools.product(*(a.values for a in axes)):
-        point = scene
-        for a, value in zip(axes, values, strict=True):
-            point = point.vary(a.key, value)
-        keys = {a.key: repr(value) for a, value in zip(axes, values, strict=True)}
-        for engine in engines:
-            row = done.get((*keys.values(), engine.NAME))
-            if row is None:
-                try:
-                    row = keys | _row(engine.run(point))
-                except SimulationError as error:
-                    last = error
-                    row = keys | dict.fromkeys(COLUMNS, "") | {"engine": engine.NAME, "error": str(error)}
-            table.rows.append(row)
-            files.write(out / "sweep.csv", table.text())
-            if tick is not None:
-                tick(row["engine"])
+    for keys, point, engine in jobs:
+        name = (*keys.values(), engine.NAME)
+        if name not in done:
+            try:
+                done[name] = keys | _row(engine.run(point))
+            except (SimulationError, CannotServeError) as error:
+                last = error
+                done[name] = keys | dict.fromkeys(COLUMNS, "") | {"engine": engine.NAME, "error": str(error)}
+            save()
+        if tick is not None:
+            tick(engine.NAME)
     if last is not None and all(row["error"] for row in table.rows):
         raise last
     files.write(out / "sweep.png", figures.sweep(table, scene.title, scene.physical))
     return table
+
+
+def _once(option: str, names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{option} must name each only once, but names {name!r} twice")
+
+
+def _points(scene: Scene, axes: Sequence[Axis]) -> list[tuple[dict[str, str], Scene]]:
+    """The grid: the varied keys as the table shows them, and the scene; InputError where there can be none."""
+    count = math.prod(len(a.values) for a in axes)
+    if count > _MOST_POINTS:
+        raise invalid("--vary", f"make at most {_MOST_POINTS} points", count)
+    points = []
+    for values in itertools.product(*(a.values for a in axes)):
+        point = scene
+        for a, value in zip(axes, values, strict=True):
+            point = point.vary(a.key, value)
+        equations(point)
+        points.append(({a.key: repr(float(value)) for a, value in zip(axes, values, strict=True)}, point))
+    return points
 
 
 def _row(estimate: Estimate) -> dict[str, str]:
@@ -163,17 +191,25 @@ def _row(estimate: Estimate) -> dict[str, str]:
 
 
 def _earlier(out: Path, table: Table, whence: dict[str, Any]) -> dict[tuple[str, ...], dict[str, str]]:
-    """The rows of an earlier run of the same sweep that hold an answer."""
+    """The rows of an earlier run of the same sweep that hold an answer; none where its files are damaged."""
     try:
         before = json.loads((out / "provenance.json").read_text())
         rows = list(csv.DictReader(io.StringIO((out / "sweep.csv").read_text())))
-    except (OSError, json.JSONDecodeError):
+    except (OSError, ValueError, csv.Error):
         return {}
     now = json.loads(json.dumps(whence, default=str))
     for what in ("scene_digest", "vary", "engines"):
-        if before.get(what) != now[what]:
+        if not isinstance(before, dict) or before.get(what) != now[what]:
             raise InputError(
                 f"--resume must continue the same sweep, but {what} in {str(out)!r} is another: use another --out"
             )
     keys = [a.key for a in table.axes]
-    return {(*(row[k] for k in keys), row["engine"]): row for row in rows if not row["error"]}
+    whole = [row for row in rows if set(row) == {*keys, *COLUMNS} and all(_is_number(row[k]) for k in _ANSWER)]
+    return {(*(row[k] for k in keys), row["engine"]): row for row in whole if row["error"] == ""}
+
+
+def _is_number(text: str | None) -> bool:
+    try:
+        return text is not None and math.isfinite(float(text))
+    except ValueError:
+        return False

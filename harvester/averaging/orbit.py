@@ -1,6 +1,14 @@
-"""Orbits of the equivalent oscillator: potential, instantaneous frequency, Fourier form (paper, Eqs. 8, 15-17)."""
+"""Orbits of the equivalent oscillator: potential, frequency, period, the mirrored coordinate (paper, Eqs. 3, 8-15).
+
+On an orbit of amplitude A the load's stiffness K = K(A) is a constant, so that
+
+    y = A cos Phi,   y' = -A nu sin Phi,   dPhi/dt = nu(A, Phi),   H = y'^2/2 + G(y) = G(A)
+
+All arrays broadcast.
+"""
 
 import numpy as np
+from scipy.special import agm
 
 from harvester.arrays import Floats
 
@@ -10,13 +18,67 @@ def G(y: Floats, alpha: float, K: Floats) -> Floats:
     return 0.5 * (1.0 + K) * y**2 + 0.25 * alpha * y**4
 
 
+def g(y: Floats, alpha: float, K: Floats) -> Floats:
+    """Restoring force g(y) = dG/dy = (1 + K) y + alpha y^3 (paper, below Eq. 8)."""
+    return (1.0 + K) * y + alpha * y**3
+
+
+def G_inverse(H: Floats, alpha: float, K: Floats) -> Floats:
+    """Displacement y >= 0 at which G(y) = H >= 0; it does not cancel for small alpha H."""
+    k = 1.0 + K
+    return np.sqrt(4.0 * H / (k + np.sqrt(k**2 + 4.0 * alpha * H)))
+
+
+def amplitude(x: Floats, v: Floats, alpha: float, K: Floats) -> Floats:
+    """Amplitude of the orbit through (x, v): G(A) = v^2/2 + G(x)."""
+    return G_inverse(0.5 * v**2 + G(x, alpha, K), alpha, K)
+
+
+def nu2_coupled(A: Floats, Phi: Floats, alpha: float, beta: float, mu: float) -> Floats:
+    """Square of the instantaneous frequency with the load's stiffness at nu itself (Eq. 9).
+
+        nu^2 = [G1 + sqrt(G1^2 + 4 G0)]/2,   G1 = s + beta - mu^2,   G0 = mu^2 s,
+        s = 1 + 3/4 alpha A^2 + 1/4 alpha A^2 cos 2 Phi
+
+    the positive root of nu^2 = s + beta nu^2/(mu^2 + nu^2).  Printed G0 lacks mu^2 in its last term.
+    """
+    return closed(nu2(A, Phi, alpha, np.asarray(0.0)), beta, mu)
+
+
+def closed(s: Floats, beta: float, mu: float) -> Floats:
+    """Positive root w^2 of w^2 = s + beta w^2/(mu^2 + w^2), s > 0, without cancellation."""
+    g1 = s + beta - mu**2
+    root = np.hypot(g1, 2.0 * mu * np.sqrt(s))
+    # For large mu, g1 < 0: the second form does not cancel.
+    return np.where(g1 > 0.0, 0.5 * (g1 + root), 2.0 * mu**2 * s / (root - np.minimum(g1, 0.0)))
+
+
 def nu2(A: Floats, Phi: Floats, alpha: float, K: Floats) -> Floats:
     """Square of the instantaneous frequency, nu^2 = 1 + K + 3/4 alpha A^2 + 1/4 alpha A^2 cos 2 Phi (Eq. 15)."""
     return 1.0 + K + 0.75 * alpha * A**2 + 0.25 * alpha * A**2 * np.cos(2.0 * Phi)
 
 
-def amplitude(x: Floats, v: Floats, alpha: float, K: Floats) -> Floats:
-    """Amplitude of the orbit through (x, v): G(A) = v^2/2 + G(x)."""
-    H = 0.5 * v**2 + G(x, alpha, K)
-    q = 1.0 + K
-    return np.sqrt(4.0 * H / (q + np.sqrt(q**2 + 4.0 * alpha * H)))
+def nu(A: Floats, Phi: Floats, alpha: float, K: Floats) -> Floats:
+    """Instantaneous frequency nu(A, Phi) = dPhi/dt (Eqs. 8, 15)."""
+    return np.sqrt(nu2(A, Phi, alpha, K))
+
+
+def frequency(A: Floats, alpha: float, K: Floats) -> Floats:
+    """2 pi/T(A), with T the time that the orbit takes, T = int_0^2pi dPhi/nu (Gauss).
+
+        2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha A^2/2)]
+
+    The omega(A) of Eq. 10 is above this by up to 2.3 %.
+    """
+    k = 1.0 + K
+    return np.asarray(agm(np.sqrt(k + alpha * A**2), np.sqrt(k + 0.5 * alpha * A**2)))
+
+
+def on_orbit(A: Floats, Phi: Floats, alpha: float, K: Floats) -> tuple[Floats, Floats]:
+    """The point y = A cos Phi, y' = -A nu sin Phi (Eq. 3)."""
+    return A * np.cos(Phi), -A * nu(A, Phi, alpha, K) * np.sin(Phi)
+
+
+def folded(y: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """The mirror x = |y|, x' = y' sgn y (Eq. 11): x' -> -r x' at the stop is y' -> r y' through it (Eq. 12)."""
+    return np.abs(y), v * np.sign(y)

@@ -13,8 +13,7 @@ the velocity jumps, at kicks and at impacts.
     accepted v(t)                at a landing: act, aim anew     `accepted`
 
 `source` is a pure function of the accepted state and t, so a rejected step changes nothing.
-The same three functions run compiled, called by ngspice through C pointers (`native`), and
-as plain Python, the readable reference (`interpreted`).
+The three functions are compiled and called by ngspice through C pointers.
 """
 
 from functools import cache

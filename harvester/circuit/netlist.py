@@ -63,7 +63,7 @@ def _read(path: Path, parameters: dict[str, float]) -> LoadCircuit:
     except OSError as error:
         raise invalid("load.netlist", f"be a readable file ({error.strerror})", str(path)) from None
     # Continuation lines joined, comments dropped, everything in lower case as ngspice reads it.
-    joined = re.sub(r"\n\s*\+", " ", text)
+    joined = re.sub(r"\n\s*\+\s*", " ", text)
     lines = [re.split(r"\s;|\s\$", line)[0].strip() for line in joined.splitlines()]
     lines = [line for line in lines if line and not line.startswith("*")]
     starts = [i for i, line in enumerate(lines) if line.lower().startswith(".subckt")]
@@ -77,7 +77,7 @@ def _read(path: Path, parameters: dict[str, float]) -> LoadCircuit:
     if not any(re.match(r"rload\s", line, re.IGNORECASE) for line in body):
         raise InputError(f"netlist {path.name} must have a resistor Rload, the load, but has none")
     for given in parameters:
-        if given not in defaults:
+        if given.lower() not in (name.lower() for name in defaults):
             raise unknown(f"parameter of netlist {name}", given, defaults)
     return LoadCircuit(name, "\n".join(body), dict(parameters))
 

@@ -116,6 +116,7 @@ def netlist(load: LoadCircuit, capacitance: float, step: float, duration: float,
     one-step rule that is exact for its time constant (see `trapezoid_share`); any other load
     leaves the steps between landings to ngspice.
     """
+    step, duration, start = float(step), float(duration), float(start)  # a NumPy scalar prints its type
     circuit = Circuit("harvester")
     circuit.V("drive", "drive", circuit.gnd, "external")
     circuit.C("p", "drive", "p", capacitance, initial_condition=start)

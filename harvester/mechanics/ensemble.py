@@ -12,11 +12,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.lanes import LANES, SUMS, advance
 from harvester.mechanics.moments import Moments, from_sums
-from harvester.mechanics.noise import random_words
+from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import coefficients
+from harvester.mechanics.step import drift, relaxation
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
@@ -83,7 +85,7 @@ class Ensemble:
         x0 = 0.0 if eqs.n1 is not None else 1.0
         self.state = np.zeros((self.blocks, 3, LANES))
         self.state[:, 0] = x0
-        self.words = np.stack([random_words(s, LANES) for s in self.seed.spawn(self.blocks)])
+        self.words = np.stack([random_words(child(self.seed, 0, k), LANES) for k in range(self.blocks)])
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.pairs = max(1, round(0.2 / h))
 
@@ -117,6 +119,13 @@ class Ensemble:
             )
         return from_sums(sums, readings, elapsed)
 
+    def snapshot(self) -> Floats:
+        """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
+        half = 0.5 * self.h
+        e, g = relaxation(half, self.eqs.mu)
+        states = np.moveaxis(self.state, 1, 2).reshape(-1, 3)
+        return np.array([drift(*s, half, e, g, self.eqs.mu, self.eqs.restitution)[:3] for s in states]).T  # type: ignore[call-arg]
+
     def settle(self) -> list[str]:
         """Run until the start is forgotten; returns warnings.
 
@@ -146,7 +155,7 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, self.seed.spawn(1)[0], h)
+        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h)
 
     def _windows(self) -> tuple[Moments, list[str]]:
         mu = self.eqs.mu

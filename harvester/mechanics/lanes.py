@@ -44,10 +44,10 @@ def advance(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c
                 x[i], v[i], V[i] = xi, vi, Vi
         for i in range(LANES):
             xm, vm, Vm, _hit = drift(x[i], v[i], V[i], 0.5 * h, e_half, g_half, mu, r)
-            sums[0, i] += Vm
+            sums[0, i] += 0.5 * (V[i] + Vm)
             sums[1, i] += V[i] * V[i]
             sums[2, i] += Vm * Vm
-            sums[3, i] += xm
+            sums[3, i] += 0.5 * (x[i] + xm)
             sums[4, i] += x[i] * x[i]
             sums[5, i] += xm * xm
             sums[6, i] += vm * vm

@@ -16,7 +16,7 @@ from harvester.scaling import Equations
 class Moments:
     """Time averages, one entry a trajectory or batch, shape (n,) each; nondimensional.
 
-    V2, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
+    V, V2, x, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
     h^2 have opposite signs.
     """
 
@@ -98,9 +98,9 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         return np.asarray(values.mean(axis=1))
 
     return Moments(
-        V=mean(V),
+        V=mean(0.5 * (Vk + V)),
         V2=mean(0.5 * (Vk**2 + V**2)),
-        x=mean(x),
+        x=mean(0.5 * (xk + x)),
         x2=mean(0.5 * (xk**2 + x**2)),
         v2=mean(v**2),
         xV=mean(0.5 * (xk * Vk + x * V)),

@@ -22,6 +22,11 @@ _SIXTH = 715827883  # 2^32/6, rounded; the probability is off by 1e-10
 _FIVE_SIXTHS = 2**32 - _SIXTH
 
 
+def child(seed: np.random.SeedSequence, *keys: int) -> np.random.SeedSequence:
+    """An independent seed, the same for the same keys (``SeedSequence.spawn`` counts its calls)."""
+    return np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, *keys))
+
+
 def gaussian_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
     """Standard normal variates, one for each of ``steps`` kicks; the same seed, the same path."""
     return np.random.default_rng(seed).standard_normal(steps)

@@ -1,0 +1,163 @@
+"""Engines end to end: exact answers, errors that are true, refusals that name another engine."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
+from harvester.estimate import Value, z_score
+from tests.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
+
+PLATE = hv.load("examples/plate.toml")
+
+
+def pair(value):
+    return value.value, value.stderr
+
+
+@pytest.mark.parametrize("beta", [0.05, 1.25])
+@pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
+def test_linear_scene_in_spice_and_ensemble(beta, mu):
+    """PHYSICS 5.1: E[V^2] and E[P], |z| < 4 with a standard error under 1 %, both engines."""
+    eqs = linear(beta, mu)
+    exact = linear_v2(eqs)
+    for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.02, trajectories=16, seed=3)):
+        answer = engine.run(scene(eqs))
+        assert answer.mean_square_voltage.stderr < 0.01 * exact
+        error = math.hypot(answer.mean_square_voltage.stderr, answer.mean_square_voltage.bias)
+        assert abs(z((answer.mean_square_voltage.value, error), exact)) < 4
+        assert abs(z((answer.mean_power.value, beta * mu * error), beta * mu * exact)) < 4
+
+
+def test_paper_scene_in_spice():
+    """E[V^2] = .0881 within 1 %, and the identities of PHYSICS 5.2 and 5.3, in ngspice."""
+    answer = hv.Spice(trajectories=64, duration=8e3, seed=1).run(scene(PAPER))
+    value, error = pair(answer.mean_square_voltage)
+    assert error < 0.007 * value
+    assert abs(z((value, error), *PAPER_V2)) < 4
+    assert value == pytest.approx(0.0881, rel=0.01 + 2 * error / value)
+    assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
+
+
+def test_identities_in_spice():
+    """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], batch by batch, in ngspice."""
+    from harvester.circuit import worker
+    from harvester.mechanics.moments import mean_and_error
+
+    for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
+        device = hv.Spice(dt=0.05).device(scene(eqs))[0]
+        seeds = [np.random.SeedSequence([5, k]) for k in range(8)]
+        runs = list(worker.measure_apart(device, seeds, kicks=40_000, discard=400.0, batches=8))
+        moments = runs[0].moments
+        for one in runs[1:]:
+            moments = moments + one.moments
+        v2 = moments.V2.mean()
+        for values in (moments.V, moments.vV - eqs.mu * moments.V2):
+            assert abs(z(mean_and_error(values), 0.0)) < 4
+        difference, error = mean_and_error(moments.xV - moments.V2)
+        assert abs(difference) < 4 * error + 1e-3 * v2  # holds path by path: the step's bias is what is left
+        assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
+
+
+def test_published_is_four_times_too_high_with_the_stop():
+    published = hv.Published().run(scene(PAPER))
+    assert published.mean_square_voltage.value == pytest.approx(0.352, rel=0.01)
+    assert published.mean_square_voltage.stderr is None
+    assert published.mean_square_voltage.value / PAPER_V2[0] == pytest.approx(4.0, rel=0.02)
+    assert "too high" in published.warnings[0]
+    assert not hv.Published().run(PLATE).warnings
+
+
+def test_units_of_a_physical_scene():
+    """E[P] = E[v^2]/R in SI, and both match the nondimensional numbers."""
+    answer = hv.Ensemble(trajectories=256).run(PLATE)
+    assert answer.mean_power.value == pytest.approx(answer.mean_square_voltage.value / 1e6, rel=1e-12)
+    nd = answer.nondimensional
+    assert nd["mean_power"] == pytest.approx(nd["beta"] * nd["mu"] * nd["mean_square_voltage"], rel=1e-12)
+    assert (nd["beta"], nd["mu"]) == pytest.approx((1e-6 / (16 * 50.2e-9), 1 / (1e6 * 50.2e-9 * 20)))
+    psd = 1e-5 * 9.80665**2
+    assert answer.mean_power.value < 0.04 * psd / 4  # all that white noise can put in: M G/4
+
+
+def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
+    """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
+    from harvester.circuit import worker
+
+    device = hv.Spice().device(PLATE)[0]
+    one = next(worker.measure_apart(device, [np.random.SeedSequence(4)], 40_000, 300.0, 1))
+    s, eqs = device.scales, device.eqs
+    assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "engine", [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)]
+)
+def test_same_seed_same_answer(engine):
+    a, b = engine.run(PLATE), engine.run(PLATE)
+    assert a.mean_power == b.mean_power
+    assert a.steps == b.steps > 0
+
+
+def test_within_is_reached_and_told():
+    answer = hv.Ensemble(within=0.003).run(scene(PAPER))
+    assert answer.mean_power.error95 <= 0.003 * answer.mean_power.value
+    short = hv.Ensemble(within=1e-5, budget=0.3).run(scene(PAPER))
+    assert "was not reached" in short.warnings[-1]
+
+
+def test_netlist_load():
+    bridge = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm"}))
+    answer = hv.Spice(trajectories=2, duration=60.0).run(bridge)
+    assert "netlist" in answer.effects
+    assert 0 < answer.mean_power.value < 0.04 * 1e-5 * 9.80665**2 / 4
+    assert answer.mean_power.bias is None
+    assert "not known" in answer.reason
+    for engine in (hv.Published(), hv.Ensemble()):
+        with pytest.raises(CannotServeError, match="use engine 'spice'"):
+            engine.run(bridge)
+
+
+def test_refusals(monkeypatch):
+    with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
+        hv.Spice().run(scene(changed(PAPER, mu=None)))
+    with pytest.raises(UnboundedResponseError):
+        hv.Ensemble().run(scene(changed(PAPER, c3=None)))
+    with pytest.raises(InputError, match="--trajectories"):
+        hv.Ensemble(trajectories=0)
+    monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent/libngspice.so")
+    with pytest.raises(MissingProgramError, match="apt-get install"):
+        hv.Spice().run(PLATE)
+
+
+def test_json_is_the_contract():
+    answer = hv.Ensemble(trajectories=128, duration=50.0).run(scene(PAPER))
+    told = json.loads(json.dumps(answer.as_json(), allow_nan=False))
+    assert told["engine"] == "ensemble"
+    assert set(told["mean_power"]) >= {"value", "stderr"}
+    assert set(told["nondimensional"]) >= {"mean_square_voltage", "mean_power", "beta", "mu"}
+    assert {"cubic_stiffness", "impact"} <= set(told["effects"])
+    assert isinstance(told["steps"], int)
+    assert isinstance(told["seconds"], float)
+    assert told["warnings"] == []
+
+
+def test_text_carries_its_errors():
+    text = str(hv.Ensemble(trajectories=128).run(PLATE))
+    assert "95 %, sampling" in text
+    assert "(step) uW" in text
+    assert "no sampling error" in str(hv.Published().run(PLATE))
+    assert Value(0.0, 0.0).text("W") == "0 +- 0 (95 %, sampling) W"
+    assert z_score(Value(1.0, 0.3), Value(0.5, 0.4)) == pytest.approx(1.0)
+    assert z_score(Value(1.0), Value(0.5)) is None
+
+
+def test_scenes_without_load_or_noise():
+    opened = hv.Ensemble(trajectories=128).run(scene(changed(PAPER, mu=None)))
+    assert opened.mean_power.value == 0.0
+    assert "open circuit" in opened.warnings[-1]
+    quiet = hv.Ensemble(trajectories=64).run(scene(changed(linear(0.05, 1.0), n1=None)))
+    assert quiet.mean_power.value < 1e-10
+    assert "dies out" in quiet.warnings[0]

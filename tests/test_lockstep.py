@@ -1,0 +1,198 @@
+"""ngspice in lock-step with the mass, against the exact RC update on the same noise path."""
+
+import os
+import subprocess
+
+import numpy as np
+import pytest
+
+from harvester.circuit import worker
+from harvester.circuit.netlist import LoadCircuit, folder, load_circuit
+from harvester.errors import CircuitError
+from harvester.mechanics.moments import from_path, mean_and_error
+from harvester.mechanics.noise import gaussian_grid, refined
+from harvester.mechanics.path import trace
+from harvester.scaling import Equations, Scales
+from harvester.scene import Load
+from tests.systems import PAPER, changed, linear
+
+SEED = np.random.SeedSequence(7)
+
+
+def device(eqs, h, stride=1, scales=None):
+    s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
+    return worker.Device(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride)
+
+
+def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
+    """The same path by ngspice and by the exact update."""
+    noise = gaussian_grid(SEED, round(duration / h)) if noise is None else noise
+    return worker.record_apart(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
+
+
+def rms_difference(a, b, name="V"):
+    a, b = getattr(a, name), getattr(b, name)
+    return np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2))
+
+
+def test_paper_path_at_the_default_step():
+    """Relative RMS difference of V over 100 time units: asked below 1e-3, is below 1e-5."""
+    ours, exact = both(PAPER, 0.1)
+    assert len(exact.impacts) > 20
+    assert rms_difference(ours, exact) < 1e-5
+    assert rms_difference(ours, exact, "x") < 1e-5
+    assert ours.impacts == pytest.approx(exact.impacts, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "eqs, duration",
+    [(PAPER, 100.0), (changed(linear(1.25, 1.0), restitution=0.96), 60.0), (linear(1.25, 1.0), 100.0)],
+    ids=["paper", "plate-stop", "plate"],
+)
+def test_difference_falls_with_the_square_of_the_step(eqs, duration):
+    """Noise paths refined by the bridge; the exact update makes the same steps, so only the circuit differs.
+
+    Where impacts fall in a step varies, so the order is that of the geometric mean over paths.
+    """
+    steps = (0.2, 0.1, 0.05, 0.025, 0.0125)
+    differences = np.empty((3, len(steps)))
+    for seed, row in zip((7, 8, 9), differences, strict=True):
+        noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(duration / 0.2)), np.random.default_rng(1)
+        for i, h in enumerate(steps):
+            row[i] = rms_difference(*both(eqs, h, stride=1, noise=noise))
+            noise = refined(noise, rng)
+    order = np.polyfit(np.log(steps), np.log(differences).mean(axis=0), 1)[0]
+    assert order > 1.8
+    assert differences[:, -1].max() < 1e-5
+
+
+def test_whole_scheme_is_of_second_order():
+    """x(t) on a refined path against a fine one, without noise in the way: a decaying, coupled, nonlinear motion."""
+    eqs = changed(PAPER, n1=1e-12, n2=None, restitution=None, c1=-0.05, c2=None, c3=None, beta=1.25, mu=1.0, alpha=2.0)
+    ends = []
+    for h in (0.2, 0.1, 0.05, 0.0125):
+        n = round(8 / h)
+        # a kick of .9 at the start does what an initial velocity would
+        noise = np.zeros(n)
+        noise[0] = 0.9 / np.sqrt(2 * h * eqs.n1)
+        # the kick comes at t = h: shift the clock so that every run starts its motion at the same time
+        path = worker.record_apart(device(eqs, h), np.concatenate([noise, np.zeros(round(1 / h))]))
+        ends.append(np.interp(6.0, path.t - h, path.V))
+    errors = np.abs(np.array(ends[:3]) - ends[3])
+    assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
+
+
+@pytest.mark.parametrize("mu", [0.01, 1.0, 5.0, 30.0, 100.0, 1000.0])
+@pytest.mark.parametrize("beta", [0.05, 1.25, 10.0])
+def test_stiff_and_strong_coupling_stay_stable(beta, mu):
+    """PHYSICS 7.18: long time constants and short ones, up to a hundred steps long."""
+    eqs = linear(beta, mu)
+    ours, exact = both(eqs, 0.1 / np.sqrt(1 + beta), 200.0)
+    assert rms_difference(ours, exact) < 0.03
+    assert rms_difference(ours, exact, "x") < 0.01
+
+
+@pytest.mark.parametrize("mu", [0.05, 5.0, 100.0, 1000.0])
+def test_energy_of_the_load_with_a_stop(mu):
+    """E[V^2] of the path with impacts, where short steps meet a rule fitted to long ones: within 1 %."""
+    eqs = changed(linear(0.05, mu), restitution=0.96)
+    noise = gaussian_grid(SEED, 100_000)
+    ours, exact = (from_path(eqs, p, 100.0, 16) for p in both(eqs, 0.1, noise=noise))
+    difference, error = mean_and_error(ours.V2 - exact.V2)
+    assert abs(difference) < 0.01 * exact.V2.mean() + 4 * error
+
+
+def test_lossless_device_keeps_its_energy():
+    """No damping, r = 1, no noise after a first kick, load of 1 Gohm: drift below 1e-4 over 200 periods."""
+    eqs = Equations(beta=1.25, mu=1e-9, restitution=1.0, n1=1.0)
+    h = 0.02
+    noise = np.zeros(round(200 * 2 * np.pi / h))
+    noise[0] = 10.0
+    path = worker.record_apart(device(eqs, h), noise)
+    energy = 0.5 * path.v**2 + 0.5 * path.x**2 + 0.5 * eqs.beta * path.V**2
+    periods = energy[: len(energy) // 200 * 200].reshape(200, -1).mean(axis=1)
+    assert periods == pytest.approx(periods[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("volts", [1e-6, 1e3])
+def test_signal_level_does_not_matter(volts):
+    """PHYSICS 7.20: 1 uV and 1 kV signals, same relative accuracy."""
+    scales = Scales(mass=0.04, frequency=20.0, length=volts * 50.2e-9 / 1e-3, coupling=1e-3, capacitance=50.2e-9)
+    ours, exact = both(PAPER, 0.1, scales=scales)
+    assert rms_difference(ours, exact) < 1e-5
+
+
+def test_time_constant_in_ngspice_is_one_over_mu():
+    """mu of the scaling is that of the circuit: a charged Cp decays through the load by exp(-mu t) in ngspice.
+
+    One kick moves the mass, the stop with r = 0 holds it from its return on; then V decays freely.
+    """
+    mu = 0.31
+    eqs = Equations(n1=1.0, restitution=0.0, mu=mu)
+    h = 0.01
+    noise = np.zeros(round(20 / h))
+    noise[0] = 5.0
+    path = worker.record_apart(device(eqs, h), noise)
+    held = path.t > np.pi + 0.1
+    slope = np.polyfit(path.t[held], np.log(np.abs(path.V[held])), 1)[0]
+    assert abs(path.x[held]).max() < 1e-12
+    assert slope == pytest.approx(-mu, rel=1e-5)
+
+
+def test_coupling_of_the_circuit_is_beta():
+    """With the load open and the mass on its own, the frequency in lock-step is sqrt(1 + beta)."""
+    beta, h = 1.25, 0.01
+    eqs = Equations(beta=beta, mu=1e-9, n1=1.0)
+    noise = np.zeros(round(60 / h))
+    noise[0] = 5.0
+    path = worker.record_apart(device(eqs, h), noise)
+    up = np.flatnonzero((path.x[:-1] < 0) & (path.x[1:] >= 0))
+    crossings = path.t[up] - path.x[up] * h / (path.x[up + 1] - path.x[up])
+    assert 2 * np.pi / np.diff(crossings).mean() == pytest.approx(np.sqrt(1 + beta), rel=1e-4)
+
+
+def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
+    a = both(PAPER, 0.1)[0]
+    worker.record_apart(device(linear(1.25, 1.0), 0.1), gaussian_grid(SEED, 100))
+    b = both(PAPER, 0.1)[0]
+    assert (a.readings == b.readings).all()
+    assert (a.impacts == b.impacts).all()
+
+
+def test_a_netlist_that_ngspice_refuses_is_a_named_error():
+    broken = LoadCircuit("broken", ".subckt broken p n\nRload p n 0 0 0 nonsense={\n.ends", {})
+    with pytest.raises(CircuitError, match="ngspice"):
+        worker.record_apart(worker.Device(PAPER, device(PAPER, 0.1).scales, broken, 0.1, 4), np.zeros(40))
+    assert both(PAPER, 0.1)[0].V.any()  # the worker goes on
+
+
+def test_a_crash_of_ngspice_is_an_error_of_that_run_only():
+    """The worker process dies, the program does not, and the next run has a new one."""
+    with pytest.raises(CircuitError, match="abruptly"):
+        list(worker._results([worker._pool().submit(os.abort)]))
+    assert both(PAPER, 0.1)[0].V.any()
+
+
+@pytest.mark.parametrize("path", sorted(folder().glob("*.cir")), ids=lambda p: p.stem)
+def test_netlists_run_by_hand(path):
+    """`ngspice -b` runs every file as it stands; the power it prints is near the closed form in its header."""
+    said = subprocess.run(["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False).stdout
+    power = float(said.split("load_power")[1].split()[1])
+    theta, capacitance, w = 1e-3, 50.2e-9, 20.0
+    closed = {
+        "resistor": (theta * 0.5e-3) ** 2 * w / (4 * capacitance),
+        "bridge": (theta * 5e-3) ** 2 * w / (2 * np.pi * capacitance),
+    }[path.stem]
+    assert power == pytest.approx(closed, rel={"resistor": 1e-3, "bridge": 0.04}[path.stem])
+
+
+def test_bridge_in_lock_step():
+    """A nonlinear load: the smoothed output is charged, the load gets power, and less than the circuit took."""
+    eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
+    s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
+    bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
+    measured = next(
+        worker.measure_apart(worker.Device(eqs, s, bridge, 0.1, 4), [SEED], kicks=20_000, discard=400.0, batches=4)
+    )
+    taken = eqs.beta * measured.moments.vV.mean() * s.watts
+    assert 0.5 * taken < measured.load_power < taken

@@ -1,0 +1,93 @@
+"""The step: each part against the equation that it solves."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from harvester.mechanics.step import decayed, drift, friction, intensity, kick, relaxation
+
+NO_EFFECT = {"alpha": None, "beta": None, "c1": None, "c2": None, "c3": None, "n1": None, "n2": None, "n12": None}
+
+
+@pytest.mark.parametrize("z", [0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 5.0, 20.0, 31.0, 100.0])
+def test_decayed_is_one_minus_exp(z):
+    assert decayed(z) == pytest.approx(-math.expm1(-z), rel=1e-9, abs=1e-300)
+
+
+@pytest.mark.parametrize("mu", [None, 1e-4, 0.05, 1.0, 30.0, 1e4])
+@pytest.mark.parametrize("x, v", [(0.3, 0.7), (0.05, -0.9), (0.0, -1.0), (1e-9, -1e-12), (2.0, -0.5)])
+@pytest.mark.parametrize("r", [None, 0.0, 0.5, 0.96, 1.0])
+def test_drift_solves_v_dot_exactly(mu, x, v, r):
+    """V' = x' - mu V along the reflected straight line, leg by leg in closed form."""
+    h, V = 0.1, 0.4
+    rate = mu or 0.0
+
+    def leg(V, speed, time):
+        if rate == 0.0:
+            return V + speed * time
+        return V * math.exp(-rate * time) - speed * math.expm1(-rate * time) / rate
+
+    hit = -x / v if r is not None and v < 0.0 and -x / v < h else h
+    expected = leg(leg(V, v, hit), -(r or 0.0) * v, h - hit) if hit < h else leg(V, v, h)
+    x1, v1, V1, speed = drift(x, v, V, h, *relaxation(h, mu), mu, r)
+    assert pytest.approx(expected, rel=1e-8, abs=1e-10) == V1
+    if hit < h:
+        assert (x1, v1, speed) == pytest.approx((-r * v * (h - hit), -r * v, -v), abs=1e-15)
+    else:
+        assert (x1, v1, speed) == (x + h * v, v, 0.0)
+
+
+@given(x=st.floats(0, 10), v=st.floats(-10, 10), h=st.floats(1e-6, 10), r=st.floats(0, 1))
+@settings(deadline=None, max_examples=300)
+def test_an_impact_never_raises_energy_and_never_passes_the_stop(x, v, h, r):
+    x1, v1, _, speed = drift(x, v, 0.0, h, *relaxation(h, 1.0), 1.0, r)
+    assert x1 >= 0.0
+    assert abs(v1) <= abs(v)
+    assert speed >= 0.0
+
+
+@pytest.mark.parametrize("f", [0.0, 1e-3, 0.3, -0.3])
+def test_kick_is_the_linear_equation_to_third_order(f):
+    """v' = -f v - x - alpha x^3 - beta V at fixed x and V: local error of order h^3."""
+    x, v, V, alpha, beta = 0.7, -0.4, 0.2, 0.5, 1.25
+    errors = []
+    for h in (0.1, 0.05):
+        force = -x - alpha * x**3 - beta * V
+        exact = solve_ivp(lambda _, y: -f * y + force, (0, h), [v], rtol=1e-12, atol=1e-14).y[0, -1]  # noqa: B023
+        errors.append(
+            abs(kick(x, v, V, 0.0, h, **(NO_EFFECT | {"alpha": alpha, "beta": beta, "c1": -f or None})) - exact)
+        )
+    assert errors[1] <= errors[0] / 6.5 + 1e-15
+
+
+@pytest.mark.parametrize("h", [0.01, 1.0, 100.0])
+@pytest.mark.parametrize("x", [5.0, 30.0, 1e4])
+def test_stiff_damping_stops_the_mass_at_any_step(x, h):
+    """f h from 1 to 1e17: |v| never grows, and the force's share stays below the quasi-static F/f."""
+    f = friction(x, None, None, 0.1)
+    v1 = kick(x, 1.0, 0.0, 0.0, h, **(NO_EFFECT | {"c3": 0.1}))
+    assert abs(v1) <= 1.0 / (1.0 + f * h) + x / f * (1 + 1e-12)
+
+
+def test_noise_intensity_is_that_of_the_correlated_sum():
+    """Var(eps1 xi1 + x eps2 xi2) / 2 for correlated noises."""
+    assert intensity(0.3, 0.01, 0.04, 0.005) == pytest.approx(0.01 + 2 * 0.3 * 0.005 + 0.09 * 0.04)
+
+
+def test_compiled_and_interpreted_step_agree():
+    arguments = (0.7, -0.4, 0.2, 1.3, 0.1, 0.5, 0.05, 0.01, 0.05, 0.1, 0.01, 0.02, 0.003)
+    assert kick(*arguments) == pytest.approx(kick.py_func(*arguments), rel=1e-14)
+    arguments = (0.01, -0.4, 0.2, 0.1, *relaxation(0.1, 0.05), 0.05, 0.96)
+    assert drift(*arguments) == pytest.approx(drift.py_func(*arguments), rel=1e-14)
+
+
+def test_absent_equals_never_having_it():
+    """None gives bit for bit what a coefficient of zero gives, so nothing else depends on it."""
+    x, v, V, xi, h = np.float64(0.7), -0.4, 0.2, 1.3, 0.1
+    zero = dict.fromkeys(NO_EFFECT, 0.0)
+    given = {"n1": 0.01, "c1": -0.05}
+    assert kick(x, v, V, xi, h, **(NO_EFFECT | given)) == kick(x, v, V, xi, h, **(zero | given))
