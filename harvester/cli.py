@@ -123,11 +123,12 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     from harvester import files
 
     given = _load(scene)
-    folder = files.folder(out or ".")
+    folder = files.folder(out or ".") if out or not as_json else None
     result = comparing.compare(given, **options)
-    from harvester import figures
+    if folder is not None:
+        from harvester import figures
 
-    files.write(folder / "compare.png", figures.comparison(result, given.title))
+        files.write(folder / "compare.png", figures.comparison(result, given.title))
     if as_json:
         click.echo(json.dumps(result.as_json(), allow_nan=False))
         return
@@ -146,7 +147,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
         )
     for name, why in result.refused.items():
         click.echo(f"{name} did not run: {why}")
-    click.echo(f"written: {folder / 'compare.png'}")
+    click.echo(f"written: {Path(out or '.') / 'compare.png'}")
 
 
 @cli.command()

@@ -127,8 +127,10 @@ class _Sampled:
             value = getattr(self, name)
             if value is not None and not (value > 0.0 and math.isfinite(value)):
                 raise invalid(f"--{name}", "be above 0", value)
-        if self.trajectories is not None and not 2 <= self.trajectories <= 10_000_000:
-            raise invalid("--trajectories", "be between 2 and 10000000", self.trajectories)
+        if self.within is not None and not 1e-5 <= self.within < 1.0:
+            raise invalid("--within", "be between 0.001% and 100%", f"{self.within:.3g}")
+        if self.trajectories is not None and not 2 <= self.trajectories <= 1_000_000:
+            raise invalid("--trajectories", "be between 2 and 1000000", self.trajectories)
         if self.seed < 0:
             raise invalid("--seed", "be at least 0", self.seed)
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.errors import SimulationError
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,12 @@ class Value:
     stderr: float | None = None
     bias: float | None = None
     model: float | None = None
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
+            raise SimulationError(
+                "the result is not finite: the response grows without bound, or numbers left their range"
+            )
 
     def scaled(self, factor: float) -> "Value":
         """The value in other units."""

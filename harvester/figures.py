@@ -76,7 +76,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     positive = [float(row["mean_power"]) for row in table.rows if row["mean_power"]]
     if min(positive) > 0.0 and max(positive) > 5.0 * min(positive):
         top.set_yscale("log")
-    top.set_title(title or "Mean power", wrap=True)
+    top.set_title(title or "Mean power", wrap=True, parse_math=False)
     top.legend(frameon=False, fontsize=9)
     for axes in (top, low):
         axes.grid(color="0.92")
@@ -103,7 +103,7 @@ def comparison(result: "Comparison", title: str) -> bytes:
     bars.barh(names, values, xerr=errors, color=colours, height=0.6, capsize=3)
     bars.invert_yaxis()
     bars.set_xlabel("mean power (W), 95 % interval" if result.estimates[0].physical else "mean power (nondimensional)")
-    bars.set_title(title or "Engines side by side", wrap=True)
+    bars.set_title(title or "Engines side by side", wrap=True, parse_math=False)
     for panel, path in zip(axes[1:, 0], result.paths, strict=True):
         shown = path.t > path.t[-1] - 40.0
         t = path.t[shown]

@@ -8,6 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from harvester.circuit.netlist import load_circuit
 from harvester.scene import Scene
 
 PACKAGES = ("harvester", "numpy", "scipy", "numba", "PySpice", "matplotlib")
@@ -45,5 +46,6 @@ def provenance(scene: Scene, **what: Any) -> dict[str, Any]:
         "machine": machine(),
         "scene": scene.tables(),
         "scene_digest": scene.digest,
+        "netlist": None if scene.load is None or scene.load.netlist is None else load_circuit(scene.load).text,
         **what,
     }

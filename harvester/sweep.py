@@ -198,7 +198,7 @@ def _earlier(out: Path, table: Table, whence: dict[str, Any]) -> dict[tuple[str,
     except (OSError, ValueError, csv.Error):
         return {}
     now = json.loads(json.dumps(whence, default=str))
-    for what in ("scene_digest", "vary", "engines"):
+    for what in ("scene_digest", "netlist", "vary", "engines"):
         if not isinstance(before, dict) or before.get(what) != now[what]:
             raise InputError(
                 f"--resume must continue the same sweep, but {what} in {str(out)!r} is another: use another --out"

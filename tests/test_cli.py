@@ -90,7 +90,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--dt", "nan"), "--dt must be above 0, but is nan"),
         (("run", PLATE, "--dt", "0"), "--dt must be above 0, but is 0.0"),
         (("run", PLATE, "--duration", "inf"), "--duration must be above 0, but is inf"),
-        (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 10000000, but is 0"),
+        (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 1000000, but is 0"),
         (("run", PLATE, *PUBLISHED, "--dt", "-1"), "--dt must be above 0, but is -1.0"),  # although it needs no step
         (("sweep", PLATE, "--out", "x"), "Missing option '--vary'"),
         ((*SWEEP, "load.resistance=1k"), "Missing option '--out'"),

@@ -19,7 +19,7 @@ and nothing slow is faster than the cycle, which takes 1/(1 + (mu/2w)^2) off the
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -43,7 +43,8 @@ class TwoScale:
     `solve`); ``exchange`` the energy that noise brings in a cycle over the mean energy, the
     small parameter of averaging; ``stored`` the share of the energy that the piezo holds; ``held``
     the probability of amplitudes at which the slow voltage keeps the mass off the stop, where
-    the theory's orbits do not apply.
+    the theory's orbits do not apply.  ``orbits``, ``cycles`` and ``mass`` have their amplitudes in units
+    of ``length``.
     """
 
     mean_square_voltage: float
@@ -57,6 +58,7 @@ class TwoScale:
     held: float
     orbits: Orbits
     cycles: Cycles
+    length: float
     mass: Floats  # probability of each amplitude, shape (n,)
 
 
@@ -66,13 +68,14 @@ def density(of: str, edges: Floats, law: TwoScale) -> Floats:
     edges: shape (m + 1,) -> shape (m,).  Each amplitude spreads its probability over its orbit
     by the time spent there.
     """
+    edges = edges / law.length
     A = np.geomspace(law.cycles.A[0], law.cycles.A[-1], 4000)
     u = np.log(law.cycles.A)
     mass = np.exp(np.interp(np.log(A), u, np.log(law.mass)))
     x, v, weight = law.orbits.at(A)
     weight = weight * (mass / mass.sum())[:, None]
     values = {"a": np.broadcast_to(A[:, None], x.shape), "d": x, "v": v}[of]
-    return np.asarray(np.histogram(values, edges, weights=weight)[0] / np.diff(edges))
+    return np.asarray(np.histogram(values, edges, weights=weight)[0] / (np.diff(edges) * law.length))
 
 
 def solve(eqs: Equations) -> TwoScale:
@@ -95,6 +98,22 @@ def solve(eqs: Equations) -> TwoScale:
             "the averaged law needs external noise (D11 or acceleration_psd): without it the stationary amplitude is "
             "zero or not unique; use engine 'ensemble'"
         )
+    length = math.sqrt(eqs.n1)
+    with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
+        law = _solve(_in_units_of(length, eqs), length)
+    if not math.isfinite(law.mean_square_voltage) or not math.isfinite(law.bias):
+        raise SimulationError("the averaged law has no finite mean here: use engine 'ensemble'")
+    return law
+
+
+def _in_units_of(length: float, eqs: Equations) -> Equations:
+    """The same scene with x measured in ``length``: no answer depends on it, and no scale is out of reach."""
+    powers = {"alpha": 2, "c2": 2, "c3": 4, "n1": -2, "n12": -1}
+    scaled = {name: getattr(eqs, name) for name in powers}
+    return replace(eqs, **{name: v if v is None else v * length ** powers[name] for name, v in scaled.items()})
+
+
+def _solve(eqs: Equations, length: float) -> TwoScale:
     u = _where_the_mass_is(eqs)
     A = np.exp(u)
     orbits = Orbits(A, eqs, _POINTS)
@@ -112,10 +131,12 @@ def solve(eqs: Equations) -> TwoScale:
             least = -0.3 * A / eqs.beta
             held = float(mass[memory < least].sum())
             offset = np.maximum(memory, least)
-    return _summary(eqs, orbits, cycle, mass, memory, held)
+    return _summary(eqs, orbits, cycle, mass, memory, held, length)
 
 
-def _summary(eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory: Floats, held: float) -> TwoScale:
+def _summary(
+    eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory: Floats, held: float, length: float
+) -> TwoScale:
     """Put the scales together, with the widths of their lines."""
     mu, beta = eqs.mu or 0.0, eqs.beta or 0.0
     x2, v2, xbar = (float(mass @ values) for values in (cycle.x2, cycle.v2, cycle.x))
@@ -139,7 +160,22 @@ def _summary(eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory
         bias = 0.002 + 0.01 * min(exchange, 1.0) + 0.01 * stored
     else:
         bias = 0.002 + 0.15 * min(exchange, 1.5) ** 2 + stored
-    return TwoScale(fast + slow, fast, slow, x2, v2, bias, exchange, stored, held, orbits, cycle, mass)
+    area = length**2
+    return TwoScale(
+        mean_square_voltage=(fast + slow) * area,
+        fast=fast * area,
+        slow=slow * area,
+        x2=x2 * area,
+        v2=v2 * area,
+        bias=bias,
+        exchange=exchange,
+        stored=stored,
+        held=held,
+        orbits=orbits,
+        cycles=cycle,
+        length=length,
+        mass=mass,
+    )
 
 
 def _where_the_mass_is(eqs: Equations) -> Floats:

@@ -23,7 +23,7 @@ from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8  # 
 from harvester.circuit.library import find_library  # noqa: E402
 from harvester.circuit.lockstep import STATE, Drive, native_data, native_source, native_sync  # noqa: E402
 from harvester.circuit.netlist import LoadCircuit  # noqa: E402
-from harvester.errors import CircuitError  # noqa: E402
+from harvester.errors import CircuitError, MissingProgramError  # noqa: E402
 
 
 class Ngspice(NgSpiceShared):  # type: ignore[misc]
@@ -146,4 +146,10 @@ def trapezoid_share(step: float, time_constant: float) -> float:
 def ngspice() -> Ngspice:
     """The one ngspice of this process."""
     NgSpiceShared.LIBRARY_PATH = find_library()
-    return Ngspice()
+    try:
+        return Ngspice()
+    except (OSError, AttributeError) as error:
+        raise MissingProgramError(
+            f"engine 'spice' must have ngspice installed, but {NgSpiceShared.LIBRARY_PATH} is no such library "
+            f"({str(error).splitlines()[0]}): run 'make setup' or 'apt-get install libngspice0 ngspice'"
+        ) from None

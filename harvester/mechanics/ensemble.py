@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import UnboundedResponseError
+from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.lanes import LANES, SUMS, advance
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
@@ -23,6 +23,7 @@ from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
 FIRST_WINDOW = 32.0  # time units: about five periods
+MOST_STEPS = 1e10  # of one trajectory in one go
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 _GROWN = 1e12  # times the first energy: a growth that no bounded response shows
 
@@ -72,6 +73,8 @@ class Ensemble:
 
     def __init__(self, eqs: Equations, trajectories: int, seed: np.random.SeedSequence, h: float | None = None):
         check_bounded(eqs)
+        if h is not None and not 1e-6 <= h <= 1e3:
+            raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
         self.eqs, self.seed, self.given_h = eqs, seed, h
         self.blocks = -(-trajectories // LANES)
         self.trajectories = self.blocks * LANES
@@ -98,6 +101,8 @@ class Ensemble:
             when a trajectory leaves the finite numbers.
         """
         stride = 2 * self.pairs
+        if duration > MOST_STEPS * self.h:
+            raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         readings = max(1, round(duration / (stride * self.h)))
         sums = np.zeros((self.blocks, len(SUMS), LANES))
         arguments = (self.pairs, self.h, *coefficients(self.eqs))
