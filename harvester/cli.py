@@ -109,6 +109,8 @@ def sweep(
 
         table = sweeps.sweep(given, axes, chosen, out, resume, tick)
     click.echo(_grid(table.rows, given.physical))
+    for line in _warnings(table.rows):
+        click.echo(line)
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.png, provenance.json")
 
 
@@ -187,12 +189,23 @@ def _bar(total: int, what: str) -> Any:
 def _grid(rows: list[dict[str, str]], physical: bool) -> str:
     """The table that a sweep ends with."""
     units = {"mean_square_voltage": " (V^2)", "mean_power": " (W)"} if physical else {}
-    hidden = ("error",) if not any(row["error"] for row in rows) else ()
+    hidden = ("warnings", *(("error",) if not any(row["error"] for row in rows) else ()))
     names = [name for name in rows[0] if name not in hidden]
     cells = [[name + units.get(name, "") for name in names]]
     cells += [[_short(row[name]) for name in names] for row in rows]
     widths = [max(len(line[i]) for line in cells) for i in range(len(names))]
     return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells)
+
+
+def _warnings(rows: list[dict[str, str]]) -> list[str]:
+    """Each engine's first warning, and at how many of its points it warned."""
+    lines = []
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        of_engine = [row for row in rows if row["engine"] == engine]
+        warned = [row["warnings"] for row in of_engine if row["warnings"]]
+        if warned:
+            lines.append(f"warning, {engine} at {len(warned)} of {len(of_engine)} points: {warned[0]}")
+    return lines
 
 
 def _short(text: str) -> str:

@@ -58,6 +58,9 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
                     f"{a.key} = {float(v):.4g}" for a, v in zip(others, group, strict=True)
                 )
             _curve(top, x, p, error, style)
+            bias = np.array([float(row["mean_power_bias"] or 0.0) for row in rows])
+            if engine == "averaged":
+                top.fill_between(x, p - bias, p + bias, color=style["color"], alpha=0.2, linewidth=0)
             power[engine] = (dict(zip(x, p, strict=True)), dict(zip(x, error, strict=True)))
         for engine in engines:
             if engine != reference:

@@ -16,7 +16,7 @@ import numpy as np
 from harvester import files
 from harvester.engines import Engine
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError, invalid
-from harvester.estimate import Estimate
+from harvester.estimate import Estimate, Value
 from harvester.provenance import provenance
 from harvester.scaling import equations
 from harvester.scene import Scene, read_value, split_key
@@ -29,6 +29,8 @@ COLUMNS = (
     "mean_power_stderr",
     "seconds",
     "error",
+    "mean_power_bias",  # estimated error of step and model, where the engine knows one
+    "warnings",
 )
 _ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
 _MOST_POINTS = 100_000
@@ -187,14 +189,22 @@ def _row(estimate: Estimate) -> dict[str, str]:
         "mean_power_stderr": text(estimate.mean_power.stderr),
         "seconds": f"{estimate.seconds:.4g}",
         "error": "",
+        "mean_power_bias": text(_bias(estimate.mean_power)),
+        "warnings": "; ".join(estimate.warnings),
     }
+
+
+def _bias(value: Value) -> float | None:
+    known = [error for error in (value.bias, value.model) if error is not None]
+    return sum(known) if known else None
 
 
 def _earlier(out: Path, table: Table, whence: dict[str, Any]) -> dict[tuple[str, ...], dict[str, str]]:
     """The rows of an earlier run of the same sweep that hold an answer; none where its files are damaged."""
     try:
         before = json.loads((out / "provenance.json").read_text())
-        rows = list(csv.DictReader(io.StringIO((out / "sweep.csv").read_text())))
+        text = (out / "sweep.csv").read_text()
+        rows = list(csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1])))  # a last line without end was cut off
     except (OSError, ValueError, csv.Error):
         return {}
     now = json.loads(json.dumps(whence, default=str))
