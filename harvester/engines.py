@@ -253,14 +253,14 @@ class Spice(_Sampled):
         details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
         if power is not None:  # the balance holds for the load resistor only
             del details["power_balance"], details["power_balance_stderr"]
-        if not scene.physical:
-            warnings.append(
-                f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
-                f"theta = {s.coupling:.4g} N/V; results are nondimensional"
-            )
         steps = sum(one.steps for one in runs)
         names = (*effects(eqs), "netlist") if power is not None else effects(eqs)
         reason = "" if power is None else "the bias of the step is not known for a netlist: compare with half of --dt"
+        if not scene.physical:
+            reason = (
+                f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
+                f"theta = {s.coupling:.4g} N/V; results are nondimensional"
+            )
         answer = _estimate(
             self.NAME, scene, eqs, v2, power, seconds, steps, reason, tuple(warnings), details, moments.V2
         )

@@ -21,9 +21,16 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, told apart without colour by line and marker.
 STYLES: dict[str, dict[str, Any]] = {
     "published": {"color": "#D55E00", "linestyle": "--", "marker": "", "label": "published averaging"},
-    "averaged": {"color": "#009E73", "linestyle": "-.", "marker": "", "label": "impact-aware averaging"},
+    "averaged": {"color": "#009E73", "linestyle": "-.", "marker": "", "zorder": 3, "label": "impact-aware averaging"},
     "ensemble": {"color": "#999999", "linestyle": "-", "marker": "", "linewidth": 3, "label": "ensemble (exact RC)"},
-    "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "markersize": 5, "label": "SPICE (ngspice)"},
+    "spice": {
+        "color": "#0072B2",
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 5,
+        "zorder": 4,
+        "label": "SPICE (ngspice)",
+    },
 }
 UNITS = {
     "load.resistance": "load resistance (ohm)",
