@@ -50,9 +50,9 @@ class Value:
         if self.stderr is not None:
             text += f" +- {1.96 * self.stderr / scale:.2g} (95 %, sampling)"
         if self.bias is not None:
-            text += f" +- {self.bias / scale:.1g} (step)"
+            text += f" +- {self.bias / scale:.2g} (step)"
         if self.model is not None:
-            text += f" +- {self.model / scale:.1g} (model, estimated)"
+            text += f" +- {self.model / scale:.2g} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
 

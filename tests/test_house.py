@@ -35,7 +35,7 @@ def imports(part):
         ("averaging", ["numba", "PySpice", "harvester.mechanics", "harvester.circuit", "harvester.engines"]),
         ("mechanics", ["PySpice", "harvester.circuit", "harvester.averaging", "harvester.engines"]),
         ("circuit", ["harvester.averaging", "harvester.engines"]),
-        ("engines.py", ["harvester.sweep", "harvester.compare", "harvester.cli", "harvester.figures"]),
+        ("engines", ["harvester.sweep", "harvester.compare", "harvester.cli", "harvester.figures"]),
         (".", ["harvester.cli"]),
     ],
 )
@@ -52,13 +52,14 @@ def test_one_file_imports_pyspice():
     assert {file for file, name in imports(".") if name.startswith("PySpice")} == {"circuit/ngspice.py"}
 
 
-def test_published_needs_neither_numba_nor_pyspice():
+def test_formulas_need_neither_numba_nor_pyspice():
     """In a fresh interpreter, with both made impossible to import."""
     code = f"""
 import sys
 sys.modules["numba"] = sys.modules["PySpice"] = None
 import harvester as hv
 assert hv.Published().run(hv.load({str(EXAMPLES[0])!r})).mean_power.value > 0.0
+assert hv.Averaged().run(hv.load({str(EXAMPLES[0])!r})).mean_power.value > 0.0
 print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.mechanics", "harvester.circuit")))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)

@@ -1,105 +1,20 @@
-"""The engines: scene -> Estimate.  What each computes, what it serves, what error it states."""
+"""The engines that sample: Monte Carlo of the coupled equations, alone or with ngspice."""
 
 import dataclasses
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
-from harvester.errors import CannotServeError, invalid, unknown
+from harvester.engines.common import Progress, estimate, resistive, with_power
+from harvester.errors import CannotServeError, invalid
 from harvester.estimate import Estimate, Value
 from harvester.scaling import Equations, Scales, effects, equations, scales
 from harvester.scene import Scene
 
-Progress = Callable[[float], None]  # told the fraction done
-DOUBTFUL = 0.05  # estimated model error of `averaged` that brings a warning
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
-
-STOP_WARNING = (
-    "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
-    "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'averaged', 'ensemble' "
-    "or 'spice'"
-)
-
-
-class Engine(Protocol):
-    """What all engines have in common."""
-
-    NAME: ClassVar[str]
-
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
-        """The stationary mean square voltage and mean power of a scene."""
-        ...
-
-
-@dataclass(frozen=True)
-class Published:
-    """The paper's stochastic averaging, misprints corrected, V decoupled harmonically.
-
-    Raises
-    ------
-    CannotServeError
-        for a load other than a resistance.
-    SimulationError
-        without external noise, or where the response grows without bound.
-    """
-
-    NAME: ClassVar[str] = "published"
-
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
-        """E[V^2] of the paper's Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31, on any scene with noise."""
-        from harvester.averaging.stationary import mean_square_voltage
-
-        eqs = _resistive(scene, self.NAME)
-        begin = time.perf_counter()
-        v2 = Value(mean_square_voltage(eqs))
-        seconds = time.perf_counter() - begin
-        reason = "no sampling error: a formula; its model error is not known from within"
-        warnings = (STOP_WARNING,) if eqs.restitution is not None else ()
-        return _estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, warnings)
-
-
-@dataclass(frozen=True)
-class Averaged:
-    """Impact-aware two-scale averaging (`harvester.averaging.two_scale`), with an estimate of its own error.
-
-    Raises
-    ------
-    CannotServeError
-        for a load other than a resistance.
-    SimulationError
-        without external noise, or where the response grows without bound.
-    """
-
-    NAME: ClassVar[str] = "averaged"
-
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
-        """E[V^2] of the two-scale theory and E[P] = beta mu E[V^2]."""
-        from harvester.averaging.two_scale import solve
-
-        eqs = _resistive(scene, self.NAME)
-        begin = time.perf_counter()
-        law = solve(eqs)
-        seconds = time.perf_counter() - begin
-        v2 = Value(law.mean_square_voltage, model=law.bias * law.mean_square_voltage)
-        warnings = []
-        if law.bias > DOUBTFUL:
-            why = (
-                "noise and impacts change much of the energy in one cycle"
-                if law.exchange > 0.3
-                else "coupling is strong"
-            )
-            warnings.append(
-                f"averaging is doubtful here (estimated error {law.bias:.0%}): {why}; check with 'ensemble'"
-            )
-        if eqs.restitution is not None and eqs.restitution < 0.5:
-            warnings.append(f"no averaging is reliable for a restitution coefficient of {eqs.restitution:g}, below .5")
-        details = {"exchange_per_cycle": law.exchange, "slow_share": law.slow / law.mean_square_voltage}
-        reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
-        return _estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, tuple(warnings), details)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +79,7 @@ class Ensemble(_Sampled):
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
 
-        eqs = _resistive(scene, self.NAME)
+        eqs = resistive(scene, self.NAME)
         unit = scales(scene).frequency if scene.physical else 1.0
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
@@ -176,7 +91,7 @@ class Ensemble(_Sampled):
         pair = mc.StepPair(many, duration)
         while True:
             v2 = Value(*pair.fine.mean("V2"), pair.bias)
-            if self._reached(_with_power(v2, eqs), begin, warnings):
+            if self._reached(with_power(v2, eqs), begin, warnings):
                 break
             assert self.within is not None
             if pair.bias > 0.3 * self.within * v2.value and pair.bias > 2.0 * pair.bias_error:
@@ -193,7 +108,7 @@ class Ensemble(_Sampled):
         details = {"step": many.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
         details["trajectories"] = many.trajectories
         details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
-        return _estimate(self.NAME, scene, eqs, v2, None, seconds, pair.steps, "", tuple(warnings), details, moments.V2)
+        return estimate(self.NAME, scene, eqs, v2, None, seconds, pair.steps, "", tuple(warnings), details, moments.V2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,7 +160,7 @@ class Spice(_Sampled):
             v2 = Value(*moments.mean("V2"))
             v2 = dataclasses.replace(v2, bias=None if bias is None else bias * v2.value)
             power = self._load_power(runs, s, v2) if scene.load is not None and scene.load.netlist else None
-            if self._reached(power or _with_power(v2, eqs), begin, warnings):
+            if self._reached(power or with_power(v2, eqs), begin, warnings):
                 break
         seconds = time.perf_counter() - begin
         details = {"step": device.h / unit, "burn_in": burn_in / unit, "duration": duration / unit}
@@ -261,7 +176,7 @@ class Spice(_Sampled):
                 f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
                 f"theta = {s.coupling:.4g} N/V; results are nondimensional"
             )
-        answer = _estimate(
+        answer = estimate(
             self.NAME, scene, eqs, v2, power, seconds, steps, reason, tuple(warnings), details, moments.V2
         )
         return dataclasses.replace(answer, effects=names)
@@ -308,78 +223,9 @@ class Spice(_Sampled):
         return Value(mean, error, None if v2.bias is None else mean * v2.bias / v2.value)
 
 
-ENGINES: dict[str, type[Published] | type[Averaged] | type[Ensemble] | type[Spice]] = {
-    engine.NAME: engine for engine in (Published, Averaged, Ensemble, Spice)
-}
-
-
-def engine(name: str, **options: Any) -> Engine:
-    """An engine by its name; ``options`` (see `Ensemble`) are checked for all and used by those that sample.
-
-    Raises InputError for an unknown name, with the nearest match, or an option out of range.
-    """
-    if name not in ENGINES:
-        raise unknown("engine", name, ENGINES)
-    Ensemble(**options)  # refuses a wrong option, also where the engine samples nothing and needs none
-    kind = ENGINES[name]
-    return kind(**options) if dataclasses.fields(kind) else kind()
-
-
-def _resistive(scene: Scene, engine: str) -> Equations:
-    if scene.load is not None and scene.load.netlist is not None:
-        raise CannotServeError(
-            f"engine {engine!r} must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
-            "use engine 'spice'"
-        )
-    return equations(scene)
-
-
-def _with_power(v2: Value, eqs: Equations) -> Value:
-    """E[P] = beta mu E[V^2] (paper, Eq. 31), nondimensional."""
-    return v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
-
-
 def _balance(moments: Any, eqs: Equations) -> tuple[float, float]:
     from harvester.mechanics.moments import mean_and_error
 
     if eqs.n1 is None and eqs.n2 is None:
         return 0.0, 0.0
     return mean_and_error(moments.balance(eqs))
-
-
-def _estimate(
-    engine: str,
-    scene: Scene,
-    eqs: Equations,
-    v2: Value,
-    power: Value | None,
-    seconds: float,
-    steps: int,
-    reason: str,
-    warnings: tuple[str, ...],
-    details: dict[str, float] | None = None,
-    samples: Any = None,
-) -> Estimate:
-    """Put a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P] into the scene's units."""
-    power = _with_power(v2, eqs) if power is None else power
-    s = scales(scene)
-    physical = scene.physical
-    return Estimate(
-        engine=engine,
-        physical=physical,
-        mean_square_voltage=v2.scaled(s.volts**2) if physical else v2,
-        mean_power=power.scaled(s.watts) if physical else power,
-        nondimensional={
-            "mean_square_voltage": v2.value,
-            "mean_power": power.value,
-            "beta": eqs.beta,
-            "mu": eqs.mu,
-        },
-        effects=effects(eqs),
-        seconds=seconds,
-        steps=steps,
-        reason=reason,
-        warnings=warnings,
-        details=details or {},
-        samples=samples,
-    )
