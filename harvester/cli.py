@@ -153,6 +153,21 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
 
 
 @cli.command()
+@click.argument("scene")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same answer."
+)
+@click.option("--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def stability(scene: str, seed: int, trajectories: int, as_json: bool) -> None:
+    """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
+    from harvester.stability import stability as examine
+
+    answer = examine(_load(scene), seed, trajectories)
+    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+
+
+@cli.command()
 def doctor() -> None:
     """What is installed, what is missing, and how to get it."""
     from harvester.doctor import examine

@@ -16,6 +16,7 @@ from harvester.arrays import Floats
 
 if TYPE_CHECKING:
     from harvester.compare import Comparison
+    from harvester.paper import Point
     from harvester.sweep import Table
 
 # Okabe and Ito's palette, told apart without colour by line and marker.
@@ -136,3 +137,29 @@ def _png(figure: Figure) -> bytes:
     figure.savefig(out, format="png", dpi=130)
     plt.close(figure)
     return out.getvalue()
+
+
+def paper(points: "list[Point]", title: str) -> bytes:
+    """One of the paper's figures: a panel each, published, ours and Monte Carlo with 95 % intervals."""
+    panels = list(dict.fromkeys(p.panel for p in points))
+    figure, axes = plt.subplots(1, len(panels), figsize=(5.2 * len(panels), 4.4), layout="constrained", squeeze=False)
+    for panel, here in zip(panels, axes[0], strict=True):
+        curves = list(dict.fromkeys(p.curve for p in points if p.panel == panel))
+        for number, curve in enumerate(curves):
+            rows = [p for p in points if p.panel == panel and p.curve == curve]
+            x = np.array([p.x for p in rows])
+            first = number == 0
+            for name in ("published", "averaged"):
+                style = dict(STYLES[name], alpha=1.0 - 0.25 * number)
+                here.plot(x, [getattr(p, name) for p in rows], **(style if first else style | {"label": None}))
+            error = [1.96 * p.ensemble_stderr for p in rows]
+            marks = {"color": "0.2", "linestyle": "none", "marker": "osv"[number % 3], "markersize": 3.5, "capsize": 2}
+            label = f"Monte Carlo{', ' + curve if curve else ''}"
+            here.errorbar(x, [p.ensemble for p in rows], error, label=label, **marks)
+        here.set_title(panel, fontsize=10)
+        here.grid(color="0.92")
+        here.legend(frameon=False, fontsize=8)
+        if "mu" in panel.split():
+            here.set_xscale("log")
+    figure.suptitle(title, fontsize=10)
+    return _png(figure)

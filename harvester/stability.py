@@ -1,0 +1,103 @@
+"""Stability of a scene at rest: its top Lyapunov exponent three ways."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harvester.errors import CannotServeError
+from harvester.estimate import Value
+from harvester.scaling import equations, scales
+from harvester.scene import Scene
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.
+
+    ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its
+    estimated error (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
+    (None: the mass leaves the stop for good).
+    """
+
+    physical: bool
+    published: float
+    averaged: float
+    model: float | None
+    ensemble: Value
+    noiseless: float | None
+    warnings: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """What the Monte Carlo says: stable, unstable, or undecided within its error."""
+        if abs(self.ensemble.value) <= self.ensemble.error95:
+            return "undecided"
+        return "stable" if self.ensemble.value < 0.0 else "unstable"
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        value = self.ensemble
+        return {
+            "published": self.published,
+            "averaged": self.averaged,
+            "ensemble": {"value": value.value, "stderr": value.stderr, "step_bias": value.bias},
+            "averaged_model_bias": self.model,
+            "noiseless": self.noiseless,
+            "verdict": self.verdict,
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        unit = "1/s" if self.physical else ""
+        lines = [
+            f"top Lyapunov exponent: rest is {self.verdict}",
+            f"  published  {Value(self.published).text(unit)}",
+            f"  averaged   {Value(self.averaged, model=self.model).text(unit)}",
+            f"  ensemble   {self.ensemble.text(unit)}",
+        ]
+        if self.noiseless is not None:
+            lines.append(f"  without noise, exact  {Value(self.noiseless).text(unit)}")
+        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+
+def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: float = 1000.0) -> Stability:
+    """The top Lyapunov exponent of a scene's linearised equations without external noise.
+
+    ``duration`` of the ``trajectories`` is in units of 1/w0.
+
+    Raises
+    ------
+    CannotServeError
+        for a netlist load.
+    SimulationError
+        where the linearised motion stops dead (restitution 0 without a voltage).
+    """
+    from harvester.averaging import stability as formula
+    from harvester.mechanics import lyapunov
+
+    if scene.load is not None and scene.load.netlist is not None:
+        raise CannotServeError(
+            f"stability must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
+            "give load.resistance, the circuit's at small signals"
+        )
+    eqs = equations(scene)
+    unit = scales(scene).frequency if scene.physical else 1.0
+    warnings = []
+    if eqs.n1 is not None:
+        warnings.append("external noise is left out: the exponent is that of rest, which external noise does not leave")
+    if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
+        warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
+    growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration)
+    doubts, quiet = formula.doubts(eqs), formula.noiseless(eqs)
+    if eqs.n2 is None and quiet is not None:
+        warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
+    return Stability(
+        physical=scene.physical,
+        published=float(formula.published(eqs)) * unit,
+        averaged=float(formula.averaged(eqs)) * unit,
+        model=None if doubts.error is None else doubts.error * unit,
+        ensemble=Value(growth.value, growth.stderr, growth.bias).scaled(unit),
+        noiseless=None if quiet is None else quiet * unit,
+        warnings=(*warnings, *doubts.texts),
+    )
