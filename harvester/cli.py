@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, invalid
+from harvester.errors import HarvesterError, invalid, unknown
 
 if TYPE_CHECKING:
     from harvester.engines import Engine
@@ -150,6 +150,22 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     for name, why in result.refused.items():
         click.echo(f"{name} did not run: {why}")
     click.echo(f"written: {Path(out or '.') / 'compare.png'}")
+
+
+@cli.command()
+@click.argument("figures", nargs=-1)
+@click.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on.")
+def paper(figures: tuple[str, ...], out: str) -> None:
+    """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
+    from harvester import paper as papers
+
+    numbers = list(figures or papers.TITLES)
+    for number in numbers:
+        if number not in papers.TITLES:
+            raise unknown("figure", number, papers.TITLES)
+    with _bar(len(numbers), "paper") as bar:
+        papers.draw(numbers, out, lambda _: bar.update())
+    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the .csv of each")
 
 
 @cli.command()

@@ -142,7 +142,9 @@ def _png(figure: Figure) -> bytes:
 def paper(points: "list[Point]", title: str) -> bytes:
     """One of the paper's figures: a panel each, published, ours and Monte Carlo with 95 % intervals."""
     panels = list(dict.fromkeys(p.panel for p in points))
-    figure, axes = plt.subplots(1, len(panels), figsize=(5.2 * len(panels), 4.4), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(
+        1, len(panels), figsize=(max(5.2 * len(panels), 8.0), 4.4), layout="constrained", squeeze=False
+    )
     for panel, here in zip(panels, axes[0], strict=True):
         curves = list(dict.fromkeys(p.curve for p in points if p.panel == panel))
         for number, curve in enumerate(curves):
@@ -156,7 +158,9 @@ def paper(points: "list[Point]", title: str) -> bytes:
             marks = {"color": "0.2", "linestyle": "none", "marker": "osv"[number % 3], "markersize": 3.5, "capsize": 2}
             label = f"Monte Carlo{', ' + curve if curve else ''}"
             here.errorbar(x, [p.ensemble for p in rows], error, label=label, **marks)
-        here.set_title(panel, fontsize=10)
+        what, _, against = panel.partition(" against ")
+        here.set_ylabel(what)
+        here.set_xlabel(against or what[2:-1])
         here.grid(color="0.92")
         here.legend(frameon=False, fontsize=8)
         if "mu" in panel.split():
