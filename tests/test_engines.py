@@ -21,7 +21,7 @@ def pair(value):
 @pytest.mark.parametrize("beta", [0.05, 1.25])
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
 def test_linear_scene_in_spice_and_ensemble(beta, mu):
-    """PHYSICS 5.1: E[V^2] and E[P], |z| < 4 with a standard error under 1 %, both engines."""
+    """E[V^2] and E[P], |z| < 4 with a standard error under 1 %, both engines."""
     eqs = linear(beta, mu)
     exact = linear_v2(eqs)
     for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.02, trajectories=16, seed=3)):
@@ -33,7 +33,7 @@ def test_linear_scene_in_spice_and_ensemble(beta, mu):
 
 
 def test_paper_scene_in_spice():
-    """E[V^2] = .0881 within 1 %, and the identities of PHYSICS 5.2 and 5.3, in ngspice."""
+    """E[V^2] = .0881 within 1 %, and the identities and the power balance, in ngspice."""
     answer = hv.Spice(trajectories=64, duration=8e3, seed=1).run(scene(PAPER))
     value, error = pair(answer.mean_square_voltage)
     assert error < 0.007 * value

@@ -25,7 +25,7 @@ def settled(eqs, trajectories=8192, h=None, factor=4):
 @pytest.mark.parametrize("beta", [0.05, 1.25])
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
 def test_linear_statistics(beta, mu):
-    """PHYSICS 5.1: E[V^2], E[x^2], E[x'^2], E[xV], E[x'V] within four standard errors, at half the default step."""
+    """E[V^2], E[x^2], E[x'^2], E[xV], E[x'V] within four standard errors, at half the default step."""
     eqs = linear(beta, mu)
     moments = settled(eqs, h=0.05 / np.sqrt(1 + beta))
     exact = lyapunov(eqs)
@@ -47,7 +47,7 @@ def test_paper_scene_against_an_independent_monte_carlo():
 @pytest.mark.parametrize("r", [None, 1.0, 0.96, 0.5, 0.0])
 @pytest.mark.parametrize("base", [PAPER, linear(1.25, 1.0)], ids=["paper", "plate"])
 def test_identities(base, r):
-    """PHYSICS 5.2 and 5.3: E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], power in = power out."""
+    """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], power in = power out."""
     eqs = changed(base, restitution=r)
     moments = settled(eqs, h=0.03)
     assert abs(z(moments.mean("V"), 0.0)) < 4
@@ -66,7 +66,7 @@ def test_harvested_power_stays_below_the_power_put_in():
 
 
 def test_gibbs_law_with_a_stop():
-    """PHYSICS 5.4: r = 1, beta = 0: x and x' from exp(-c H/N1) on x > 0; impact rate 1/pi without cubic stiffness."""
+    """r = 1, beta = 0: x and x' from exp(-c H/N1) on x > 0; impact rate 1/pi without cubic stiffness."""
     from scipy.integrate import quad
 
     alpha, c, n1 = 2.0, 0.05, 0.02
@@ -85,7 +85,7 @@ def test_gibbs_law_with_a_stop():
 
 
 def test_passive_voltage_with_a_stop():
-    """PHYSICS 5.5: beta -> 0, r = 1, c = mu = .05, N1 = .01: E[V^2] = .055789 by the correlation of |y|."""
+    """beta -> 0, r = 1, c = mu = .05, N1 = .01: E[V^2] = .055789 by the correlation of |y|."""
     from scipy.integrate import quad
 
     c = mu = 0.05
@@ -105,7 +105,7 @@ def test_passive_voltage_with_a_stop():
 
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.1, 0.005)])
 def test_bias_of_coarse_steps(h, most):
-    """PHYSICS 7.7: paper parameters."""
+    """paper parameters."""
     value, error = settled(PAPER, 16384, h).mean("V2")
     assert abs(value / PAPER_V2[0] - 1) < most + 2 * error / value
 
@@ -185,7 +185,7 @@ def test_hard_scenes_stay_finite_and_positive(eqs, step):
 
 
 def test_high_load_rate_gives_the_quasi_static_voltage():
-    """PHYSICS 7.8: mu = 1e4: V -> x'/mu, and the step does not shrink with 1/mu."""
+    """mu = 1e4: V -> x'/mu, and the step does not shrink with 1/mu."""
     eqs = changed(linear(0.05, 1e4), restitution=0.96)
     many = Ensemble(eqs, 2048, SEED)
     many.settle()
@@ -195,7 +195,7 @@ def test_high_load_rate_gives_the_quasi_static_voltage():
 
 
 def test_step_adapts_to_a_stiff_spring():
-    """PHYSICS 7.16: alpha = 1e6 against the Gibbs law."""
+    """alpha = 1e6 against the Gibbs law."""
     many = Ensemble(Equations(alpha=1e6, c1=-0.05, n1=0.01), 4096, SEED)
     many.settle()
     moments = many.run(many.time)
@@ -209,7 +209,7 @@ def test_no_noise_dies_out_with_a_word():
 
 
 def test_limit_cycle_without_noise():
-    """PHYSICS 7.13: c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
+    """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
     c1, c2, c3 = 0.02, 0.01, 0.1
     many = Ensemble(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 64, SEED, 0.02)
     many.settle()

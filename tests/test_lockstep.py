@@ -85,7 +85,7 @@ def test_whole_scheme_is_of_second_order():
 @pytest.mark.parametrize("mu", [0.01, 1.0, 5.0, 30.0, 100.0, 1000.0])
 @pytest.mark.parametrize("beta", [0.05, 1.25, 10.0])
 def test_stiff_and_strong_coupling_stay_stable(beta, mu):
-    """PHYSICS 7.18: long time constants and short ones, up to a hundred steps long."""
+    """long time constants and short ones, up to a hundred steps long."""
     eqs = linear(beta, mu)
     ours, exact = both(eqs, 0.1 / np.sqrt(1 + beta), 200.0)
     assert rms_difference(ours, exact) < 0.03
@@ -116,7 +116,7 @@ def test_lossless_device_keeps_its_energy():
 
 @pytest.mark.parametrize("volts", [1e-6, 1e3])
 def test_signal_level_does_not_matter(volts):
-    """PHYSICS 7.20: 1 uV and 1 kV signals, same relative accuracy."""
+    """1 uV and 1 kV signals, same relative accuracy."""
     scales = Scales(mass=0.04, frequency=20.0, length=volts * 50.2e-9 / 1e-3, coupling=1e-3, capacitance=50.2e-9)
     ours, exact = both(PAPER, 0.1, scales=scales)
     assert rms_difference(ours, exact) < 1e-5

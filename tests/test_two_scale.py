@@ -68,7 +68,7 @@ def test_frequency_of_the_open_circuit(beta):
 @pytest.mark.parametrize("r", [None, 1.0])
 @pytest.mark.parametrize("alpha", [None, 2.0])
 def test_gibbs_moments(r, alpha):
-    """PHYSICS 5.4: beta = 0, r = 1: exp(-c H/N1)."""
+    """beta = 0, r = 1: exp(-c H/N1)."""
     c, n1 = 0.05, 0.02
     law = solve(Equations(alpha=alpha, c1=-c, n1=n1, restitution=r, mu=1.0))
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + (alpha or 0) * x**4 / 4))  # noqa: E731
@@ -80,7 +80,7 @@ def test_gibbs_moments(r, alpha):
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0, 50.0])
 @pytest.mark.parametrize("c", [0.05, 0.2])
 def test_linear_scene_is_exact_where_lines_are_wide(mu, c):
-    """PHYSICS 5.1, where the published formula is 10 % off at c = .2: the finite width of the line counts."""
+    """Exact also where the published formula is 10 % off, at c = .2: the finite width of the line counts."""
     eqs = linear(0.02, mu, c)
     assert solve(eqs).mean_square_voltage == pytest.approx(linear_v2(eqs), rel=5e-3)
 
@@ -89,7 +89,7 @@ def test_linear_scene_is_exact_where_lines_are_wide(mu, c):
     "mu, most", [(0.01, 0.005), (0.05, 0.005), (0.3, 0.005), (1.0, 0.007), (3.0, 0.007), (10.0, 0.01)]
 )
 def test_passive_voltage_with_a_stop(mu, most):
-    """PHYSICS 5.5, exact for r = 1, beta = 0: fast and slow voltage together, at any load."""
+    """Exact for r = 1, beta = 0: fast and slow voltage together, at any load."""
     c, n1 = 0.05, 0.01
     wd = np.sqrt(1 - c * c / 4)
 
