@@ -57,7 +57,7 @@ def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Gi
     With a stop, with n = N2/(4 w^2), m = mu/w and g = 4 beta/(pi^2 w^2),
 
         lambda = decoupled(c1 - C, w^2) - n (beta eta - w^2 + 1) - (w/pi) ln r beta kappa^2
-                 + g [(w/pi) ln r - 5n/3] p + g [lambda - n (1 + f)/2 - mu p]
+                 + g [(w/pi) ln r - (c1 - C)/2 - 5n/3] p + g [lambda - n (1 + f)/2 - mu p]
 
     p is the slow voltage over the cycle's mean displacement, whose law under noise has the mean
     p = l/(l + mu), l = lambda - n/2; where l + mu < n/2 few trajectories make that mean, and the
@@ -92,10 +92,8 @@ def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tupl
     # The kink of the voltage at an impact changes the speed there: kappa = q/((1 + m^2) w).
     q = _q(np.sqrt(ratio2))
     kappa2 = (q / (1.0 + ratio2)) ** 2 / w2
-    # The fast voltage's push changes the orbit, and what noise brings to N2/4 (1 - beta eta).
-    eta = (1.0 + 2.0 * q * (ratio2 - 15.0) / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))) / (1.0 + ratio2)
-    s = bare - log_r * beta * kappa2 - n * (beta * eta - (w2 - 1.0))
-    loss, weak = log_r - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
+    s = bare - log_r * beta * kappa2 - n * (beta * pushed(ratio2) - (w2 - 1.0))
+    loss, weak = log_r - 0.5 * damping - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
 
     def root(s: Floats) -> Floats:
         """The larger root of l = s + weak (loss + l) l/(l + mu), in the form that does not cancel."""
@@ -109,6 +107,15 @@ def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tupl
     slow = np.where(few, typical, mean)
     pull = weak * slow / np.maximum(slow + m, 1e-300)
     return np.where(g < 1.0, np.where(few, typical, mean + 0.5 * n), bare), np.where(g < 1.0, pull, np.inf)
+
+
+def pushed(ratio2: Floats) -> Floats:
+    """Eta(m^2): the push of the fast voltage's even part on the orbit makes what noise brings N2/4 (1 - beta eta).
+
+    From <x^2>/E - <x^2 x'^2>/E^2 at equal energy E at the stop, to first order in beta.
+    """
+    offset = 2.0 * _q(np.sqrt(ratio2)) * (ratio2 - 15.0) / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))
+    return np.asarray((1.0 + offset) / (1.0 + ratio2))
 
 
 def simple(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
