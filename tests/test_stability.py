@@ -370,7 +370,7 @@ def first_returns(seed, speeds, h, n1, most):
 
 
 def test_return_law_of_a_free_particle():
-    """The randomly accelerated particle: it leaves the stop at speed 1 and comes back at w with p(w) = (3/2 pi) w^(3/2)/(1 + w^3).
+    """A free particle leaves the stop at speed 1 and comes back at w with p(w) = (3/2 pi) w^(3/2)/(1 + w^3).
 
     White noise changes the speed by 1 in the time tau = 1/(2 N1); the spring acts on the scale 1.
     """
