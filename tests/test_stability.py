@@ -135,6 +135,14 @@ def test_slow_load_of_a_growing_motion(beta, n2):
     assert abs(spring - formula.averaged(changed(eqs, beta=None))) > 1e-4
 
 
+def test_slow_load_under_noise_that_outruns_the_growth():
+    """The same where lambda < N2/4, so that the mean of the slow voltage is no guide to what it does."""
+    eqs = changed(FIGURE7, mu=1e-7)
+    spring = formula.averaged(changed(eqs, mu=None))
+    assert formula.averaged(eqs) == pytest.approx(spring, abs=5e-5)
+    assert abs(spring - formula.averaged(changed(eqs, beta=None))) > 5e-4
+
+
 @pytest.mark.parametrize("c1", [0.3, 0.1, -0.05])
 @pytest.mark.parametrize("r", [1.0, 0.9])
 def test_slow_voltage_under_damping(c1, r):

@@ -23,7 +23,6 @@ from harvester.scaling import Equations
 Given = Floats | float | None
 DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brings a warning
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough
-LARGEST = 1e4  # N2 beyond which no boundary is looked for
 
 
 def published(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
@@ -52,7 +51,7 @@ def _published_parts(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Float
 
 
 def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
-    """Lambda by impact-aware averaging: exact at beta = 0, to first order in beta and beta N2 elsewhere.
+    """Lambda by impact-aware averaging: exact at beta = 0, else to first order in beta and N2 beta.
 
     With a stop, with n = N2/(4 w^2), m = mu/w and g = 4 beta/(pi^2 w^2),
 
@@ -141,12 +140,12 @@ def boundary(eqs: Equations, mu: Floats, restitution: Given = None) -> Boundary:
     w2, _ = _load(eqs, m, r)
     for _ in range(400):  # lambda rises with N2, nowhere much faster than by 1/(4 w^2)
         before = needed
-        needed = np.clip(before - 3.5 * w2 * averaged(eqs, m, before, r), 0.0, LARGEST)
+        needed = np.maximum(before - 3.5 * w2 * averaged(eqs, m, before, r), 0.0)
         if np.allclose(needed, before, rtol=1e-10, atol=1e-12):
             break
     else:
         needed = np.where(np.isclose(needed, before, rtol=1e-6, atol=1e-9), needed, np.inf)
-    return Boundary(m, np.maximum(-4.0 * k * rest, 0.0), np.where(needed < LARGEST, needed, np.inf))
+    return Boundary(m, np.maximum(-4.0 * k * rest, 0.0), needed)
 
 
 @dataclass(frozen=True)
