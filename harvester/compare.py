@@ -1,5 +1,6 @@
 """Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
 
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,7 +8,13 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import ENGINES, READING, Spice, engine
-from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
+from harvester.errors import (
+    CannotServeError,
+    HarvesterError,
+    MissingProgramError,
+    SimulationError,
+    UnboundedResponseError,
+)
 from harvester.estimate import Estimate, z_score
 from harvester.scene import Scene
 
@@ -92,7 +99,7 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
     for name in ENGINES:
         try:
             estimates.append(engine(name, seed=seed, **options).run(scene))
-        except (CannotServeError, MissingProgramError) as error:
+        except (CannotServeError, MissingProgramError, SimulationError) as error:
             refused[name], last = str(error), error
     if not estimates:
         assert last is not None
@@ -103,14 +110,15 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
         pairs = (
             [("without the stop", bare)] if bare == scene else [("with the stop", scene), ("without the stop", bare)]
         )
-        paths = [one_path(s, title, seed) for title, s in pairs]
+        for title, s in pairs:
+            with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
+                paths.append(one_path(s, title, seed))
     return Comparison(tuple(estimates), refused, tuple(paths))
 
 
 def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
     """ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
-    from harvester.averaging.orbit import amplitude
-    from harvester.averaging.voltage import K, decoupled, omega2
+    from harvester.averaging.voltage import amplitude_through, decoupled, omega2
     from harvester.circuit import worker
     from harvester.mechanics.noise import gaussian_grid
     from harvester.mechanics.path import trace
@@ -122,9 +130,7 @@ def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -
     path = worker.record_apart(device, noise)
     exact = trace(eqs, noise, device.h, device.stride)
     alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
-    A = np.zeros_like(path.x)
-    for _ in range(3):  # K depends on A through w(A): a few rounds settle it
-        A = amplitude(path.x, path.v, alpha, K(A, alpha, beta, mu))
+    A = amplitude_through(path.x, path.v, alpha, beta, mu)
     V = decoupled(path.x, path.v, omega2(A, alpha, beta, mu), mu)
     return PathComparison(title, path.t, path.x, path.V, exact.V, V)
 

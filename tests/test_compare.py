@@ -6,6 +6,7 @@ import pytest
 import harvester as hv
 from harvester import figures
 from harvester.compare import compare, one_path
+from harvester.scaling import Equations
 from tests.systems import PAPER, scene
 
 
@@ -45,3 +46,12 @@ def test_engines_that_cannot_serve_are_named():
     assert result.paths == ()
     assert result.reference.engine == "spice"
     assert np.isfinite(result.estimates[0].mean_power.value)
+
+
+def test_a_stop_that_is_all_that_bounds_the_response():
+    """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
+    result = compare(
+        scene(Equations(c1=0.02, restitution=0.9, mu=0.5, beta=0.05, n1=0.01)), trajectories=64, duration=50.0
+    )
+    assert {"ensemble", "spice"} <= {e.engine for e in result.estimates}
+    assert [p.title for p in result.paths] == ["with the stop"]

@@ -41,9 +41,8 @@ class TwoScale:
 
     ``mean_square_voltage`` = fast + slow; ``bias`` is a rough size of its relative model error (see
     `solve`); ``exchange`` the energy that noise brings in a cycle over the mean energy, the
-    small parameter of averaging; ``stored`` the share of the energy that the piezo holds; ``held``
-    the probability of amplitudes at which the slow voltage keeps the mass off the stop, where
-    the theory's orbits do not apply.  ``orbits``, ``cycles`` and ``mass`` have their amplitudes in units
+    small parameter of averaging; ``stored`` the share of the energy that the piezo holds.
+    ``orbits``, ``cycles`` and ``mass`` have their amplitudes in units
     of ``length``.
     """
 
@@ -55,7 +54,6 @@ class TwoScale:
     bias: float
     exchange: float
     stored: float
-    held: float
     orbits: Orbits
     cycles: Cycles
     length: float
@@ -119,7 +117,6 @@ def _solve(eqs: Equations, length: float) -> TwoScale:
     orbits = Orbits(A, eqs, _POINTS)
     offset = np.zeros_like(A)
     rounds = _ROUNDS if eqs.beta and eqs.restitution is not None else 3
-    held = 0.0
     for _ in range(rounds):
         orbits.refine(offset)
         cycle = orbits.averages()
@@ -128,15 +125,11 @@ def _solve(eqs: Equations, length: float) -> TwoScale:
         memory = _slow_voltage(u, cycle, slope, mass, eqs)
         if eqs.beta:
             # Beyond this the offset's push would keep the mass of that amplitude from reaching the stop.
-            least = -0.3 * A / eqs.beta
-            held = float(mass[memory < least].sum())
-            offset = np.maximum(memory, least)
-    return _summary(eqs, orbits, cycle, mass, memory, held, length)
+            offset = np.maximum(memory, -0.3 * A / eqs.beta)
+    return _summary(eqs, orbits, cycle, mass, memory, length)
 
 
-def _summary(
-    eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory: Floats, held: float, length: float
-) -> TwoScale:
+def _summary(eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory: Floats, length: float) -> TwoScale:
     """Put the scales together, with the widths of their lines."""
     mu, beta = eqs.mu or 0.0, eqs.beta or 0.0
     x2, v2, xbar = (float(mass @ values) for values in (cycle.x2, cycle.v2, cycle.x))
@@ -170,7 +163,6 @@ def _summary(
         bias=bias,
         exchange=exchange,
         stored=stored,
-        held=held,
         orbits=orbits,
         cycles=cycle,
         length=length,

@@ -165,9 +165,8 @@ class Spice(_Sampled):
         seconds = time.perf_counter() - begin
         details = {"step": device.h / unit, "burn_in": burn_in / unit, "duration": duration / unit}
         details["trajectories"] = len(runs)
-        details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
-        if power is not None:  # the balance holds for the load resistor only
-            del details["power_balance"], details["power_balance_stderr"]
+        if power is None:  # the balance holds for the load resistor only
+            details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
         steps = sum(one.steps for one in runs)
         names = (*effects(eqs), "netlist") if power is not None else effects(eqs)
         reason = "" if power is None else "the bias of the step is not known for a netlist: compare with half of --dt"
