@@ -53,7 +53,7 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="harvester")
+@click.version_option(package_name="harvester", prog_name="harvester")
 def cli() -> None:
     r"""How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 
@@ -253,7 +253,7 @@ def main() -> NoReturn:
 
 def _main() -> int:
     try:
-        cli.main(sys.argv[1:] or ["--help"], standalone_mode=False)
+        cli.main(sys.argv[1:] or ["--help"], prog_name="harvester", standalone_mode=False)
         return 0
     except HarvesterError as error:
         return _say(str(error), error.exit_status)

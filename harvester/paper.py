@@ -14,7 +14,7 @@ import numpy as np
 
 from harvester import files
 from harvester.arrays import Floats
-from harvester.averaging import densities, stability, stationary, two_scale
+from harvester.averaging import densities, stability, stationary, two_scale, two_scale_densities
 from harvester.averaging.voltage import amplitude_through
 from harvester.scaling import Equations
 
@@ -139,7 +139,7 @@ def _densities(curves: dict[str, dict[str, float]]) -> Iterator[Point]:
             edges = np.linspace(low, 3.0 if low else 2.4, 41)
             at, width = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
             published = _published_density(panel, at, law, eqs)
-            averaged = two_scale.density(panel[0], edges, ours)
+            averaged = _averaged_density(panel, at, ours, eqs)
             # Each trajectory is one sample of the histogram: its snapshots are not independent.
             each = np.stack([np.histogram(row, edges)[0] for row in values.reshape(64, -1)]) / (
                 values.size / 64 * width
@@ -170,6 +170,17 @@ def _published_density(panel: str, at: Floats, law: stationary.Stationary, eqs: 
             return densities.displacement_density(at, law, eqs)
         case _:
             return densities.velocity_density(at, law, eqs)
+
+
+def _averaged_density(panel: str, at: Floats, law: two_scale.TwoScale, eqs: Equations) -> Floats:
+    stop = eqs.restitution is not None
+    match panel[0]:
+        case "a":
+            return two_scale_densities.amplitude_density(at, law)
+        case "d":
+            return two_scale_densities.displacement_density(at, law, stop)
+        case _:
+            return two_scale_densities.velocity_density(at, law, stop)
 
 
 def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[Point]:

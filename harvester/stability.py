@@ -74,6 +74,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
         where the linearised motion stops dead (restitution 0 without a voltage).
     """
     from harvester.averaging import stability as formula
+    from harvester.averaging.exact_exponents import noiseless
     from harvester.mechanics import lyapunov
 
     if scene.load is not None and scene.load.netlist is not None:
@@ -89,7 +90,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration)
-    doubts, quiet = formula.doubts(eqs), formula.noiseless(eqs)
+    doubts, quiet = formula.doubts(eqs), noiseless(eqs)
     if eqs.n2 is None and quiet is not None:
         warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
     return Stability(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from harvester import files
-from harvester.engines import Engine
+from harvester.engines import Engine, Vectorised
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError, invalid
 from harvester.estimate import Estimate, Value
 from harvester.provenance import provenance
@@ -34,6 +34,7 @@ COLUMNS = (
 )
 _ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
 _MOST_POINTS = 100_000
+_TOGETHER = 256  # points that an engine of formulas computes at once
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ def sweep(
 
     _once("--vary", [a.key for a in axes])
     _once("--engine", [e.NAME for e in engines])
-    jobs = [(keys, point, engine) for keys, point in _points(scene, axes) for engine in engines]
+    points = _points(scene, axes)
     out = files.folder(out)
     table = Table(tuple(axes))
     whence = provenance(
@@ -132,28 +133,51 @@ def sweep(
     done = _earlier(out, table, whence) if resume else {}
 
     def save() -> None:
-        names = ((*keys.values(), engine.NAME) for keys, _, engine in jobs)
+        names = ((*keys.values(), engine.NAME) for keys, _ in points for engine in engines)
         table.rows = [done[name] for name in names if name in done]
         files.write(out / "sweep.csv", table.text())
 
     save()  # before the provenance, which must never stand beside the rows of another sweep
     files.write(out / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     last: HarvesterError | None = None
-    for keys, point, engine in jobs:
-        name = (*keys.values(), engine.NAME)
-        if name not in done:
-            try:
-                done[name] = keys | _row(engine.run(point))
-            except (SimulationError, CannotServeError) as error:
-                last = error
-                done[name] = keys | dict.fromkeys(COLUMNS, "") | {"engine": engine.NAME, "error": str(error)}
+    many = [engine for engine in engines if isinstance(engine, Vectorised)]
+    for at in range(0, len(points), _TOGETHER):
+        some = points[at : at + _TOGETHER]
+        for quick in many:
+            todo = [(keys, point) for keys, point in some if (*keys.values(), quick.NAME) not in done]
+            for (keys, _), answer in zip(todo, quick.run_many([point for _, point in todo]), strict=True):
+                last = _keep(done, keys, quick.NAME, answer) or last
+        if many:
             save()
-        if tick is not None:
-            tick(engine.NAME)
+        for keys, point in some:
+            for engine in engines:
+                if (*keys.values(), engine.NAME) not in done:
+                    last = _keep(done, keys, engine.NAME, _run(engine, point)) or last
+                    save()
+                if tick is not None:
+                    tick(engine.NAME)
     if last is not None and all(row["error"] for row in table.rows):
         raise last
     files.write(out / "sweep.png", figures.sweep(table, scene.title, scene.physical))
     return table
+
+
+def _run(engine: Engine, point: Scene) -> Estimate | HarvesterError:
+    try:
+        return engine.run(point)
+    except (SimulationError, CannotServeError) as error:
+        return error
+
+
+def _keep(
+    done: dict[tuple[str, ...], dict[str, str]], keys: dict[str, str], engine: str, answer: Estimate | HarvesterError
+) -> HarvesterError | None:
+    """Make a row of an answer; returns it if it is an error."""
+    if isinstance(answer, Estimate):
+        done[*keys.values(), engine] = keys | _row(answer)
+        return None
+    done[*keys.values(), engine] = keys | dict.fromkeys(COLUMNS, "") | {"engine": engine, "error": str(answer)}
+    return answer
 
 
 def _once(option: str, names: list[str]) -> None:

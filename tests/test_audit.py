@@ -493,7 +493,7 @@ def plane(eqs, law):
     """A grid over the plane (y, y') that holds all the mass, and its cell."""
     top = law.A[-1]
     fast = np.sqrt(2 * energy_density(law, eqs)[0][-1])
-    y, speed = np.linspace(-top, top, 161)[:, None], np.linspace(-fast, fast, 161)
+    y, speed = top * np.linspace(-1, 1, 161)[:, None], fast * np.linspace(-1, 1, 161)
     return y, speed, (y[1, 0] - y[0, 0]) * (speed[1] - speed[0])
 
 

@@ -162,13 +162,13 @@ def undrawn(monkeypatch):
 def computed(monkeypatch, undrawn):
     """The load of every point that is computed, in order."""
     points = []
-    run = engines.Published.run
+    run_many = engines.Published.run_many
 
-    def counted(self, scene, progress=None):
-        points.append(scene.load.resistance)
-        return run(self, scene, progress)
+    def counted(self, scenes):
+        points.extend(scene.load.resistance for scene in scenes)
+        return run_many(self, scenes)
 
-    monkeypatch.setattr(engines.Published, "run", counted)
+    monkeypatch.setattr(engines.Published, "run_many", counted)
     return points
 
 
@@ -237,7 +237,7 @@ def test_an_interrupted_sweep_never_takes_rows_of_another(tmp_path, monkeypatch)
 
     other = PLATE.vary("oscillator.mass", 0.05)
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        patched.setattr(engines.Published, "run", interrupt)
+        patched.setattr(engines.Published, "run_many", interrupt)
         sweep.sweep(other, [LOADS], [hv.Published()], tmp_path)
     assert rows(tmp_path) == []
     assert resumed(tmp_path, scene=other).rows[0]["mean_power"] != resumed(tmp_path / "a").rows[0]["mean_power"]
@@ -252,7 +252,7 @@ def test_an_interrupted_resume_keeps_later_rows(tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engines.Published, "run", interrupt)
+    monkeypatch.setattr(engines.Published, "run_many", interrupt)
     with pytest.raises(KeyboardInterrupt):
         resumed(tmp_path)
     assert (tmp_path / "sweep.csv").read_text().splitlines()[1:] == lines[2:]

@@ -1,27 +1,39 @@
 """Cycles of the conservative motion with the true periodic voltage, for a row of amplitudes.
 
-With a stop a cycle runs from impact to impact over the half-orbit x > 0, tau from -pi/2 to pi/2;
-without, over the whole orbit.  x = A cos Phi parametrises the cycle; its speed follows from the
-energy, v^2/2 = G(A) - G(x), so that time averages have the exact shape of the orbit.  The voltage
-solves V' + mu V = x' periodically; its even part about the turning point depends on x alone and
-belongs to the potential, its odd part takes the power:
+A cycle is symmetric in time about its turning point x = A at t = 0; all follows from the quarter
+0 <= Phi <= pi/2 of x = A cos Phi, from there to x = 0, which takes the time tau: half a cycle with a
+stop, a quarter of one without.  Its speed is x' = -A sin Phi nu, nu = dPhi/dt from the energy.
 
-    G(x) = x^2/2 + alpha x^4/4 + beta int V_even dx
+The voltage V' + mu V = x', periodic, is V = A (p' - mu p) with p odd in t and p' = dp/dt:
+
+    p'' - mu^2 p = -sin Phi nu,   p(0) = 0,   p(tau) = 0 with a stop, p'(tau) = 0 without
+
+With P the solution without a stop, by Galerkin's method in sin Phi, sin 3 Phi, ..., the stop takes off
+P(tau) sinh(mu t)/sinh(mu tau), whose layer at the wall is kept exactly for every mu, and
+
+    <V^2> = A^2/tau [int sin Phi P dPhi - (stop) mu coth(mu tau) P(tau)^2]
+
+which is A^2 chi(m)/(2 (1 + m^2)) on a linear spring.  Galerkin's method makes the first
+term's error second order in P's.  The even part A p' depends on x alone and bends the potential:
+
+    nu^2 = 1 + alpha A^2 (1 + cos^2 Phi)/2 + 2 beta/sin^2 Phi int_0^Phi p' sin Phi dPhi
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.averaging.grids import deeper, given
 from harvester.scaling import Equations
 
-_LARGEST_EXPONENT = 600.0  # exp() beyond it overflows
+_SOFTEST = 1e-3  # the voltage may take all but this share of the spring's potential
 
 
 @dataclass(frozen=True)
 class Cycles:
-    """Time averages over one cycle, arrays of shape (n,), one entry an amplitude; nondimensional.
+    """Time averages over one cycle, arrays of the shape of A, one entry an amplitude; nondimensional.
 
     V2 is <V^2> of the periodic voltage, which has zero mean.  ``wall`` is x'^2/2 at the stop,
     ``energy`` the mean of x'^2/2 + x^2/2 + alpha x^4/4 + beta V^2/2, which only noise, friction,
@@ -41,22 +53,55 @@ class Cycles:
     energy: Floats
 
 
-class Orbits:
-    """A row of amplitudes, whose voltage is refined at each call of `refine`."""
+@dataclass(frozen=True)
+class Quarter:
+    """Gauss points Phi on (0, pi/2), and the odd harmonics there; arrays over points (N,) or harmonics (K,)."""
 
-    def __init__(self, A: Floats, eqs: Equations, points: int) -> None:
-        self.eqs, self.A = eqs, A
-        half = 0.5 * np.pi if eqs.restitution is not None else np.pi
-        phi = np.linspace(-half, half, points + 1)
-        middle = 0.5 * (phi[1:] + phi[:-1])
-        column = A[:, None]
-        self._x, self._xm = column * np.cos(phi), column * np.cos(middle)
-        self._dx = np.diff(self._x, axis=1)
-        self._outward = np.where(middle < 0.0, 1.0, -1.0)  # sign of x': towards the turning point, then back
-        self._arc = column * np.abs(np.sin(middle)) * (phi[1] - phi[0])  # |dx|, as dPhi at mid-step
-        alpha = eqs.alpha or 0.0
-        self._bare = 0.5 * (column**2 - self._xm**2) + 0.25 * alpha * (column**4 - self._xm**4)
-        self._even = np.zeros_like(self._x)
+    phi: Floats
+    weights: Floats
+    integral: Floats  # (N, N): the values at the points -> int_0^Phi
+    slopes: Floats  # (K, N): d sin((2k-1) Phi)/dPhi
+    ends: Floats  # (K,): sin((2k-1) pi/2)
+    stiff: Floats  # (N, K K): int nu s_j' s_k' dPhi = nu @ stiff
+    mass: Floats  # (N, K K): int s_j s_k/nu dPhi = 1/nu @ mass
+
+
+@cache
+def quarter(points: int, harmonics: int) -> Quarter:
+    """The quarter with this many Gauss points and odd harmonics."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    phi, weights = 0.25 * np.pi * (nodes + 1.0), 0.25 * np.pi * weights
+    basis = np.polynomial.legendre.Legendre.basis
+    values = np.array([basis(j)(nodes) for j in range(points)])
+    inner = np.array([basis(j).integ(lbnd=-1)(nodes) for j in range(points)])
+    integral = 0.25 * np.pi * np.linalg.solve(values, inner)
+    n = 2.0 * np.arange(harmonics) + 1.0
+    sines, slopes = np.sin(n[:, None] * phi), n[:, None] * np.cos(n[:, None] * phi)
+    square = harmonics * harmonics
+    return Quarter(
+        phi=phi,
+        weights=weights,
+        integral=integral,
+        slopes=np.asarray(slopes, dtype=np.float64),
+        ends=np.sin(0.5 * np.pi * n),
+        stiff=(weights * slopes[:, None] * slopes).reshape(square, points).T.copy(),
+        mass=(weights * sines[:, None] * sines).reshape(square, points).T.copy(),
+    )
+
+
+class Orbits:
+    """The orbits of amplitudes A, of shape (..., n), whose voltage is refined at each call of `refine`.
+
+    ``nu`` has the shape (..., n, N); ``x`` = A cos Phi and ``v`` = A sin Phi nu, the speed, are at the points.
+    """
+
+    def __init__(self, A: Floats, eqs: Equations, points: int = 16, harmonics: int = 4) -> None:
+        self.eqs, self.A, self.q = eqs, A, quarter(points, harmonics)
+        self._sin, self._cos = np.sin(self.q.phi), np.cos(self.q.phi)
+        bend = 0.5 * given(eqs.alpha) * A**2
+        self._bare = 1.0 + bend[..., None] * (1.0 + self._cos**2)
+        self._bare_end = 1.0 + bend
+        self._even = np.zeros_like(self._bare)
         self.refine(np.zeros_like(A))
 
     def refine(self, offset: Floats) -> None:
@@ -64,106 +109,100 @@ class Orbits:
 
         ``offset`` is the slow part of the voltage at each amplitude, constant over a cycle.
         """
-        beta, mu = self.eqs.beta or 0.0, self.eqs.mu or 0.0
-        kinetic = self._bare
-        if beta:
-            mean = 0.5 * (self._even[:, 1:] + self._even[:, :-1])
-            work = np.zeros_like(self._x)
-            np.cumsum(mean * self._dx, axis=1, out=work[:, 1:])
-            work -= work[:, self._x.shape[1] // 2, None]  # zero at the turning point
-            at_middle = work[:, :-1] + 0.5 * (self._even[:, :-1] + mean) * (self._xm - self._x[:, :-1])
-            kinetic = np.maximum(kinetic - beta * at_middle, 1e-3 * kinetic)
-            self._work = work[:, 0]
-        self._speed = np.sqrt(2.0 * kinetic)
-        self._dt = self._arc / self._speed
-        self._V = _periodic_voltage(self._dx, self._dt, mu)
-        if beta:
-            even = 0.5 * (self._V + self._V[:, ::-1])
-            if self.eqs.restitution is None:  # odd in x, kept so: a tilt would feed on itself
-                quarter = even[:, even.shape[1] // 2 :]
-                quarter = 0.5 * (quarter - quarter[:, ::-1])
-                even = np.concatenate([quarter[:, :0:-1], quarter], axis=1)
-            self._even = even + offset[:, None]
-        self._offset = offset
+        q, nu2 = self.q, self._bare
+        self._offset, self._end = offset, self._bare_end
+        if self.eqs.beta is not None:
+            pushed = (offset / self.A)[..., None]
+            work = (self._even * self._sin) @ q.integral + pushed * (1.0 - self._cos)
+            nu2 = np.maximum(nu2 + 2.0 * deeper(self.eqs.beta) * work / self._sin**2, _SOFTEST * nu2)
+            work_end = (self._even * self._sin) @ q.weights + pushed[..., 0]
+            self._end = np.maximum(self._end + 2.0 * self.eqs.beta * work_end, _SOFTEST * self._end)
+        self.nu = np.sqrt(nu2)
+        self._dt = q.weights / self.nu
+        self.tau = self._dt.sum(axis=-1)
+        self._solve_voltage()
+
+    def _solve_voltage(self) -> None:
+        """P by Galerkin's method, then <V^2> and the even part of the voltage."""
+        q, stop = self.q, self.eqs.restitution is not None
+        matrix = self.nu @ q.stiff
+        if self.eqs.mu is not None:
+            matrix = matrix + deeper(self.eqs.mu) ** 2 * (self._dt / q.weights) @ q.mass
+        a = _first_column(matrix, len(q.ends)) * (0.25 * np.pi)
+        square = 0.25 * np.pi * a[..., 0]
+        if self.eqs.beta is not None:
+            self._even = (a @ q.slopes) * self.nu
+        if stop:
+            end = a @ q.ends
+            square = square - _mu_coth(given(self.eqs.mu), self.tau) * end**2
+            if self.eqs.beta is not None:
+                self._even = self._even - end[..., None] * self._layer()
+        self._V2 = self.A**2 * square / self.tau
+
+    def _layer(self) -> Floats:
+        """The layer mu cosh(mu t)/sinh(mu tau) at the points."""
+        if self.eqs.mu is None:
+            return np.asarray((1.0 / self.tau)[..., None])
+        mu = deeper(self.eqs.mu)
+        z, whole = mu * ((1.0 / self.nu) @ self.q.integral), mu * self.tau[..., None]
+        return np.asarray(mu * (np.exp(z - whole) + np.exp(-z - whole)) / -np.expm1(-2.0 * whole))
+
+    @property
+    def period(self) -> Floats:
+        """Time of a cycle: from impact to impact, or the whole orbit without a stop."""
+        return np.asarray((4.0 if self.eqs.restitution is None else 2.0) * self.tau)
 
     def averages(self) -> Cycles:
         """The time averages over the present orbits."""
-        eqs, x, v, dt = self.eqs, self._xm, self._speed, self._dt
-        alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
-        period = dt.sum(axis=1)
+        eqs, A = self.eqs, self.A
+        alpha, beta = given(eqs.alpha), given(eqs.beta)
+        share = self._dt / self.tau[..., None]
+        c2, s2 = self._cos**2, (self._sin * self.nu) ** 2  # x^2 and x'^2, over A^2
 
         def mean(values: Floats) -> Floats:
-            return np.asarray((dt * values).sum(axis=1) / period)
+            return np.asarray((share * values).sum(axis=-1))
 
-        x2, v2, stop = x * x, v * v, eqs.restitution is not None
-        friction = (eqs.c3 or 0.0) * x2 * x2 - (eqs.c2 or 0.0) * x2 - (eqs.c1 or 0.0)
-        V2 = self._mean_square_voltage(period, mu)
-        mean_x2, mean_v2 = mean(x2), mean(v2)
-        wall = 0.5 * self.A**2 + 0.25 * alpha * self.A**4
-        if beta:
-            wall = np.maximum(wall - beta * self._work, 1e-3 * wall)
-        stored = mean_x2 + 0.5 * alpha * mean(x2 * x2) + beta * (V2 + self._offset**2)
+        x2, v2, x4 = A**2 * (share @ c2), A**2 * mean(s2), A**4 * (share @ c2**2)
+        x2v2 = A**4 * mean(c2 * s2)
+        damped = -given(eqs.c1) * v2 - given(eqs.c2) * x2v2
+        if eqs.c3 is not None:
+            damped = damped + eqs.c3 * A**6 * mean(c2**2 * s2)
+        stored = x2 + 0.5 * alpha * x4 + beta * (self._V2 + self._offset**2)
+        none = np.zeros_like(A)
         return Cycles(
-            A=self.A,
-            period=period,
-            x=mean(x) if stop else np.zeros_like(self.A),
-            x2=mean_x2,
-            v2=mean_v2,
-            damped=mean(friction * v2),
-            x2v2=mean(x2 * v2),
-            xv2=mean(x * v2) if stop else np.zeros_like(self.A),
-            V2=V2,
-            wall=wall,
-            energy=0.5 * (mean_v2 + stored),
+            A=A,
+            period=self.period,
+            x=none if eqs.restitution is None else A * (share @ self._cos),
+            x2=x2,
+            v2=v2,
+            damped=damped,
+            x2v2=x2v2,
+            xv2=none if eqs.restitution is None else A**3 * mean(self._cos * s2),
+            V2=self._V2,
+            wall=0.5 * A**2 * self._end,
+            energy=0.5 * (v2 + stored),
         )
 
-    def at(self, A: Floats) -> tuple[Floats, Floats, Floats]:
-        """x, x' and shares of the time on the orbits of other amplitudes, each (m, points), between our rows."""
-        place = np.interp(np.log(A), np.log(self.A), np.arange(len(self.A)))
-        row = np.minimum(place.astype(int), len(self.A) - 2)
-        part = (place - row)[:, None]
 
-        def between(values: Floats) -> Floats:
-            return np.asarray((1.0 - part) * values[row] + part * values[row + 1])
+def _first_column(matrix: Floats, size: int) -> Floats:
+    """First column of the inverse of symmetric positive matrices, (..., size^2) -> (..., size).
 
-        shares = self._dt / self._dt.sum(axis=1, keepdims=True)
-        x, speed = A[:, None] * between(self._xm / self.A[:, None]), A[:, None] * between(self._speed / self.A[:, None])
-        return x, self._outward * speed, between(shares)
-
-    def _mean_square_voltage(self, period: Floats, mu: float) -> Floats:
-        """<V^2> by the identity that keeps its precision: <V x> for slow loads, <V x'>/mu for fast ones."""
-        product = self._V * self._x
-        slow = (0.5 * (product[:, 1:] + product[:, :-1]) * self._dt).sum(axis=1) / period
-        if mu == 0.0:
-            return np.asarray(slow)
-        # Along a step x' is dx/dt, and int V dt = (dx - dV)/mu exactly.
-        fast = (self._dx / self._dt * (self._dx - np.diff(self._V, axis=1))).sum(axis=1) / (mu**2 * period)
-        cycle = np.pi if self.eqs.restitution is not None else 2.0 * np.pi
-        return np.asarray(np.where(mu * period > 0.5 * cycle, fast, slow))
-
-
-def _periodic_voltage(dx: Floats, dt: Floats, mu: float) -> Floats:
-    """V at the nodes with V' + mu V = x', periodic and of zero mean; x' constant along each step.
-
-    dx, dt: shape (n, points) -> shape (n, points + 1).
+    Elimination without pivots from the last row up, over all amplitudes at once.
     """
-    n, points = dx.shape
-    V = np.zeros((n, points + 1))
-    if mu == 0.0:
-        np.cumsum(dx, axis=1, out=V[:, 1:])
-        mean = (0.5 * (V[:, 1:] + V[:, :-1]) * dt).sum(axis=1) / dt.sum(axis=1)
-        return np.asarray(V - mean[:, None])
-    z = mu * dt
-    gain = -np.expm1(-z) / z * dx
-    phase = np.zeros((n, points + 1))
-    np.cumsum(z, axis=1, out=phase[:, 1:])
-    if phase[:, -1].max() < _LARGEST_EXPONENT:
-        grown = np.exp(phase)
-        np.cumsum(gain * grown[:, 1:], axis=1, out=V[:, 1:])
-        V /= grown
-    else:
-        decay = np.exp(-z)
-        for j in range(points):
-            V[:, j + 1] = decay[:, j] * V[:, j] + gain[:, j]
-    start = V[:, -1] / -np.expm1(-phase[:, -1])
-    return np.asarray(V + start[:, None] * np.exp(-phase))
+    rows = [[matrix[..., size * j + k] for k in range(size)] for j in range(size)]
+    for k in range(size - 1, 0, -1):
+        for j in range(k):
+            factor = rows[j][k] / rows[k][k]
+            for i in range(j + 1):
+                rows[j][i] = rows[j][i] - factor * rows[k][i]
+                rows[i][j] = rows[j][i]
+    out = [1.0 / rows[0][0]]
+    for k in range(1, size):
+        out.append(-sum(rows[k][i] * out[i] for i in range(k)) / rows[k][k])
+    return np.stack(out, axis=-1)
+
+
+def _mu_coth(mu: Floats, tau: Floats) -> Floats:
+    """The factor mu coth(mu tau); 1/tau for mu = 0."""
+    z = np.maximum(mu * tau, 1e-8)
+    return np.asarray(z / np.tanh(z) / tau)

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.averaging.grids import given
 from harvester.averaging.ito import stiffness
 from harvester.averaging.orbit import G, G_inverse, frequency
 from harvester.averaging.stationary import Stationary
@@ -22,7 +23,7 @@ from harvester.scaling import Equations
 def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
     """H and p(H) = p(A) dA/dH at the amplitudes of ``law``, each of shape (n,) (Eq. 27)."""
     k, _ = stiffness(law.A, eqs)
-    return G(law.A, eqs.alpha or 0.0, k - 1.0), law.p / (law.A * _rise(law.A, np.asarray(0.0), eqs))
+    return G(law.A, given(eqs.alpha), k - 1.0), law.p / (law.A * _rise(law.A, np.asarray(0.0), eqs))
 
 
 def transformed_density(y: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:
@@ -71,5 +72,5 @@ def _rise(A: Floats, y: Floats, eqs: Equations) -> Floats:
     return stiffness(A, eqs)[1] + 0.5 * dK_dA(A, *_symbols(eqs)) * (A - y**2 / A)
 
 
-def _symbols(eqs: Equations) -> tuple[float, float, float]:
-    return eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
+def _symbols(eqs: Equations) -> tuple[Floats, Floats, Floats]:
+    return given(eqs.alpha), given(eqs.beta), given(eqs.mu)

@@ -8,12 +8,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Coefficient, Floats
+from harvester.averaging.grids import given
 from harvester.averaging.ito import stiffness
 from harvester.scaling import Equations
 
 
-def coefficients(A: Floats, k: Floats, alpha: float) -> Floats:
+def coefficients(A: Floats, k: Floats, alpha: Coefficient) -> Floats:
     """b0, b2, b4, b6 of nu, shape (4, ...) (Eq. 17), k = 1 + K, to third order in eta.
 
     b0 = w (1 - eta^2/16),  b2 = w (eta/2 + 3 eta^3/64),  b4 = -w eta^2/16,  b6 = w eta^3/64,
@@ -40,18 +41,18 @@ def external_drift(A: Floats, eqs: Equations) -> Floats:
     Corrected against print: the brackets of b0' and b2', and 2 b2^2 in the last bracket.
     """
     k, Q = stiffness(A, eqs)
-    b0, b2, b4, b6 = b = coefficients(A, k, eqs.alpha or 0.0)
+    b0, b2, b4, b6 = b = coefficients(A, k, given(eqs.alpha))
     brackets = np.array([4 * b0 - 2 * b2, 2 * b2 - 2 * b0 - b4, 2 * b4 - b2 - b6, 2 * b6 - b4])
-    slopes = _slope(lambda a: coefficients(a, stiffness(a, eqs)[0], eqs.alpha or 0.0) / stiffness(a, eqs)[1], A)
+    slopes = _slope(lambda a: coefficients(a, stiffness(a, eqs)[0], given(eqs.alpha)) / stiffness(a, eqs)[1], A)
     spread = (brackets * slopes).sum(axis=0) / (8 * Q)
     per_n1: Floats = spread + (2 * b0**2 + 2 * (b**2).sum(axis=0)) / (8 * A * Q**2)
-    return (eqs.n1 or 0.0) * per_n1
+    return given(eqs.n1) * per_n1
 
 
 def parametric_drift(A: Floats, eqs: Equations) -> Floats:
     """The parametric noise's part of b(A) (Eq. 23, its lines with eps2, right as printed)."""
     k, Q = stiffness(A, eqs)
-    b0, b2, b4, b6 = b = coefficients(A, k, eqs.alpha or 0.0)
+    b0, b2, b4, b6 = b = coefficients(A, k, given(eqs.alpha))
 
     def sines(b: Floats) -> Floats:
         """4 nu sin Phi cos Phi = (2 b0 - b4) sin 2 Phi + (b2 - b6) sin 4 Phi + b4 sin 6 Phi + b6 sin 8 Phi."""
@@ -59,12 +60,12 @@ def parametric_drift(A: Floats, eqs: Equations) -> Floats:
 
     def in_sigma(a: Floats) -> Floats:
         k, Q = stiffness(a, eqs)
-        return a * sines(coefficients(a, k, eqs.alpha or 0.0)) / Q
+        return a * sines(coefficients(a, k, given(eqs.alpha))) / Q
 
     spread = (sines(b) * _slope(in_sigma, A)).sum(axis=0) / (32 * Q)
     squares = 2 * b0**2 + 2 * b0 * b2 + b2**2 + b2 * b4 + b4**2 + b4 * b6 + b6**2
     per_n2: Floats = A * (spread + squares / (8 * Q**2))
-    return (eqs.n2 or 0.0) * per_n2
+    return given(eqs.n2) * per_n2
 
 
 def _slope(f: Callable[[Floats], Floats], A: Floats) -> Floats:

@@ -22,6 +22,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.averaging.grids import given
 from harvester.averaging.orbit import nu, nu2
 from harvester.averaging.voltage import C, K, dK_dA
 from harvester.scaling import Equations
@@ -29,21 +30,21 @@ from harvester.scaling import Equations
 
 def stiffness(A: Floats, eqs: Equations) -> tuple[Floats, Floats]:
     """The stiffnesses k = 1 + K(A) and Q = 1 + K(A) + alpha A^2."""
-    alpha = eqs.alpha or 0.0
-    k = 1.0 + K(A, alpha, eqs.beta or 0.0, eqs.mu or 0.0)
+    alpha = given(eqs.alpha)
+    k = 1.0 + K(A, alpha, given(eqs.beta), given(eqs.mu))
     return k, k + alpha * A**2
 
 
 def damping(A: Floats, y: Floats, eqs: Equations) -> Floats:
     """f(y) + C(A), f = c3 y^4 - c2 y^2 - c1 (Eq. 14)."""
-    c1, c2, c3 = eqs.c1 or 0.0, eqs.c2 or 0.0, eqs.c3 or 0.0
-    return c3 * y**4 - c2 * y**2 - c1 + C(A, eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0)
+    c1, c2, c3 = given(eqs.c1), given(eqs.c2), given(eqs.c3)
+    return c3 * y**4 - c2 * y**2 - c1 + C(A, given(eqs.alpha), given(eqs.beta), given(eqs.mu))
 
 
 def m1(A: Floats, Phi: Floats, eqs: Equations) -> Floats:
     """dA/dt by damping, -A nu^2 sin^2 Phi (f + C)/Q (Eq. 19); the impact is in `impact`."""
     k, Q = stiffness(A, eqs)
-    n2 = nu2(A, Phi, eqs.alpha or 0.0, k - 1.0)
+    n2 = nu2(A, Phi, given(eqs.alpha), k - 1.0)
     rate: Floats = -A * n2 * np.sin(Phi) ** 2 * damping(A, A * np.cos(Phi), eqs) / Q
     return rate
 
@@ -54,7 +55,7 @@ def m2(A: Floats, Phi: Floats, eqs: Equations) -> Floats:
     The impact's part has the factor cos Phi delta(A cos Phi) = 0.
     """
     k, Q = stiffness(A, eqs)
-    n2 = nu2(A, Phi, eqs.alpha or 0.0, k - 1.0)
+    n2 = nu2(A, Phi, given(eqs.alpha), k - 1.0)
     return -n2 * np.sin(Phi) * np.cos(Phi) * damping(A, A * np.cos(Phi), eqs) / Q
 
 
@@ -63,7 +64,7 @@ def impact(A: Floats, Phi: Floats, eqs: Equations) -> Floats:
     if eqs.restitution is None:
         return np.zeros(np.broadcast(A, Phi).shape)
     k, Q = stiffness(A, eqs)
-    speed = A * nu(A, Phi, eqs.alpha or 0.0, k - 1.0) * np.abs(np.sin(Phi))
+    speed = A * nu(A, Phi, given(eqs.alpha), k - 1.0) * np.abs(np.sin(Phi))
     return -(1.0 - eqs.restitution) * speed**3 / (A * Q)
 
 
@@ -76,7 +77,7 @@ def sigma(A: Floats, Phi: Floats, eqs: Equations) -> tuple[Floats, Floats, Float
     Without a stop sgn is 1.
     """
     k, Q = stiffness(A, eqs)
-    n, sin, cos = nu(A, Phi, eqs.alpha or 0.0, k - 1.0), np.sin(Phi), np.cos(Phi)
+    n, sin, cos = nu(A, Phi, given(eqs.alpha), k - 1.0), np.sin(Phi), np.cos(Phi)
     sign = np.ones_like(cos) if eqs.restitution is None else np.sign(cos)
     return -sign * n * sin / Q, -A * n * sin * cos / Q, -sign * n * cos / (A * Q), -n * cos**2 / Q
 
@@ -88,8 +89,8 @@ def drift(A: Floats, eqs: Equations) -> Floats:
     terms stand in a compact form equal to the corrected Fourier sums.  The impact term,
     -(1 - r) A nu^3(pi/2)/(pi Q), is the paper's, of first order in 1 - r.
     """
-    alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
-    c1, c2, c3 = eqs.c1 or 0.0, eqs.c2 or 0.0, eqs.c3 or 0.0
+    alpha, beta, mu = given(eqs.alpha), given(eqs.beta), given(eqs.mu)
+    c1, c2, c3 = given(eqs.c1), given(eqs.c2), given(eqs.c3)
     k, Q = stiffness(A, eqs)
     b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256
     b += c2 * (A**3 * k / 8 + 3 * alpha * A**5 / 32)
@@ -99,10 +100,10 @@ def drift(A: Floats, eqs: Equations) -> Floats:
     return b / Q + noise_drift(A, eqs)
 
 
-def intensities(eqs: Equations) -> tuple[float, float, float]:
+def intensities(eqs: Equations) -> tuple[Floats, Floats, Floats]:
     """N1, N2 and what the averaged amplitude feels of N12: nothing without a stop."""
-    n12 = 0.0 if eqs.restitution is None else eqs.n12 or 0.0
-    return eqs.n1 or 0.0, eqs.n2 or 0.0, n12
+    n12 = given(None if eqs.restitution is None else eqs.n12)
+    return given(eqs.n1), given(eqs.n2), n12
 
 
 def diffusion(A: Floats, eqs: Equations) -> tuple[Floats, Floats, Floats]:
@@ -115,7 +116,7 @@ def diffusion(A: Floats, eqs: Equations) -> tuple[Floats, Floats, Floats]:
     leaves D12 out; s12^2 may be negative, the sum may not.
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), (eqs.alpha or 0.0) * A**2
+    (k, Q), a = stiffness(A, eqs), given(eqs.alpha) * A**2
     s1 = N1 * (k + 0.625 * a) / Q**2
     s2 = N2 * A**2 * (k + 0.75 * a) / (4 * Q**2)
     s12 = 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi * Q**2)
@@ -130,7 +131,7 @@ def noise_drift(A: Floats, eqs: Equations) -> Floats:
     <nu^2 N> = N1 (1+K+3/4 alpha A^2) + N2 A^2 [(1+K)/2 + 7/16 alpha A^2] + 4/pi N12 A (1+K+5/6 alpha A^2).
     """
     N1, N2, N12 = intensities(eqs)
-    (k, Q), a = stiffness(A, eqs), (eqs.alpha or 0.0) * A**2
+    (k, Q), a = stiffness(A, eqs), given(eqs.alpha) * A**2
     mean = N1 * (k + 0.75 * a) + N2 * A**2 * (k / 2 + 7 * a / 16) + 4 / math.pi * N12 * A * (k + 5 * a / 6)
     return 0.25 * diffusion_slope(A, eqs) + mean / (2 * A * Q**2)
 
@@ -138,9 +139,9 @@ def noise_drift(A: Floats, eqs: Equations) -> Floats:
 def diffusion_slope(A: Floats, eqs: Equations) -> Floats:
     """d(sigma^2)/dA, with K'(A)."""
     N1, N2, N12 = intensities(eqs)
-    alpha = eqs.alpha or 0.0
+    alpha = given(eqs.alpha)
     (k, Q), a = stiffness(A, eqs), alpha * A**2
-    dk = dK_dA(A, alpha, eqs.beta or 0.0, eqs.mu or 0.0)
+    dk = dK_dA(A, alpha, given(eqs.beta), given(eqs.mu))
     top = N1 * (k + 0.625 * a) + N2 * A**2 * (k + 0.75 * a) / 4 + 8 * N12 * A * (k + 0.7 * a) / (3 * math.pi)
     dtop = N1 * (dk + 1.25 * alpha * A) + N2 * (A**2 * dk / 4 + A * (k + 1.5 * a) / 2)
     dtop += 8 * N12 * (A * dk + k + 2.1 * a) / (3 * math.pi)

@@ -10,31 +10,31 @@ All arrays broadcast.
 import numpy as np
 from scipy.special import agm
 
-from harvester.arrays import Floats
+from harvester.arrays import Coefficient, Floats
 
 
-def G(y: Floats, alpha: float, K: Floats) -> Floats:
+def G(y: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Potential energy G(y) = (1 + K) y^2/2 + alpha y^4/4 (paper, below Eq. 14)."""
     return 0.5 * (1.0 + K) * y**2 + 0.25 * alpha * y**4
 
 
-def g(y: Floats, alpha: float, K: Floats) -> Floats:
+def g(y: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Restoring force g(y) = dG/dy = (1 + K) y + alpha y^3 (paper, below Eq. 8)."""
     return (1.0 + K) * y + alpha * y**3
 
 
-def G_inverse(H: Floats, alpha: float, K: Floats) -> Floats:
+def G_inverse(H: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Displacement y >= 0 at which G(y) = H >= 0; it does not cancel for small alpha H."""
     k = 1.0 + K
     return np.sqrt(4.0 * H / (k + np.sqrt(k**2 + 4.0 * alpha * H)))
 
 
-def amplitude(x: Floats, v: Floats, alpha: float, K: Floats) -> Floats:
+def amplitude(x: Floats, v: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Amplitude of the orbit through (x, v): G(A) = v^2/2 + G(x)."""
     return G_inverse(0.5 * v**2 + G(x, alpha, K), alpha, K)
 
 
-def nu2_coupled(A: Floats, Phi: Floats, alpha: float, beta: float, mu: float) -> Floats:
+def nu2_coupled(A: Floats, Phi: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
     """Square of the instantaneous frequency with the load's stiffness at nu itself (Eq. 9).
 
         nu^2 = [G1 + sqrt(G1^2 + 4 G0)]/2,   G1 = s + beta - mu^2,   G0 = mu^2 s,
@@ -45,7 +45,7 @@ def nu2_coupled(A: Floats, Phi: Floats, alpha: float, beta: float, mu: float) ->
     return closed(nu2(A, Phi, alpha, np.asarray(0.0)), beta, mu)
 
 
-def closed(s: Floats, beta: float, mu: float) -> Floats:
+def closed(s: Floats, beta: Coefficient, mu: Coefficient) -> Floats:
     """Positive root w^2 of w^2 = s + beta w^2/(mu^2 + w^2), s > 0, without cancellation."""
     g1 = s + beta - mu**2
     root = np.hypot(g1, 2.0 * mu * np.sqrt(s))
@@ -53,17 +53,17 @@ def closed(s: Floats, beta: float, mu: float) -> Floats:
     return np.where(g1 > 0.0, 0.5 * (g1 + root), 2.0 * mu**2 * s / (root - np.minimum(g1, 0.0)))
 
 
-def nu2(A: Floats, Phi: Floats, alpha: float, K: Floats) -> Floats:
+def nu2(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Square of the instantaneous frequency, nu^2 = 1 + K + 3/4 alpha A^2 + 1/4 alpha A^2 cos 2 Phi (Eq. 15)."""
     return 1.0 + K + 0.75 * alpha * A**2 + 0.25 * alpha * A**2 * np.cos(2.0 * Phi)
 
 
-def nu(A: Floats, Phi: Floats, alpha: float, K: Floats) -> Floats:
+def nu(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Instantaneous frequency nu(A, Phi) = dPhi/dt (Eqs. 8, 15)."""
     return np.sqrt(nu2(A, Phi, alpha, K))
 
 
-def frequency(A: Floats, alpha: float, K: Floats) -> Floats:
+def frequency(A: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """2 pi/T(A), with T the time that the orbit takes, T = int_0^2pi dPhi/nu (Gauss).
 
         2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha A^2/2)]
@@ -74,7 +74,7 @@ def frequency(A: Floats, alpha: float, K: Floats) -> Floats:
     return np.asarray(agm(np.sqrt(k + alpha * A**2), np.sqrt(k + 0.5 * alpha * A**2)))
 
 
-def on_orbit(A: Floats, Phi: Floats, alpha: float, K: Floats) -> tuple[Floats, Floats]:
+def on_orbit(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> tuple[Floats, Floats]:
     """The point y = A cos Phi, y' = -A nu sin Phi (Eq. 3)."""
     return A * np.cos(Phi), -A * nu(A, Phi, alpha, K) * np.sin(Phi)
 

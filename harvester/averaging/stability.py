@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from harvester.arrays import Floats
+from harvester.averaging.exact_exponents import decoupled, noiseless
+from harvester.averaging.linearised import Given, coupled, given_or, load, log, m_coth, modes
 from harvester.scaling import Equations
 
-Given = Floats | float | None
 DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brings a warning
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough
 
@@ -31,14 +31,14 @@ def published(eqs: Equations, mu: Given = None, n2: Given = None, restitution: G
     lambda = c1/2 - C0/2 - (1 - r)/pi sqrt(1 + K0) + N2/(4 (1 + K0)),
     C0 = beta mu/(mu^2 + 1 + beta),   1 + K0 = (mu^2 + (1 + beta)^2)/(mu^2 + 1 + beta)
     """
-    m, n2, r = _given(eqs, mu, n2, restitution)
+    m, n2, r = given_or(eqs, mu, n2, restitution)
     k, rest = _published_parts(eqs, m, r)
     return rest + n2 / (4.0 * k)
 
 
 def as_printed(eqs: Equations) -> float:
     """Lambda of Eq. 38 as it stands: the noise's factor upside down, with beta for 2 beta.  For the audit only."""
-    m, n2, r = _given(eqs, None, None, None)
+    m, n2, r = given_or(eqs, None, None, None)
     beta = eqs.beta or 0.0
     return float(_published_parts(eqs, m, r)[1] + n2 * (1 + m**2 + beta + beta**2) / (4 * (m**2 + 1 + beta)))
 
@@ -69,13 +69,13 @@ def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Gi
     oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with right
     vectors (x_i, ...) and left ones (..., l_v, ...) of unit product.
     """
-    m, n2, r = _given(eqs, mu, n2, restitution)
-    if not _coupled(eqs, mu):
-        w2, damping = _load(eqs, m, r)
+    m, n2, r = given_or(eqs, mu, n2, restitution)
+    if not coupled(eqs, mu):
+        w2, damping = load(eqs, m, r)
         return decoupled(damping, w2, n2, r)
     if r is not None:
         return _with_slow_voltage(eqs, m, n2, r)[0]
-    values, slopes = _modes(eqs, m)
+    values, slopes = modes(eqs, m)
     top = (values - n2[..., None] * slopes).argmax(axis=-1)[..., None]
     value, slope = (np.take_along_axis(part, top, -1)[..., 0] for part in (values, slopes))
     swinging = decoupled(0.0, -0.25 / np.minimum(slope, -1e-12), n2)
@@ -84,12 +84,12 @@ def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Gi
 
 def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tuple[Floats, Floats]:
     """Lambda with a stop and a load, and how far the slow voltage moves the centre of the orbits, g p."""
-    w2, damping = _load(eqs, m, r)
+    w2, damping = load(eqs, m, r)
     beta, ratio2, n = eqs.beta or 0.0, m**2 / w2, n2 / (4.0 * w2)
-    log_r, g = np.sqrt(w2) / math.pi * _log(r), 4.0 * beta / (math.pi**2 * w2)
+    log_r, g = np.sqrt(w2) / math.pi * log(r), 4.0 * beta / (math.pi**2 * w2)
     bare = decoupled(damping, w2, n2, r)
     # The kink of the voltage at an impact changes the speed there: kappa = q/((1 + m^2) w).
-    q = _q(np.sqrt(ratio2))
+    q = m_coth(np.sqrt(ratio2))
     kappa2 = (q / (1.0 + ratio2)) ** 2 / w2
     s = bare - log_r * beta * kappa2 - n * (beta * pushed(ratio2) - (w2 - 1.0))
     loss, weak = log_r - 0.5 * damping - 5.0 / 3.0 * n, np.where(g < 1.0, g, 0.5)
@@ -113,16 +113,16 @@ def pushed(ratio2: Floats) -> Floats:
 
     From <x^2>/E - <x^2 x'^2>/E^2 at equal energy E at the stop, to first order in beta.
     """
-    offset = 2.0 * _q(np.sqrt(ratio2)) * (ratio2 - 15.0) / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))
+    offset = 2.0 * m_coth(np.sqrt(ratio2)) * (ratio2 - 15.0) / (math.pi * (ratio2 + 1.0) * (ratio2 + 9.0))
     return np.asarray((1.0 + offset) / (1.0 + ratio2))
 
 
 def simple(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
     """Lambda = (c1 - C)/2 + (w/pi) ln r + N2/(4 w^2): the load as one damping C and one stiffness w^2 - 1."""
-    m, n, r = _given(eqs, mu, n2, restitution)
-    w2, damping = _load(eqs, m, r)
+    m, n, r = given_or(eqs, mu, n2, restitution)
+    w2, damping = load(eqs, m, r)
     value = 0.5 * damping + n / (4.0 * w2)
-    return value if r is None else value + np.sqrt(w2) / math.pi * _log(r)
+    return value if r is None else value + np.sqrt(w2) / math.pi * log(r)
 
 
 class Boundary(NamedTuple):
@@ -135,9 +135,9 @@ class Boundary(NamedTuple):
 
 def boundary(eqs: Equations, mu: Floats, restitution: Given = None) -> Boundary:
     """The stability boundary in the plane (mu, D22), with N2 and mu of ``eqs`` left aside (paper, Figure 9)."""
-    m, needed, r = _given(eqs, mu, 0.0, restitution)
+    m, needed, r = given_or(eqs, mu, 0.0, restitution)
     k, rest = _published_parts(eqs, m, r)
-    w2, _ = _load(eqs, m, r)
+    w2, _ = load(eqs, m, r)
     for _ in range(400):  # lambda rises with N2, nowhere much faster than by 1/(4 w^2)
         before = needed
         needed = np.maximum(before - 3.5 * w2 * averaged(eqs, m, before, r), 0.0)
@@ -158,10 +158,10 @@ class Doubts:
 
 def doubts(eqs: Equations) -> Doubts:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
-    m, n2, r = _given(eqs, None, None, None)
-    w2, _ = _load(eqs, m, r)
+    m, n2, r = given_or(eqs, None, None, None)
+    w2, _ = load(eqs, m, r)
     texts, error = [], 0.0
-    if _coupled(eqs, None):
+    if coupled(eqs, None):
         if r is not None and r < 0.5:
             texts.append(f"no averaging is reliable for a restitution coefficient of {r:g}, below .5")
         quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
@@ -169,7 +169,7 @@ def doubts(eqs: Equations) -> Doubts:
         error = g * n * (6.0 * n + (0.0 if r is None else 0.5 * math.sqrt(ratio2) / (1.0 + ratio2)))
         if quiet is not None:
             error += abs(quiet - float(averaged(eqs, n2=0.0)))
-        scale = n if r is None else n - float(np.sqrt(w2) / math.pi * _log(r))
+        scale = n if r is None else n - float(np.sqrt(w2) / math.pi * log(r))
         if error > DOUBTFUL * (scale + abs(eqs.c1 or 0.0)):
             texts.append(f"averaging is doubtful: coupling and noise put lambda off by about {error:.2g}")
         if r is not None and not abs(_with_slow_voltage(eqs, m, n2, r)[1]) < PULL:
@@ -178,115 +178,3 @@ def doubts(eqs: Equations) -> Doubts:
             texts.append("averaging does not apply: without noise the mass leaves the stop for good")
             return Doubts(None, tuple(texts))
     return Doubts(error, tuple(texts))
-
-
-def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Given = None) -> Floats:
-    """Lambda of x'' - c1 x' + W^2 x = x noise, with or without a stop: exact for any noise and restitution.
-
-        lambda = c1/2 + I_(1/2)/(2 I_(-1/2)) + J ln r,   J = s/(sqrt(2 pi) I_(-1/2)) impacts in a unit of time,
-        I_k = int_0^inf u^k exp[-(2/s^2)(q u + u^3/12)] du,   q = W^2 - c1^2/4,   s^2 = 2 N2
-
-    By quadrature over y = sqrt(u), where the trapezoidal rule converges faster than any power.
-    """
-    q, n2 = np.broadcast_arrays(np.asarray(stiffness - 0.25 * np.square(c1)), np.maximum(n2, 1e-30))
-    # Beyond y either power of the exponent has cut the integrand to e^-40 (for q < 0: the sixth alone).
-    sixth, square = (480.0 * n2) ** (1 / 6), np.sqrt(40.0 * n2 / np.maximum(np.abs(q), 1e-30))
-    top = np.where(q > 0.0, np.minimum(sixth, square), np.maximum(2.0**0.2 * sixth, (24.0 * np.abs(q)) ** 0.25))
-    y = top[..., None] * np.linspace(0.0, 1.0, 401)
-    exponent = -(q[..., None] * y**2 + y**6 / 12.0) / n2[..., None]
-    peak = exponent.max(axis=-1)
-    weight = np.exp(exponent - peak[..., None])
-    weight[..., 0] *= 0.5
-    value = 0.5 * c1 + 0.5 * (weight * y**2).sum(axis=-1) / weight.sum(axis=-1)
-    if r is None:
-        return np.asarray(value)
-    impacts = np.sqrt(n2 / math.pi) * np.exp(-peak) / (2.0 * weight.sum(axis=-1) * y[..., 1])
-    return np.asarray(value + impacts * _log(np.asarray(r)))
-
-
-def noiseless(eqs: Equations) -> float | None:
-    """Lambda without noise, exact: the fixed point of the map from one impact to the next.
-
-    From (x, x', V) = (0, 1, q) the linear flow leads to the next impact after a time T, and it back
-    to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
-    None where the mass leaves the stop for good, or q settles on nothing.
-    """
-    m, _, r = _given(eqs, None, 0.0, None)
-    if not _coupled(eqs, None):
-        w2, damping = _load(eqs, m, r)
-        return float(decoupled(damping, w2, 0.0, r))
-    if r is None:
-        return float(_modes(eqs, m)[0].max())
-    values, right = np.linalg.eig(_matrix(eqs, m))
-    left, q = np.linalg.inv(right), 0.0
-    times = np.linspace(0.0, 8.0 * math.pi, 1601)[1:]
-    for _ in range(2000):
-        start = left @ np.array([0.0, 1.0, q])
-
-        def state(t: Floats | float, row: int, start: Floats = start) -> Floats:
-            return np.asarray(np.real(np.exp(np.multiply.outer(t, values)) @ (right[row] * start)))
-
-        below = np.flatnonzero(state(times, 0) < 0.0)
-        if not len(below) or below[0] == 0:
-            return None
-        period = brentq(state, times[below[0] - 1], times[below[0]], args=(0,), xtol=1e-14)
-        v = float(-r * state(period, 1))
-        if v <= 0.0:
-            return None
-        before, q = q, float(state(period, 2)) / v
-        if abs(q - before) <= 1e-12 * (1.0 + abs(q)):
-            return float(math.log(v) / period)
-    return None
-
-
-def _given(eqs: Equations, mu: Given, n2: Given, r: Given) -> tuple[Floats, Floats, Floats | None]:
-    """Mu, N2 and r as arrays of one shape: given, or those of the equations; no load is mu = 0."""
-    mu, n2 = eqs.mu or 0.0 if mu is None else mu, eqs.n2 or 0.0 if n2 is None else n2
-    r = eqs.restitution if r is None else r
-    m, n, stop = np.broadcast_arrays(mu, n2, 1.0 if r is None else r)
-    return 1.0 * m, 1.0 * n, None if r is None else 1.0 * stop
-
-
-def _coupled(eqs: Equations, mu: Given) -> bool:
-    return bool(eqs.beta) and (bool(eqs.mu) or (mu is not None and bool(np.any(mu))))
-
-
-def _load(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
-    """(w^2, c1 - C) with w^2 = 1 + K: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)) with a stop, else 1."""
-    beta, c1 = eqs.beta or 0.0, eqs.c1 or 0.0
-    if not beta:
-        return np.ones_like(m), np.full_like(m, c1)
-    w2 = np.full_like(m, 1.0 + beta)
-    if np.any(m):  # without a load V = x
-        for _ in range(200):  # contracts by (w^2 - 1)/w^2 or better
-            w2 = 1.0 + beta * _share(m / np.sqrt(w2), r) * w2 / (m**2 + w2)
-    return w2, c1 - beta * _share(m / np.sqrt(w2), r) * m / (m**2 + w2)
-
-
-def _share(m: Floats, r: Floats | None) -> Floats:
-    return np.ones_like(m) if r is None or not np.any(m) else 1.0 - 4.0 * _q(m) / (math.pi * (1.0 + m * m))
-
-
-def _q(m: Floats) -> Floats:
-    """M coth(pi m/2), 2/pi at 0."""
-    m = np.maximum(m, 1e-150)
-    return np.asarray(m / np.tanh(0.5 * math.pi * m))
-
-
-def _log(r: Floats) -> Floats:
-    return np.asarray(np.log(np.maximum(r, 1e-300)))
-
-
-def _matrix(eqs: Equations, m: Floats) -> Floats:
-    """Of the flow of (x, x', V), shape (..., 3, 3)."""
-    a = np.zeros((*m.shape, 3, 3))
-    a[..., 0, 1] = a[..., 2, 1] = 1.0
-    a[..., 1, 0], a[..., 1, 1], a[..., 1, 2], a[..., 2, 2] = -1.0, eqs.c1 or 0.0, -(eqs.beta or 0.0), -m
-    return a
-
-
-def _modes(eqs: Equations, m: Floats) -> tuple[Floats, Floats]:
-    """Re lambda_i and Re (l_v x_i)^2 of every mode, shape (..., 3)."""
-    values, right = np.linalg.eig(_matrix(eqs, m))
-    left = np.linalg.inv(right)
-    return values.real, ((left[..., :, 1] * right[..., 0, :]) ** 2).real

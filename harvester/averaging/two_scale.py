@@ -19,20 +19,28 @@ and nothing slow is faster than the cycle, which takes 1/(1 + (mu/2w)^2) off the
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.linalg import LinAlgError, solveh_banded
 
 from harvester.arrays import Floats
 from harvester.averaging.cycles import Cycles, Orbits
+from harvester.averaging.energy_law import log_mass, normalised, rising, slow_voltage
+from harvester.averaging.grids import alike, given, stacked
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.scaling import Equations
 
-_AMPLITUDES, _POINTS, _ROUNDS = 140, 64, 6
-_KEPT = 20.0  # amplitudes less likely than e^-20 of the likeliest are left out
-_HARMONICS = np.arange(1.0, 30.0)
+_AMPLITUDES = 96
+_ROUNDS = 6  # of the voltage and the potential that it bends
+_KEPT_BELOW, _KEPT_ABOVE = 12.0, 18.0  # amplitudes less likely than e^-12, e^-18 of the likeliest are left out
+_HARMONICS = np.arange(1.0, 30.0)[:, None]
+_TOGETHER = 32  # scenes in one go: their arrays stay in the processor's cache
+_NO_NOISE = (
+    "the averaged law needs external noise (D11 or acceleration_psd): without it the stationary amplitude is "
+    "zero or not unique; use engine 'ensemble'"
+)
 
 
 @dataclass(frozen=True)
@@ -42,8 +50,8 @@ class TwoScale:
     ``mean_square_voltage`` = fast + slow; ``bias`` is a rough size of its relative model error (see
     `solve`); ``exchange`` the energy that noise brings in a cycle over the mean energy, the
     small parameter of averaging; ``stored`` the share of the energy that the piezo holds.
-    ``orbits``, ``cycles`` and ``mass`` have their amplitudes in units
-    of ``length``.
+    ``A`` are the amplitudes, ``mass`` the probability of each (their ln A is evenly spaced), ``period``
+    the time of a cycle, ``nu`` its dPhi/dt at the Gauss points of a quarter, shape (n, N).
     """
 
     mean_square_voltage: float
@@ -54,26 +62,10 @@ class TwoScale:
     bias: float
     exchange: float
     stored: float
-    orbits: Orbits
-    cycles: Cycles
-    length: float
-    mass: Floats  # probability of each amplitude, shape (n,)
-
-
-def density(of: str, edges: Floats, law: TwoScale) -> Floats:
-    """Density of the amplitude ("a"), displacement ("d") or velocity ("v"), averaged over bins.
-
-    edges: shape (m + 1,) -> shape (m,).  Each amplitude spreads its probability over its orbit
-    by the time spent there.
-    """
-    edges = edges / law.length
-    A = np.geomspace(law.cycles.A[0], law.cycles.A[-1], 4000)
-    u = np.log(law.cycles.A)
-    mass = np.exp(np.interp(np.log(A), u, np.log(law.mass)))
-    x, v, weight = law.orbits.at(A)
-    weight = weight * (mass / mass.sum())[:, None]
-    values = {"a": np.broadcast_to(A[:, None], x.shape), "d": x, "v": v}[of]
-    return np.asarray(np.histogram(values, edges, weights=weight)[0] / (np.diff(edges) * law.length))
+    A: Floats
+    mass: Floats
+    period: Floats
+    nu: Floats
 
 
 def solve(eqs: Equations) -> TwoScale:
@@ -91,17 +83,24 @@ def solve(eqs: Equations) -> TwoScale:
     UnboundedResponseError
         where the law does not fall off at large amplitudes.
     """
-    if eqs.n1 is None:
-        raise SimulationError(
-            "the averaged law needs external noise (D11 or acceleration_psd): without it the stationary amplitude is "
-            "zero or not unique; use engine 'ensemble'"
-        )
-    length = math.sqrt(eqs.n1)
-    with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
-        law = _solve(_in_units_of(length, eqs), length)
-    if not math.isfinite(law.mean_square_voltage) or not math.isfinite(law.bias):
-        raise SimulationError("the averaged law has no finite mean here: use engine 'ensemble'")
-    return law
+    answer = solve_many([eqs])[0]
+    if isinstance(answer, SimulationError):
+        raise answer
+    return answer
+
+
+def solve_many(scenes: Sequence[Equations]) -> list[TwoScale | SimulationError]:
+    """`solve` for a grid of scenes, many at once; the error of each that has no answer stands in its place."""
+    answers: list[TwoScale | SimulationError] = [SimulationError(_NO_NOISE)] * len(scenes)
+    noisy = [k for k, eqs in enumerate(scenes) if eqs.n1 is not None]
+    for group in alike([scenes[k] for k in noisy], _TOGETHER):
+        places = [noisy[k] for k in group]
+        lengths = [math.sqrt(given(scenes[k].n1)) for k in places]
+        together = stacked([_in_units_of(length, scenes[k]) for length, k in zip(lengths, places, strict=True)])
+        with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
+            for k, answer in zip(places, _solve(together, np.array(lengths)), strict=True):
+                answers[k] = answer
+    return answers
 
 
 def _in_units_of(length: float, eqs: Equations) -> Equations:
@@ -111,132 +110,95 @@ def _in_units_of(length: float, eqs: Equations) -> Equations:
     return replace(eqs, **{name: v if v is None else v * length ** powers[name] for name, v in scaled.items()})
 
 
-def _solve(eqs: Equations, length: float) -> TwoScale:
-    u = _where_the_mass_is(eqs)
+def _solve(eqs: Equations, lengths: Floats) -> list[TwoScale | SimulationError]:
+    """All scenes of a stack: arrays are (scenes, amplitudes)."""
+    u, unbounded = _where_the_mass_is(eqs, len(lengths))
     A = np.exp(u)
-    orbits = Orbits(A, eqs, _POINTS)
+    orbits = Orbits(A, eqs)
     offset = np.zeros_like(A)
-    rounds = _ROUNDS if eqs.beta and eqs.restitution is not None else 3
-    for _ in range(rounds):
+    for _ in range(_ROUNDS if eqs.beta is not None and eqs.restitution is not None else 3):
         orbits.refine(offset)
         cycle = orbits.averages()
-        slope = _rising(u, cycle.energy)
-        mass = _normalised(_log_mass(u, cycle, slope, offset, eqs))
-        memory = _slow_voltage(u, cycle, slope, mass, eqs)
-        if eqs.beta:
+        slope = rising(u, cycle.energy)
+        mass = normalised(log_mass(u, cycle, slope, offset, eqs))
+        memory = slow_voltage(u, cycle, slope, mass, eqs)
+        if eqs.beta is not None:
             # Beyond this the offset's push would keep the mass of that amplitude from reaching the stop.
             offset = np.maximum(memory, -0.3 * A / eqs.beta)
-    return _summary(eqs, orbits, cycle, mass, memory, length)
+    parts = _summary(eqs, cycle, mass, memory)
+    answers: list[TwoScale | SimulationError] = []
+    for k, length in enumerate(lengths):
+        one = {name: float(values[k]) for name, values in parts.items()}
+        for name in ("mean_square_voltage", "fast", "slow", "x2", "v2"):
+            one[name] *= length**2
+        arrays = {"A": A[k] * length, "mass": mass[k], "period": cycle.period[k], "nu": orbits.nu[k]}
+        if unbounded[k]:
+            answers.append(
+                UnboundedResponseError("the averaged amplitude grows without bound: add damping that bounds it")
+            )
+        elif not all(map(math.isfinite, one.values())):
+            answers.append(SimulationError("the averaged law has no finite mean here: use engine 'ensemble'"))
+        else:
+            answers.append(TwoScale(**one, **arrays))  # type: ignore[arg-type]
+    return answers
 
 
-def _summary(eqs: Equations, orbits: Orbits, cycle: Cycles, mass: Floats, memory: Floats, length: float) -> TwoScale:
-    """Put the scales together, with the widths of their lines."""
-    mu, beta = eqs.mu or 0.0, eqs.beta or 0.0
-    x2, v2, xbar = (float(mass @ values) for values in (cycle.x2, cycle.v2, cycle.x))
-    fast, energy = float(mass @ cycle.V2), float(mass @ cycle.energy)
-    slow = float(mass @ ((cycle.x - xbar) * memory))
-    power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * x2 + 2.0 * (eqs.n12 or 0.0) * xbar
-    period = float(mass @ cycle.period)
-    w = (1.0 if eqs.restitution is not None else 2.0) * math.pi / period
-    c = max(power_in - beta * mu * (fast + slow), 0.0) / v2  # rate of the losses other than the load
+def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dict[str, Floats]:
+    """Put the scales together, with the widths of their lines; arrays of shape (scenes,)."""
+
+    def mean(values: Floats) -> Floats:
+        return np.asarray((mass * values).sum(axis=-1))
+
+    def scalar(value: Any) -> Any:
+        return 0.0 if value is None else value[:, 0]
+
+    mu, beta = scalar(eqs.mu), scalar(eqs.beta)
+    x2, v2, xbar, period = (mean(values) for values in (cycle.x2, cycle.v2, cycle.x, cycle.period))
+    fast, energy = mean(cycle.V2), mean(cycle.energy)
+    slow = mean((cycle.x - xbar[:, None]) * memory)
+    power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar
+    w = (2.0 if eqs.restitution is None else 1.0) * math.pi / period
+    c = np.maximum(power_in - beta * mu * (fast + slow), 0.0) / v2  # rate of the losses other than the load
     if eqs.restitution is None:
         fast *= (w * w + mu * mu) / (w * w + mu * mu + c * mu)
     else:
         n = 2.0 * _HARMONICS
         share = n**2 / (n**2 - 1.0) ** 2  # of <x'^2> in the harmonics of |cos|
         whole, narrow = n**2 * w**2 + mu**2 + n * c * mu, n**2 * w**2 + mu**2
-        fast *= float((share / whole).sum() / (share / narrow).sum())
+        fast *= (share / whole).sum(axis=0) / (share / narrow).sum(axis=0)
         slow /= 1.0 + (0.5 * mu / w) ** 2
     exchange = power_in * period / energy
     stored = 0.5 * beta * (fast + slow) / energy
     if eqs.restitution is None:
-        bias = 0.002 + 0.01 * min(exchange, 1.0) + 0.01 * stored
+        bias = 0.002 + 0.01 * np.minimum(exchange, 1.0) + 0.01 * stored
     else:
-        bias = 0.002 + 0.15 * min(exchange, 1.5) ** 2 + stored
-    area = length**2
-    return TwoScale(
-        mean_square_voltage=(fast + slow) * area,
-        fast=fast * area,
-        slow=slow * area,
-        x2=x2 * area,
-        v2=v2 * area,
-        bias=bias,
-        exchange=exchange,
-        stored=stored,
-        orbits=orbits,
-        cycles=cycle,
-        length=length,
-        mass=mass,
-    )
+        bias = 0.002 + 0.15 * np.minimum(exchange, 1.5) ** 2 + stored
+    return {
+        "mean_square_voltage": fast + slow,
+        "fast": fast,
+        "slow": slow,
+        "x2": x2,
+        "v2": v2,
+        "bias": bias,
+        "exchange": exchange,
+        "stored": stored,
+    }
 
 
-def _where_the_mass_is(eqs: Equations) -> Floats:
-    """A grid of ln A over the amplitudes that matter."""
-    low, high, widest = math.log(1e-8), math.log(1e8), math.log(1e8)
-    for points in (161, 81, 81, 81):
-        u = np.linspace(low, high, points)
-        cycle = Orbits(np.exp(u), eqs, 16).averages()
-        log_mass = _log_mass(u, cycle, _rising(u, cycle.energy), np.zeros_like(u), eqs)
-        kept = np.flatnonzero(log_mass >= log_mass.max() - _KEPT)
-        if kept[-1] == points - 1 and high >= widest:
-            raise UnboundedResponseError("the averaged amplitude grows without bound: add damping that bounds it")
-        low, high = float(u[max(kept[0] - 1, 0)]), float(u[min(kept[-1] + 1, points - 1)])
-    return np.linspace(low, high, _AMPLITUDES)
-
-
-def drift(cycle: Cycles, offset: Floats, eqs: Equations) -> Floats:
-    """b(E) at each amplitude; ``offset`` is the slow voltage there."""
-    b = -cycle.damped - (eqs.beta or 0.0) * (eqs.mu or 0.0) * (cycle.V2 + offset**2)
-    b = b + (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * cycle.x2 + 2.0 * (eqs.n12 or 0.0) * cycle.x
-    if eqs.restitution is not None:
-        r2 = eqs.restitution**2
-        b = b - 2.0 * (1.0 - r2) / (1.0 + r2) * cycle.wall / cycle.period
-    return b
-
-
-def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
-    """sigma^2(E) at each amplitude."""
-    n1, n2, n12 = eqs.n1 or 0.0, eqs.n2 or 0.0, eqs.n12 or 0.0
-    return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
-
-
-def _log_mass(u: Floats, cycle: Cycles, slope: Floats, offset: Floats, eqs: Equations) -> Floats:
-    """ln(p(E) dE/du) up to a constant; the integral by the trapezoidal rule with its end correction."""
-    s = diffusion(cycle, eqs)
-    rate = 2.0 * drift(cycle, offset, eqs) / s * slope
-    du, bend = u[1] - u[0], np.gradient(rate, u)
-    inner = 0.5 * du * (rate[1:] + rate[:-1]) - du**2 / 12.0 * (bend[1:] - bend[:-1])
-    return np.asarray(np.log(slope / s) + np.concatenate([[0.0], np.cumsum(inner)]))
-
-
-def _rising(u: Floats, energy: Floats) -> Floats:
-    """dE/du, kept positive where the slow voltage would turn it around."""
-    return np.asarray(energy * np.maximum(CubicSpline(u, np.log(energy))(u, 1), 0.1))
-
-
-def _normalised(log_mass: Floats) -> Floats:
-    mass = np.exp(log_mass - log_mass.max())
-    return np.asarray(mass / mass.sum())
-
-
-def _slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> Floats:
-    """Mean slow voltage at each amplitude: xt - mu (mu - L)^-1 xt.
-
-    L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
-    p sigma^2/2 per dE, so that (mu - L) times the law is one positive tridiagonal matrix.
-    """
-    xt = cycle.x - float(mass @ cycle.x)
-    mu = eqs.mu or 0.0
-    if eqs.restitution is None or mu == 0.0:
-        return xt
-    flow = diffusion(cycle, eqs) * mass / slope**2 / (u[1] - u[0]) ** 2
-    flow = 0.5 * np.sqrt(flow[1:] * flow[:-1])
-    bands = np.zeros((2, len(u)))
-    bands[0, 1:] = -flow
-    bands[1] = mu * mass
-    bands[1, :-1] += flow
-    bands[1, 1:] += flow
-    try:
-        return np.asarray(xt - mu * solveh_banded(bands, mass * xt))
-    except LinAlgError:
-        raise SimulationError("the averaged law has no usable slow scale here: use engine 'ensemble'") from None
+def _where_the_mass_is(eqs: Equations, scenes: int) -> tuple[Floats, Any]:
+    """A grid of ln A over the amplitudes that matter, shape (scenes, n), and which scenes have no end to it."""
+    widest = math.log(1e8)
+    low, high = np.full(scenes, -widest), np.full(scenes, widest)
+    unbounded = np.zeros(scenes, dtype=bool)
+    rows = np.arange(scenes)
+    for points in (161, 41, 41, 41):
+        u = np.linspace(low, high, points, axis=-1)
+        cycle = Orbits(np.exp(u), eqs, 8, 1).averages()
+        log_p = log_mass(u, cycle, rising(u, cycle.energy), np.zeros_like(u), eqs)
+        log_p = np.where(np.isnan(log_p), -np.inf, log_p)
+        depth = log_p.max(axis=-1, keepdims=True) - log_p
+        first = (depth <= _KEPT_BELOW).argmax(axis=-1)
+        last = points - 1 - (depth <= _KEPT_ABOVE)[:, ::-1].argmax(axis=-1)
+        unbounded |= (last == points - 1) & (high >= widest)
+        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, points - 1)]
+    return np.linspace(low, high, _AMPLITUDES, axis=-1), unbounded

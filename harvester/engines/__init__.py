@@ -3,12 +3,23 @@
 import dataclasses
 from typing import Any
 
-from harvester.engines.common import Engine, Progress
+from harvester.engines.common import Engine, Progress, Vectorised
 from harvester.engines.formulas import Averaged, Published
 from harvester.engines.sampled import READING, Ensemble, Spice
 from harvester.errors import unknown
 
-__all__ = ["ENGINES", "READING", "Averaged", "Engine", "Ensemble", "Progress", "Published", "Spice", "engine"]
+__all__ = [
+    "ENGINES",
+    "READING",
+    "Averaged",
+    "Engine",
+    "Ensemble",
+    "Progress",
+    "Published",
+    "Spice",
+    "Vectorised",
+    "engine",
+]
 
 ENGINES: dict[str, type[Published] | type[Averaged] | type[Ensemble] | type[Spice]] = {
     engine.NAME: engine for engine in (Published, Averaged, Ensemble, Spice)

@@ -1,9 +1,9 @@
 """What all engines share: the protocol, the loads they serve, and the way to an Estimate."""
 
-from collections.abc import Callable
-from typing import Any, ClassVar, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
-from harvester.errors import CannotServeError
+from harvester.errors import CannotServeError, HarvesterError
 from harvester.estimate import Estimate, Value
 from harvester.scaling import Equations, effects, equations, scales
 from harvester.scene import Scene
@@ -18,6 +18,17 @@ class Engine(Protocol):
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
+        ...
+
+
+@runtime_checkable
+class Vectorised(Protocol):
+    """An engine that computes many scenes at once for little more than the price of one."""
+
+    NAME: ClassVar[str]
+
+    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
+        """`Engine.run` for each scene, or the error that it raises."""
         ...
 
 
