@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from harvester.engines import Engine
     from harvester.scene import Scene
 
+_MOST_ROWS = 60  # of a table on the screen
+
 
 def _percent(text: str) -> float:
     """1% or .01."""
@@ -174,13 +176,22 @@ def paper(figures: tuple[str, ...], out: str) -> None:
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same answer."
 )
 @click.option("--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True)
+@click.option("--out", help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22).")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def stability(scene: str, seed: int, trajectories: int, as_json: bool) -> None:
+def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json: bool) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
     from harvester.stability import stability as examine
 
-    answer = examine(_load(scene), seed, trajectories)
+    given = _load(scene)
+    answer = examine(given, seed, trajectories)
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    if out is not None:
+        from harvester import region
+
+        with _bar(len(region.LOADS), "region") as bar:
+            region.draw(given, out, seed, bar.update)
+        if not as_json:
+            click.echo(f"written: {Path(out) / 'stability.csv'}, stability.png")
 
 
 @cli.command()
@@ -223,9 +234,13 @@ def _grid(rows: list[dict[str, str]], physical: bool) -> str:
     hidden = ("warnings", *(("error",) if not any(row["error"] for row in rows) else ()))
     names = [name for name in rows[0] if name not in hidden]
     cells = [[name + units.get(name, "") for name in names]]
-    cells += [[_short(row[name]) for name in names] for row in rows]
+    shown = rows if len(rows) <= _MOST_ROWS else rows[: _MOST_ROWS // 2] + rows[-_MOST_ROWS // 2 :]
+    cells += [[_short(row[name]) for name in names] for row in shown]
     widths = [max(len(line[i]) for line in cells) for i in range(len(names))]
-    return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells)
+    lines = ["  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells]
+    if len(shown) < len(rows):
+        lines.insert(1 + _MOST_ROWS // 2, f"({len(rows) - len(shown)} rows more in sweep.csv)")
+    return "\n".join(lines)
 
 
 def _warnings(rows: list[dict[str, str]]) -> list[str]:

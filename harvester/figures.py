@@ -17,6 +17,7 @@ from harvester.arrays import Floats
 if TYPE_CHECKING:
     from harvester.compare import Comparison
     from harvester.paper import Point
+    from harvester.region import Edge
     from harvester.sweep import Table
 
 # Okabe and Ito's palette, told apart without colour by line and marker.
@@ -166,4 +167,26 @@ def paper(points: "list[Point]", title: str) -> bytes:
         if "mu" in panel.split():
             here.set_xscale("log")
     figure.suptitle(title, fontsize=10)
+    return _png(figure)
+
+
+def region(edges: "list[Edge]", title: str) -> bytes:
+    """Stable and unstable in the plane (mu, D22): the boundary published, ours, and by Monte Carlo with 95 %."""
+    figure, here = plt.subplots(figsize=(8.0, 5.0), layout="constrained")
+    mu = np.array([e.mu for e in edges])
+    known = [e for e in edges if np.isfinite(e.ensemble_stderr)]
+    finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
+    top = 1.3 * max(finite, default=1.0) or 1.0
+    for name in ("published", "averaged"):
+        here.plot(mu, np.minimum([getattr(e, name) for e in edges], top), **STYLES[name])
+    measured = np.minimum([e.ensemble for e in edges], top)
+    here.fill_between(mu, 0.0, measured, color="0.9", label="stable (Monte Carlo)", zorder=0)
+    error = [1.96 * e.ensemble_stderr for e in known]
+    marks: dict[str, Any] = {"color": "0.2", "linestyle": "none", "marker": "o", "markersize": 4, "capsize": 2}
+    here.errorbar([e.mu for e in known], [e.ensemble for e in known], error, label="Monte Carlo, 95 %", **marks)
+    here.set(xscale="log", ylim=(0.0, top), xlabel="time-constant ratio mu = 1/(R Cp w0)")
+    here.set_ylabel("parametric noise D22 at which rest becomes unstable")
+    here.set_title(f"{title}: stable below, unstable above" if title else "stable below, unstable above", fontsize=10)
+    here.grid(color="0.92")
+    here.legend(frameon=False, fontsize=9)
     return _png(figure)

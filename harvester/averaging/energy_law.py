@@ -12,9 +12,9 @@ from harvester.averaging.grids import given
 from harvester.scaling import Equations
 
 
-def drift(cycle: Cycles, offset: Floats, eqs: Equations) -> Floats:
-    """b(E) at each amplitude; ``offset`` is the slow voltage there."""
-    b = -cycle.damped - given(eqs.beta) * given(eqs.mu) * (cycle.V2 + offset**2)
+def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
+    """b(E) at each amplitude; ``slow`` is the square of the slow voltage that the mass pays for there."""
+    b = -cycle.damped - given(eqs.beta) * given(eqs.mu) * (cycle.V2 + slow)
     b = b + given(eqs.n1) + given(eqs.n2) * cycle.x2 + 2.0 * given(eqs.n12) * cycle.x
     if eqs.restitution is not None:
         r2 = eqs.restitution**2
@@ -28,10 +28,10 @@ def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
     return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
 
 
-def log_mass(u: Floats, cycle: Cycles, slope: Floats, offset: Floats, eqs: Equations) -> Floats:
+def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equations) -> Floats:
     """ln(p(E) dE/du) up to a constant; the integral by the trapezoidal rule with its end correction."""
     s = diffusion(cycle, eqs)
-    rate = 2.0 * drift(cycle, offset, eqs) / s * slope
+    rate = 2.0 * drift(cycle, slow, eqs) / s * slope
     du, bend = u[..., 1:] - u[..., :-1], slope_on_grid(u, rate)
     inner = 0.5 * du * (rate[..., 1:] + rate[..., :-1]) - du**2 / 12.0 * (bend[..., 1:] - bend[..., :-1])
     return np.asarray(np.log(slope / s) + np.concatenate([0.0 * u[..., :1], np.cumsum(inner, axis=-1)], axis=-1))
@@ -60,26 +60,47 @@ def normalised(log_p: Floats) -> Floats:
     return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
 
 
-def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> Floats:
-    """Mean slow voltage at each amplitude: xt - mu (mu - L)^-1 xt.
+def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> tuple[Floats, Floats]:
+    """Mean and mean square of the slow voltage V = xt - y at each amplitude, y' = mu (xt - y).
 
-    L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
-    p sigma^2/2 per dE, so that (mu - L) times the law is one positive tridiagonal matrix.  Scenes of a
-    stack are blocks of it without current in between.
+    (mu - L) E[y|A] = mu xt,    (2 mu - L) E[y^2|A] = 2 mu xt E[y|A]
     """
     xt = cycle.x - (mass * cycle.x).sum(axis=-1, keepdims=True)
     if eqs.restitution is None or eqs.mu is None:
-        return np.asarray(xt)
+        return xt, xt**2
     flow = diffusion(cycle, eqs) * mass / slope**2 / (u[:, 1:2] - u[:, :1]) ** 2
     flow = 0.5 * np.sqrt(flow[:, 1:] * flow[:, :-1])
-    bands = np.zeros((2, *u.shape))
+    mu = given(eqs.mu)
+    y = _resolvent(mu, mu * xt, flow, mass)
+    y2 = _resolvent(2.0 * mu, 2.0 * mu * xt * y, flow, mass)
+    return xt - y, np.maximum(xt**2 - 2.0 * xt * y + y2, (xt - y) ** 2)
+
+
+def paid(square: Floats, cycle: Cycles, eqs: Equations) -> Floats:
+    """What of the slow voltage's mean square the mass pays for.
+
+    The load drains the slow voltage's own energy beta V^2/2 first, which counts where the orbit
+    holds little more; and nothing slow is faster than the cycle.
+    """
+    held = cycle.energy / (cycle.energy + 0.5 * given(eqs.beta) * square)
+    return np.asarray(square * held / (1.0 + (given(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
+
+
+def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Floats:
+    """(rate - L)^-1 right, with L the averaged generator.
+
+    L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
+    ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal matrix.
+    Scenes of a stack are blocks of it without current in between.
+    """
+    bands = np.zeros((2, *mass.shape))
     bands[0, :, 1:] = -flow
-    bands[1] = eqs.mu * mass
+    bands[1] = rate * mass
     bands[1, :, :-1] += flow
     bands[1, :, 1:] += flow
     # A scene whose law is not finite must not spoil its neighbours.
     lost = ~(np.isfinite(bands).all(axis=(0, 2)) & (bands[1] > 0.0).all(axis=1))
     bands[0, lost], bands[1, lost] = 0.0, 1.0
-    right = np.where(lost[:, None], np.nan, mass * xt)
-    memory = solveh_banded(bands.reshape(2, -1), right.ravel(), check_finite=False).reshape(u.shape)
-    return np.asarray(xt - eqs.mu * memory)
+    weighted = np.where(lost[:, None], np.nan, mass * right)
+    solved = solveh_banded(bands.reshape(2, -1), weighted.ravel(), check_finite=False)
+    return np.asarray(solved.reshape(mass.shape))

@@ -109,15 +109,17 @@ class Averaged(_Formula):
         warnings = []
         if law.bias > DOUBTFUL:
             why = (
-                "noise and impacts change much of the energy in one cycle"
-                if law.exchange > 0.3
-                else "coupling is strong"
+                "coupling is strong" if law.stored > law.impact_loss else "impacts take much of the energy in one cycle"
             )
             warnings.append(
                 f"averaging is doubtful here (estimated error {law.bias:.0%}): {why}; check with 'ensemble'"
             )
         if eqs.restitution is not None and eqs.restitution < 0.5:
             warnings.append(f"no averaging is reliable for a restitution coefficient of {eqs.restitution:g}, below .5")
-        details = {"exchange_per_cycle": law.exchange, "slow_share": law.slow / law.mean_square_voltage}
+        details = {
+            "exchange_per_cycle": law.exchange,
+            "impact_loss_per_cycle": law.impact_loss,
+            "slow_share": law.slow / law.mean_square_voltage,
+        }
         reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
         return estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, tuple(warnings), details)
