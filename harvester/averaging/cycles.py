@@ -71,10 +71,11 @@ def quarter(points: int, harmonics: int) -> Quarter:
     """The quarter with this many Gauss points and odd harmonics."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     phi, weights = 0.25 * np.pi * (nodes + 1.0), 0.25 * np.pi * weights
-    basis = np.polynomial.legendre.Legendre.basis
-    values = np.array([basis(j)(nodes) for j in range(points)])
-    inner = np.array([basis(j).integ(lbnd=-1)(nodes) for j in range(points)])
-    integral = 0.25 * np.pi * np.linalg.solve(values, inner)
+    # int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1
+    p = np.polynomial.legendre.legvander(nodes, points).T
+    before = np.concatenate([[-np.ones(points)], p[: points - 1]])
+    inner = (p[1:] - before) / (2.0 * np.arange(points)[:, None] + 1.0)
+    integral = 0.25 * np.pi * np.linalg.solve(p[:points], inner)
     n = 2.0 * np.arange(harmonics) + 1.0
     sines, slopes = np.sin(n[:, None] * phi), n[:, None] * np.cos(n[:, None] * phi)
     square = harmonics * harmonics
