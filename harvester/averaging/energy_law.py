@@ -77,13 +77,8 @@ def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equ
 
 
 def paid(square: Floats, cycle: Cycles, eqs: Equations) -> Floats:
-    """What of the slow voltage's mean square the mass pays for.
-
-    The load drains the slow voltage's own energy beta V^2/2 first, which counts where the orbit
-    holds little more; and nothing slow is faster than the cycle.
-    """
-    held = cycle.energy / (cycle.energy + 0.5 * given(eqs.beta) * square)
-    return np.asarray(square * held / (1.0 + (given(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
+    """What of the slow voltage's mean square the mass pays for: nothing slow is faster than the cycle."""
+    return np.asarray(square / (1.0 + (given(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
 
 
 def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Floats:
