@@ -68,6 +68,8 @@ print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.me
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
 def test_examples(path):
-    """Every example loads and says what it is."""
-    assert hv.load(path).title
-    assert hv.Published().run(hv.load(path)).mean_power.value > 0.0
+    """Every example loads and says what it is; those with a load resistance have a published power."""
+    scene = hv.load(path)
+    assert scene.title
+    if scene.load is None or scene.load.netlist is None:
+        assert hv.Published().run(scene).mean_power.value > 0.0

@@ -199,7 +199,7 @@ class Spice(_Sampled):
             load = Load(resistance=s.resistance(eqs.mu))
         if load is None:
             raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
-        circuit = load_circuit(load)
+        circuit = load_circuit(load, s.capacitance)
         if eqs.n1 is None:
             raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
         seed = np.random.SeedSequence([self.seed, 1])
