@@ -28,8 +28,12 @@ test: setup
 	$(BIN)/pytest
 
 bench: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	$(BIN)/python benchmarks/lockstep.py
 	$(BIN)/python benchmarks/ensemble.py
+	$(BIN)/python benchmarks/effects.py
+	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python benchmarks/figure1.py
 
 clean:
 	rm -rf .venv out

@@ -1,11 +1,18 @@
-"""What every benchmark prints besides its figures: machine and versions."""
+"""What the benchmarks share: the scene, the figures' table, machine and versions."""
 
 import json
 import statistics
 import time
+from importlib import metadata
 from pathlib import Path
 
 from harvester.provenance import machine, versions
+from harvester.scaling import Equations
+
+# The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5, tests/systems.py).
+PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
+PAPER_V2 = 0.0881
+READING = 0.4  # time units between two readings of V^2, in everything that is compared
 
 
 def best_of(function, repeats=5):
@@ -19,12 +26,29 @@ def best_of(function, repeats=5):
     return statistics.median(times), min(times)
 
 
-def report(name, rows):
+def counts(h, duration):
+    """(steps between two readings, readings) for a time average over ``duration``."""
+    every = max(1, round(READING / h))
+    return every, max(1, round(duration / (every * h)))
+
+
+def installed(*names):
+    """Versions of those packages that are there."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def report(name, rows, packages=(), **more):
     """Print the rows and keep them with machine and versions in out/bench-NAME.json."""
     for row in rows:
         print("  ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{value}" for key, value in row.items()))
     out = Path("out")
     out.mkdir(exist_ok=True)
-    whole = {"rows": rows, "machine": machine(), "versions": versions()}
+    whole = {"rows": rows, **more, "machine": machine(), "versions": versions() | installed(*packages)}
     (out / f"bench-{name}.json").write_text(json.dumps(whole, indent=2) + "\n")
     print(f"{whole['machine']['processor']}, {whole['machine']['cores']} cores; written: out/bench-{name}.json")

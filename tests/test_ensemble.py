@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics import ensemble as mc
+from harvester.mechanics import settling
 from harvester.mechanics.ensemble import Ensemble, StepPair
 from harvester.mechanics.moments import mean_and_error
 from harvester.scaling import Equations
@@ -155,7 +155,7 @@ def test_removing_an_effect_equals_never_having_it():
     ids=["x2-feeds", "x4-feeds", "negative-damping", "negative-damping-cubic", "parametric"],
 )
 def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
-    monkeypatch.setattr(mc, "LONGEST", 2e4)
+    monkeypatch.setattr(settling, "LONGEST", 2e4)
     with pytest.raises(UnboundedResponseError, match="grows without bound"):
         Ensemble(eqs, 256, SEED).settle()
 

@@ -1,6 +1,6 @@
 """Many trajectories -> stationary means with their errors.
 
-`Ensemble.settle` runs until the start is forgotten, as the data show; `Ensemble.measure` adds
+`Ensemble.settle` runs until the start is forgotten, as the data show; `Ensemble.run` adds
 up moments afterwards.  Every trajectory gives one independent time average, so standard errors
 need no correlation time.
 """
@@ -12,44 +12,23 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Floats, aligned
 from harvester.errors import UnboundedResponseError, invalid
+from harvester.mechanics.compiled import kernel
+from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.lanes import LANES, SUMS, advance
+from harvester.mechanics.limits import check_bounded, remedy, typical_frequency
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import coefficients
-from harvester.mechanics.step import drift, relaxation
+from harvester.mechanics.settling import FIRST_WINDOW, until_steady
+from harvester.mechanics.step import drift_at_stop, relaxation
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
-FIRST_WINDOW = 32.0  # time units: about five periods
 MOST_STEPS = 1e10  # of one trajectory in one go
-LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
-_GROWN = 1e12  # times the first energy: a growth that no bounded response shows
 
 Progress = Callable[[float], None]  # told the nondimensional time times trajectories done
-
-
-def typical_frequency(eqs: Equations, x2: float) -> float:
-    """Frequency that the step must resolve: w^2 = 1 + beta + 3 alpha E[x^2] (nondimensional)."""
-    return math.sqrt(1.0 + (eqs.beta or 0.0) + 3.0 * (eqs.alpha or 0.0) * x2)
-
-
-def check_bounded(eqs: Equations) -> None:
-    """Refuse a friction that feeds energy at every large amplitude.
-
-    Raises
-    ------
-    UnboundedResponseError
-        where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative.
-    """
-    top = next(((name, c) for name, c in (("c3", eqs.c3), ("c2", -(eqs.c2 or 0.0))) if c), None)
-    if top is not None and top[1] < 0.0:
-        key = {"c3": "damping_x4 (c3)", "c2": "damping_x2 (-c2)"}[top[0]]
-        raise UnboundedResponseError(
-            f"the response grows without bound: {key} feeds energy at large amplitude and nothing bounds it; "
-            "give a positive damping of a higher power"
-        )
 
 
 class _LeftFiniteError(UnboundedResponseError):
@@ -69,26 +48,39 @@ class Ensemble:
         the same seed, the same trajectories.
     h
         nondimensional step; None: `STEP` over the typical frequency, found while settling.
+    start
+        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, and
+        without external noise, where rest is where it would stay, at x = 1.
     """
 
-    def __init__(self, eqs: Equations, trajectories: int, seed: np.random.SeedSequence, h: float | None = None):
+    def __init__(
+        self,
+        eqs: Equations,
+        trajectories: int,
+        seed: np.random.SeedSequence,
+        h: float | None = None,
+        start: Floats | None = None,
+    ) -> None:
         check_bounded(eqs)
         if h is not None and not 1e-6 <= h <= 1e3:
             raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
-        self.eqs, self.seed, self.given_h = eqs, seed, h
+        if start is None:
+            start = np.array([0.0 if eqs.n1 is not None else 1.0, 0.0, 0.0])
+        if eqs.restitution is not None and start[0].min() < 0.0:
+            raise invalid("start", "have x of at least 0, where the stop is", start[0].min())
+        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
         self.blocks = -(-trajectories // LANES)
         self.trajectories = self.blocks * LANES
         self.steps = 0
         self._start(STEP / typical_frequency(eqs, 0.0) if h is None else h)
 
     def _start(self, h: float) -> None:
-        eqs = self.eqs
         self.h, self.time = h, 0.0
-        # At rest; without external noise rest is where it would stay, so the mass starts displaced.
-        x0 = 0.0 if eqs.n1 is not None else 1.0
-        self.state = np.zeros((self.blocks, 3, LANES))
-        self.state[:, 0] = x0
-        self.words = np.stack([random_words(child(self.seed, 0, k), LANES) for k in range(self.blocks)])
+        self.state = aligned((self.blocks, 3, LANES))
+        self.state[:] = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
+        self.words = aligned((self.blocks, 2, LANES), np.uint64)
+        for k, words in enumerate(self.words):
+            words[:] = random_words(child(self.seed, 0, k), LANES)
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.pairs = max(1, round(0.2 / h))
 
@@ -104,7 +96,7 @@ class Ensemble:
         if duration > MOST_STEPS * self.h:
             raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         readings = max(1, round(duration / (stride * self.h)))
-        sums = np.zeros((self.blocks, len(SUMS), LANES))
+        sums = aligned((self.blocks, len(SUMS), LANES))
         arguments = (self.pairs, self.h, *coefficients(self.eqs))
 
         def block(k: int) -> None:
@@ -120,32 +112,47 @@ class Ensemble:
         if not (np.isfinite(sums).all() and np.isfinite(self.state).all()):
             raise _LeftFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
-                f"at step {self.h:g}; add damping, or try a smaller --dt if the scene is known to be bounded"
+                f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
         return from_sums(sums, readings, elapsed)
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
-        half = 0.5 * self.h
-        e, g = relaxation(half, self.eqs.mu)
-        states = np.moveaxis(self.state, 1, 2).reshape(-1, 3)
-        return np.array([drift(*s, half, e, g, self.eqs.mu, self.eqs.restitution)[:3] for s in states]).T  # type: ignore[call-arg]
+        eqs = self.eqs
+        out = np.empty((3, self.trajectories))
+        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1)
+        return out
+
+    def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
+        """Densities of x, v and V (the keywords: edges of bins of equal width, nondimensional).
+
+        Counts ``snapshots`` readings ``spacing`` apart; each block of `LANES` trajectories is one independent
+        entry, so that standard errors need no correlation time.
+        """
+        counted = {name: Histogram(values, self.blocks) for name, values in edges.items()}
+        for _ in range(snapshots):
+            self.run(spacing)
+            for name, values in zip("xvV", self.snapshot(), strict=True):
+                if name in counted:
+                    counted[name].add(values)
+        return {name: one.density() for name, one in counted.items()}
 
     def settle(self) -> list[str]:
         """Run until the start is forgotten; returns warnings.
 
-        Windows of doubled length follow each other until the means of the energy and of V^2 in
-        two neighbours agree within two standard errors, and 5/mu has gone by.  A step that the
-        response outgrows is made smaller, unless it was given.
+        When it is forgotten: `harvester.mechanics.settling`.  A step that the response outgrows
+        is made smaller, unless it was given.
 
         Raises
         ------
         UnboundedResponseError
             when the energy keeps growing.
+        SimulationError
+            when it is bounded, but does not become stationary in a sensible time.
         """
         while True:
             try:
-                moments, warnings = self._windows()
+                moments, warnings = until_steady(self)
             except _LeftFiniteError:
                 if self.given_h is not None or self.h < 1e-3 * STEP:
                     raise
@@ -160,42 +167,18 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h)
-
-    def _windows(self) -> tuple[Moments, list[str]]:
-        mu = self.eqs.mu
-        memory = 0.0 if mu is None else 5.0 / mu
-        length, before, first = FIRST_WINDOW, None, None
-        while True:
-            now = self.run(length)
-            energy = now.mean("x2")[0] + now.mean("v2")[0]
-            first = energy if first is None else first
-            if energy > _GROWN * max(first, 1e-300):
-                raise UnboundedResponseError(
-                    f"the response grows without bound: its energy grew {energy / first:.1e} times in "
-                    f"{self.time:g} time units; add damping that bounds it"
-                )
-            steady = before is not None and all(_agree(before, now, name) for name in ("x2", "v2"))
-            if steady and before is not None and _agree(before, now, "V2") and self.time >= memory:
-                return now, []
-            if energy <= first / _GROWN:
-                return now, ["the response dies out: the scene has no noise that keeps it going"]
-            if self.time >= LONGEST:
-                if not steady:
-                    raise UnboundedResponseError(
-                        f"the response grows without bound: its energy still changes after {self.time:g} time units; "
-                        "add damping or a stop with restitution below 1"
-                    )
-                slow = f" of the load's memory, 1/mu = {1 / mu:g}," if mu is not None and memory > LONGEST else ""
-                return now, [
-                    f"burn-in stopped at {self.time:g} time units because{slow} no stationary voltage was seen"
-                ]
-            length, before = 2.0 * length, now
+        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start)
 
 
-def _agree(a: Moments, b: Moments, name: str) -> bool:
-    (ma, sa), (mb, sb) = a.mean(name), b.mean(name)
-    return abs(ma - mb) <= max(2.0 * math.hypot(sa, sb), 1e-3 * abs(mb))
+@kernel
+def _mid_drift(state, out, h, mu, r, beta, n1):  # type: ignore[no-untyped-def]
+    """From states after a kick, shape (blocks, 3, LANES), to states half a step later, shape (3, blocks LANES)."""
+    e, g = relaxation(0.5 * h, mu)
+    for k in range(len(state)):
+        for i in range(LANES):
+            x, v, voltage = state[k, 0, i], state[k, 1, i], state[k, 2, i]
+            row = out[:, k * LANES + i]
+            row[0], row[1], row[2], _ = drift_at_stop(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1)
 
 
 class StepPair:

@@ -4,15 +4,27 @@ The innermost loop runs over the lanes of a block, so that the compiler turns it
 instructions; each lane keeps its own state and its own random generator.
 """
 
-from harvester.mechanics.compiled import kernel
+import numpy as np
+
+from harvester.mechanics.compiled import inlined, kernel
 from harvester.mechanics.noise import shuffle, two_variates
-from harvester.mechanics.step import drift, friction, kick, relaxation
+from harvester.mechanics.step import drift_at_stop, friction, kick_at_stop, relaxation
 
 LANES = 64
 
 # Rows of the sums of one lane.  At a reading, x and V are taken at the kick and in mid-drift:
 # their errors of order h^2 have opposite signs.
 SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_v2")
+
+
+@inlined
+def _step(i, x, v, V, xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+    """One step of lane i, with the sums of its impacts."""
+    x, v, V, hit = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
+    if r is not None:
+        sums[10, i] += 1.0 if hit > 0.0 else 0.0
+        sums[11, i] += hit * hit
+    return x, kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12), V
 
 
 @kernel
@@ -24,6 +36,11 @@ def advance(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c
     """
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
+    # A step with a square root, a division or the stop's voltage is a long chain of results that wait
+    # for each other.  The processor overlaps as many lanes as fit into its window: twice as many if
+    # the loop body is one step, not two.  A short step is better off with fewer loads and stores.
+    short = c2 is None and c3 is None and n2 is None and (r is None or mu is None)
+    later = np.zeros(LANES)
     for _ in range(readings):
         for _ in range(pairs):
             for i in range(LANES):
@@ -31,26 +48,28 @@ def advance(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c
                 if n1 is not None or n2 is not None:
                     bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
                     xi1, xi2 = two_variates(bits)
-                xi, vi, Vi, hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
-                vi = kick(xi, vi, Vi, xi1, h, alpha, beta, c1, c2, c3, n1, n2, n12)
-                if r is not None:
-                    sums[10, i] += 1.0 if hit > 0.0 else 0.0
-                    sums[11, i] += hit * hit
-                xi, vi, Vi, hit = drift(xi, vi, Vi, h, e, g, mu, r)
-                vi = kick(xi, vi, Vi, xi2, h, alpha, beta, c1, c2, c3, n1, n2, n12)
-                if r is not None:
-                    sums[10, i] += 1.0 if hit > 0.0 else 0.0
-                    sums[11, i] += hit * hit
+                xi, vi, Vi = _step(i, x[i], v[i], V[i], xi1, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12)
+                if short:
+                    xi, vi, Vi = _step(i, xi, vi, Vi, xi2, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12)
+                elif n1 is not None or n2 is not None:
+                    later[i] = xi2
                 x[i], v[i], V[i] = xi, vi, Vi
+            if not short:
+                for i in range(LANES):
+                    x[i], v[i], V[i] = _step(
+                        i, x[i], v[i], V[i], later[i], sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
+                    )
         for i in range(LANES):
-            xm, vm, Vm, _hit = drift(x[i], v[i], V[i], 0.5 * h, e_half, g_half, mu, r)
-            sums[0, i] += 0.5 * (V[i] + Vm)
-            sums[1, i] += V[i] * V[i]
+            xi, vi, Vi = x[i], v[i], V[i]
+            xm, vm, Vm, _hit = drift_at_stop(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1)
+            sums[0, i] += 0.5 * (Vi + Vm)
+            sums[1, i] += Vi * Vi
             sums[2, i] += Vm * Vm
-            sums[3, i] += 0.5 * (x[i] + xm)
-            sums[4, i] += x[i] * x[i]
+            sums[3, i] += 0.5 * (xi + xm)
+            sums[4, i] += xi * xi
             sums[5, i] += xm * xm
             sums[6, i] += vm * vm
-            sums[7, i] += 0.5 * (x[i] * V[i] + xm * Vm)
+            sums[7, i] += 0.5 * (xi * Vi + xm * Vm)
             sums[8, i] += vm * Vm
-            sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
+            if c1 is not None or c2 is not None or c3 is not None:
+                sums[9, i] += friction(xm, c1, c2, c3) * vm * vm

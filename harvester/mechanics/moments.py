@@ -35,6 +35,11 @@ class Moments:
         """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
         return mean_and_error(getattr(self, name))
 
+    def agrees(self, other: "Moments", name: str) -> bool:
+        """Whether one moment is the same in both, within two standard errors or .1 %."""
+        (mine, my_error), (theirs, their_error) = self.mean(name), other.mean(name)
+        return abs(mine - theirs) <= max(2.0 * math.hypot(my_error, their_error), 1e-3 * abs(mine))
+
     def __add__(self, other: "Moments") -> "Moments":
         """The entries of both, side by side."""
         names = [f.name for f in fields(self)]
@@ -64,6 +69,16 @@ def mean_and_error(values: Floats) -> tuple[float, float]:
     """Mean of independent entries and the standard error of it (infinite for one entry)."""
     n = len(values)
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
+
+
+def correlation_time(means: Floats, values: Floats, length: float) -> float:
+    """Integrated correlation time of a quantity from its means over windows of a length, and its values at one time.
+
+    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; of a window shorter than tau
+    it says at most length/2.
+    """
+    spread = float(values.var())
+    return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
 def from_sums(sums: Floats, readings: int, elapsed: float) -> Moments:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.errors import invalid
 from harvester.mechanics.compiled import kernel
-from harvester.mechanics.step import drift, kick, relaxation
+from harvester.mechanics.step import drift_at_stop, kick_at_stop, meeting, push, relaxation
 from harvester.scaling import Equations
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
@@ -54,21 +55,23 @@ def _trace(noise, x, v, V, h, stride, readings, impacts, mu, r, alpha, beta, c1,
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
     count = 0
+    # From a start other than rest half a kick comes first: the force of the first half step.
+    v = kick_at_stop(x, v, V, 0.0, 0.5 * h, r, alpha, beta, c1, c2, c3, n1, n2, n12)
     for k in range(1, len(readings) * stride + 1):
-        before, speed_before = x, v
-        x, v, V, hit = drift(x, v, V, h, e, g, mu, r)
+        before = x, v, V
+        x, v, V, hit = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
         if hit > 0.0:
-            impacts[count, 0] = (k - 1) * h - before / speed_before
+            impacts[count, 0] = (k - 1) * h + meeting(before[0], before[1], h, push(before[0], before[2], beta, n1))[0]
             impacts[count, 1] = hit
             count += 1
         xi = 0.0
         if n1 is not None or n2 is not None:
             xi = noise[k - 1]
-        v = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
+        v = kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12)
         if k % stride == 0:
             row = readings[k // stride - 1]
             row[0], row[1] = x, V
-            row[2], row[3], row[4], _ = drift(x, v, V, 0.5 * h, e_half, g_half, mu, r)
+            row[2], row[3], row[4], _ = drift_at_stop(x, v, V, h, 0.5 * h, e_half, g_half, mu, r, beta, n1)
     return count
 
 
@@ -83,7 +86,18 @@ def trace(
 
     ``noise`` has one standard normal variate a kick (`harvester.mechanics.noise.gaussian_grid`);
     its length, rounded down to the stride, is the number of steps of length ``h``.  All nondimensional.
+
+    Without noise the path is of second order in h.  With noise, variate k belongs to the time from
+    (k - 1) h to k h while its kick comes at k h, half a step late: paths of different steps on one
+    refined noise are compared at equal k h, and a start other than rest is half a step early.
+
+    Raises
+    ------
+    InputError
+        for a start behind the stop.
     """
+    if eqs.restitution is not None and start[0] < 0.0:
+        raise invalid("start", "have x of at least 0, where the stop is", start[0])
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     impacts = room_for_impacts(eqs, len(noise))
     count = _trace(noise, *start, h, stride, readings, impacts, *coefficients(eqs))

@@ -13,7 +13,8 @@ split into two parts that are each solved in closed form and applied in turn:
 
 One drift of length h between two kicks makes a step; read half-way through a drift, the
 composition is symmetric and of second order.  During a drift the mass moves at constant
-speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.
+speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
+noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
 
 An argument that is None is an effect that the scene does not have: numba compiles a version
 without it.  Called without numba (``.py_func``) the same lines are the readable reference.
@@ -26,17 +27,17 @@ from harvester.mechanics.compiled import inlined
 
 @inlined
 def decayed(z):
-    """1 - exp(-z) for z >= 0 to 1e-9, without a library call, so that loops over lanes vectorise.
+    """1 - exp(-z) for z >= 0 to 1e-10, without a library call, so that loops over lanes vectorise.
 
-    Taylor series of q = 1 - exp(-z/256), then q <- q (2 - q) eight times, which keeps the
-    relative precision of a small z; beyond z = 32 the value stays what it is there.
+    Taylor series of q = 1 - exp(-z/16) in pairs of terms that do not wait for each other, then
+    q <- q (2 - q) four times, which keeps the relative precision of a small z; beyond z = 32 the
+    value stays what it is there.
     """
-    u = min(z, 32.0) * (1.0 / 256.0)
-    q = u * (1.0 - u * (1.0 / 2 - u * (1.0 / 6 - u * (1.0 / 24 - u / 120))))
-    q *= 2.0 - q
-    q *= 2.0 - q
-    q *= 2.0 - q
-    q *= 2.0 - q
+    u = min(z, 32.0) * (1.0 / 16.0)
+    u2 = u * u
+    first = (1.0 - u * (1.0 / 2)) + u2 * (1.0 / 6 - u * (1.0 / 24))
+    second = (1.0 / 120 - u * (1.0 / 720)) + u2 * (1.0 / 5040 - u * (1.0 / 40320))
+    q = u * (first + u2 * u2 * second)
     q *= 2.0 - q
     q *= 2.0 - q
     q *= 2.0 - q
@@ -69,6 +70,66 @@ def drift(x, v, V, h, e, g, mu, r):
         V1 = e * V + v * (g - (1.0 + r) * decayed(mu * after) / mu)
     speed = -v if hit else 0.0
     return x2, (-r * v if hit else v), V1, speed
+
+
+@inlined
+def carried(V, way, t, mu):
+    """V after a motion by ``way`` at constant speed in a time t: V' = way/t - mu V."""
+    if mu is None:
+        return V + way
+    z = mu * t
+    return V - decayed(z) * V + (way * decayed(z) / z if z > 0.0 else way)
+
+
+@inlined
+def push(x, V, beta, n1):
+    """Acceleration -beta (V - x) that a mass will have when it meets the stop; 0 where external noise drowns it."""
+    if beta is None or n1 is not None:
+        return 0.0
+    return -beta * (V - x)
+
+
+@inlined
+def meeting(x, v, h, a):
+    """(time from the kick, speed) at which x + u s + a s^2/2 meets the stop, with u = v - a h/2.
+
+    A kick stands for the force of half a step to either side of it: a mass under a constant a is on
+    this parabola, and at the ends of the drift also on the straight line of `drift`.
+    """
+    u = v - 0.5 * a * h
+    speed = math.sqrt(max(u * u - 2.0 * a * x, 0.0))
+    return (2.0 * x / (speed - u) if u < 0.0 else (u + speed) / -a), speed
+
+
+@inlined
+def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1):
+    """`drift` by the first t of a step h, for a mass that may come to rest on the stop.
+
+    A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
+    infinitely often in a finite time (chatter), and then sticks.  Where no external noise keeps it
+    moving, an impact therefore has the speed of the accelerated motion (`meeting`), for between kicks and
+    straight lines small bounces would live for ever; and after an impact whose next flight is shorter than a step
+    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).  `kick_at_stop` frees it.
+
+    Without a stop, with external noise, or without a force at the stop, this is `drift`.
+    """
+    if r is None or beta is None or n1 is not None:
+        return drift(x, v, V, t, e, g, mu, r)
+    a = push(x, V, beta, n1)
+    stuck = x == 0.0 and v == 0.0
+    if stuck or x + t * (v - 0.5 * a * (h - t)) >= 0.0:
+        x1, v1, V1, _ = drift(x, v, V, t, e, g, mu, None)
+        return max(x1, 0.0), v1, V1, 0.0
+    s, speed = meeting(x, v, h, a)
+    up, left = r * speed, t - s
+    if 2.0 * up <= -a * h:  # back within a step
+        if r < 1.0 or up == 0.0:
+            up = left = a = 0.0
+        else:
+            left %= 2.0 * up / -a
+    x1 = max(left * (up + 0.5 * a * left), 0.0)
+    V1 = carried(carried(V, -x, s, mu), x1, t - s, mu)
+    return x1, up + a * (left - t + 0.5 * h), V1, speed
 
 
 @inlined
@@ -117,6 +178,14 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12):
         return v + dv
     y = h * friction(x, c1, c2, c3)
     return (v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)
+
+
+@inlined
+def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+    """`kick` that leaves a mass stuck on the stop there, until the force on it points away from the stop."""
+    stuck = r is not None and beta is not None and n1 is None and x == 0.0 and v == 0.0
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
+    return max(v1, 0.0) if stuck else v1
 
 
 @inlined

@@ -1,0 +1,132 @@
+"""Nanoseconds a trajectory-step of the package's kernel, effect by effect, against kernels written by hand.
+
+The bare scene is a linear undamped oscillator, open circuit, no stop, no noise.  Each effect is added to
+it, and taken from the whole scene.  The package's kernel and the one written by hand for exactly that
+scene (peers/by_hand.py, in the faster order of its loops) run in turn on one core, many times; the
+ratio is the median of the ratios of neighbours, so that other work on the machine cancels.
+"""
+
+import argparse
+import dataclasses
+import statistics
+import time
+
+import numpy as np
+from common import PAPER, report
+from peers import by_hand
+
+from harvester.mechanics.lanes import LANES, SUMS, advance
+from harvester.mechanics.noise import random_words
+from harvester.mechanics.path import coefficients
+from harvester.scaling import Equations
+
+H, PAIRS, READINGS = 0.1, 2, 1500
+EFFECTS = {
+    "stop": {"restitution": PAPER.restitution},
+    "cubic stiffness": {"alpha": PAPER.alpha},
+    "linear damping": {"c1": -PAPER.c1},
+    "nonlinear damping": {"c2": PAPER.c2, "c3": PAPER.c3},
+    "external noise": {"n1": PAPER.n1},
+    "parametric noise": {"n2": PAPER.n2},
+    "back-coupling": {"beta": PAPER.beta},
+    "load resistance": {"mu": PAPER.mu},
+}
+
+
+def scenes():
+    """Name -> equations.  Without external noise the mass may rest on the stop, a rule of its own: not compared."""
+    yield "none", Equations()
+    for name, values in EFFECTS.items():
+        yield f"{name} alone", Equations(**values)
+    for name, values in EFFECTS.items():
+        if name != "external noise":
+            yield f"all without {name}", dataclasses.replace(PAPER, **dict.fromkeys(values))
+    yield "all", PAPER
+
+
+def arrays():
+    """State, generators and sums of a block, on the boundaries of cache lines: else chance decides the speed."""
+    state, sums, words = (
+        aligned((rows, LANES), kind) for rows, kind in ((3, float), (len(SUMS), float), (2, np.uint64))
+    )
+    restart(state, words, sums)
+    return state, words, sums
+
+
+def restart(state, words, sums):
+    """Back to the start: a motion that has died out to subnormal numbers is slow in any kernel."""
+    state[:], sums[:], words[:] = 0.1, 0.0, random_words(np.random.SeedSequence(1), LANES)
+
+
+def aligned(shape, kind):
+    raw = np.empty(8 * int(np.prod(shape)) + 64, dtype=np.uint8)
+    skip = -raw.ctypes.data % 64
+    return raw[skip : skip + 8 * int(np.prod(shape))].view(kind).reshape(shape)
+
+
+def prepared(function, e, held, readings=READINGS, numbers=False):
+    """A call of a kernel on these arrays; ``numbers``: an absent coefficient is a zero that nothing reads."""
+    state, words, sums = held
+    values = coefficients(e)
+    if numbers:
+        values = tuple(0.0 if value is None else value for value in values[:-1])
+    return lambda: function(*state, *words, sums, readings, PAIRS, H, *values)
+
+
+def timed(call, held):
+    restart(*held)
+    begin = time.perf_counter()
+    call()
+    return (time.perf_counter() - begin) / (READINGS * PAIRS * 2 * LANES) * 1e9
+
+
+def compared(e, repeats):
+    """Nanoseconds of the package's kernel and of the faster one by hand, and the ratio."""
+    held = arrays()
+    calls = [prepared(advance, e, held)]
+    calls += [prepared(by_hand.kernel(e, split), e, held, numbers=True) for split in (False, True)]
+    for call in calls:
+        call()
+    times = np.array([[timed(call, held) for call in calls] for _ in range(repeats)])
+    hand = 1 + int(np.argmin(np.median(times[:, 1:], axis=0)))
+    ours, theirs = (float(np.median(times[:, k])) for k in (0, hand))
+    return ours, theirs, statistics.median(times[:, 0] / times[:, hand]), ("one", "two")[hand - 1]
+
+
+def plot(rows, path):
+    """Bars of both kernels, effect by effect."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8, 5.5), layout="constrained")
+    place = np.arange(len(rows))[::-1]
+    axes.barh(place + 0.2, [row["ns/step"] for row in rows], 0.4, color="0.25", label="harvester")
+    axes.barh(place - 0.2, [row["by hand"] for row in rows], 0.4, color="0.75", label="written by hand for the scene")
+    axes.set_yticks(place, [row["what"] for row in rows])
+    axes.set_xlabel("nanoseconds a trajectory-step, one core")
+    axes.set_title("Cost of each effect, alone and left out of the paper's scene")
+    axes.legend()
+    figure.savefig(path, dpi=110)
+
+
+def main(repeats):
+    rows = []
+    for name, e in scenes():
+        ours, theirs, ratio, loops = compared(e, repeats)
+        rows.append({"what": name, "ns/step": ours, "by hand": theirs, "ratio": ratio, "by hand in loops": loops})
+    by_name = {row["what"]: row["ns/step"] for row in rows}
+    for row in rows:
+        if row["what"].startswith("all without "):
+            row["its cost, ns"] = by_name["all"] - row["ns/step"]
+        elif row["what"] != "none":
+            row["its cost, ns"] = row["ns/step"] - by_name["none"]
+    report("effects", rows)
+    plot(rows, "docs/effects.png")
+
+
+if __name__ == "__main__":
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--repeats", type=int, default=101)
+    main(arguments.parse_args().repeats)

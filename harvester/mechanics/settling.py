@@ -1,0 +1,83 @@
+"""Burn-in found from the data, and checked against what is known of the scene's memory.
+
+Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two neighbours
+agree within two standard errors, and `LOADS` time constants 1/mu of the load and `MEMORIES` correlation
+times of the energy and of V^2 (found from the same window) have gone by.
+"""
+
+from typing import TYPE_CHECKING
+
+from harvester.errors import SimulationError, UnboundedResponseError
+from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded
+from harvester.mechanics.moments import Moments, correlation_time
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble import Ensemble
+
+FIRST_WINDOW = 32.0  # time units: about five periods
+LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
+LOADS = 5.0  # time constants of the load
+MEMORIES = 10.0  # correlation times; from a window of half the burn-in they come out too short by a quarter at worst
+GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
+
+
+def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
+    """Run until the start is forgotten: moments of the last window, and warnings.
+
+    Raises
+    ------
+    UnboundedResponseError
+        when the energy keeps growing.
+    SimulationError
+        when it is bounded, but still changes after `LONGEST`.
+    """
+    load = 0.0 if many.eqs.mu is None else LOADS / many.eqs.mu
+    length, before, first = FIRST_WINDOW, None, None
+    while True:
+        now = many.run(length)
+        energy = now.mean("x2")[0] + now.mean("v2")[0]
+        first = energy if first is None else first
+        if energy > GROWN * max(first, 1e-300) and not friction_bounds(many.eqs):
+            raise UnboundedResponseError(
+                f"the response grows without bound: its energy grew {energy / first:.1e} times in "
+                f"{many.time:g} time units; {remedy(many.eqs, many.h)}"
+            )
+        steady = before is not None and all(now.agrees(before, name) for name in ("x2", "v2"))
+        response = MEMORIES * memory(many, now, length)
+        if steady and before is not None and now.agrees(before, "V2") and many.time >= max(load, response):
+            return now, []
+        if energy <= first / GROWN:
+            return now, ["the response dies out: the scene has no noise that keeps it going"]
+        if many.time >= LONGEST:
+            if not steady:
+                raise _not_stationary(many)
+            return now, [_cut_short(many.time, load, response)]
+        length, before = 2.0 * length, now
+
+
+def memory(many: "Ensemble", window: Moments, length: float) -> float:
+    """Correlation time of the energy or of V^2, the longer one, from a window that ends now; 0 without noise."""
+    if many.eqs.n1 is None and many.eqs.n2 is None:
+        return 0.0
+    x, v, voltage = many.snapshot()
+    energy = correlation_time(window.x2 + window.v2, x * x + v * v, length)
+    return max(energy, correlation_time(window.V2, voltage * voltage, length))
+
+
+def _cut_short(time: float, load: float, response: float) -> str:
+    """Why a burn-in of `LONGEST` may be too short."""
+    why = "no stationary voltage was seen"
+    if load > time:
+        why = f"of the load's memory, 1/mu = {load / LOADS:g}, {why}"
+    elif response > time:
+        why = f"of the response's own memory, about {response / MEMORIES:.2g}, {why}"
+    return f"burn-in stopped at {time:g} time units because {why}"
+
+
+def _not_stationary(many: "Ensemble") -> SimulationError:
+    after = f"its energy still changes after {many.time:g} time units"
+    if surely_bounded(many.eqs):
+        return SimulationError(f"no stationary response was seen: {after}; add damping, so that it settles sooner")
+    return UnboundedResponseError(
+        f"the response grows without bound: {after}; add damping or a stop with restitution below 1"
+    )
