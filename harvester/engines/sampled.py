@@ -14,6 +14,7 @@ from harvester.estimate import Estimate, Value
 from harvester.scaling import Equations, Scales, effects, equations, scales
 from harvester.scene import Scene
 
+TOLD = 0.5  # seconds of compilation that are worth a word
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -78,12 +79,14 @@ class Ensemble(_Sampled):
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
+        from harvester.mechanics.compiled import compilation
 
         eqs = resistive(scene, self.NAME)
         unit = scales(scene).frequency if scene.physical else 1.0
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
-        mc.Ensemble(eqs, 1, np.random.SeedSequence(0), 1e-3).run(0.01)  # compile
+        with compilation() as first:
+            mc.Ensemble(eqs, 1, np.random.SeedSequence(0), 1e-3).run(0.01)
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or self.TRAJECTORIES, seed, h)
         warnings = many.settle()
@@ -107,6 +110,8 @@ class Ensemble(_Sampled):
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
         details = {"step": many.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
         details["trajectories"] = many.trajectories
+        if first.seconds > TOLD:
+            details["compilation_seconds"] = first.seconds
         details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
         return estimate(self.NAME, scene, eqs, v2, None, seconds, pair.steps, "", tuple(warnings), details, moments.V2)
 

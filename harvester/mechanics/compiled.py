@@ -5,8 +5,12 @@ of functions from several files, so the cache folder is named by a hash of all o
 """
 
 import hashlib
+import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -52,6 +56,32 @@ def _own_cache() -> Iterator[bool]:
         yield folder is not None
     finally:
         config.CACHE_DIR = previous
+
+
+@dataclass
+class Compilation:
+    """Seconds that the first call of a kernel took: long once for each set of effects, then read from the cache."""
+
+    seconds: float = 0.0
+
+
+@contextmanager
+def compilation() -> Iterator[Compilation]:
+    """Time the first call of a kernel; on a terminal, say what is going on if it takes long."""
+    took, begin = Compilation(), time.perf_counter()
+    teller = threading.Timer(0.5, _tell)
+    teller.daemon = True
+    teller.start()
+    try:
+        yield took
+    finally:
+        teller.cancel()
+        took.seconds = time.perf_counter() - begin
+
+
+def _tell() -> None:
+    if sys.stderr.isatty():
+        print("compiling the kernel for this scene's effects: some seconds, once; it is cached", file=sys.stderr)
 
 
 def inlined(function: F) -> F:
