@@ -128,7 +128,7 @@ def sweep(
     whence = provenance(
         scene,
         vary={a.key: list(a.values) for a in axes},
-        engines={e.NAME: {k: v for k, v in vars(e).items() if k != "budget"} for e in engines},
+        engines={e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines},
     )
     done = _earlier(out, table, whence) if resume else {}
 

@@ -161,3 +161,11 @@ def test_scenes_without_load_or_noise():
     quiet = hv.Ensemble(trajectories=64).run(scene(changed(linear(0.05, 1.0), n1=None)))
     assert quiet.mean_power.value < 1e-10
     assert "dies out" in quiet.warnings[0]
+
+
+def test_a_formula_says_where_it_is_not_within():
+    """--within on a formula: silent where its stated error is smaller, else a warning; published never knows."""
+    told = "cannot be promised"
+    assert not any(told in w for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
+    assert any(told in w for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
+    assert any("is not known" in w for w in hv.Published(within=0.5).run(scene(PAPER)).warnings)

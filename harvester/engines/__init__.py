@@ -35,4 +35,4 @@ def engine(name: str, **options: Any) -> Engine:
         raise unknown("engine", name, ENGINES)
     Ensemble(**options)  # refuses a wrong option, also where the engine samples nothing and needs none
     kind = ENGINES[name]
-    return kind(**options) if dataclasses.fields(kind) else kind()
+    return kind(**{field.name: options[field.name] for field in dataclasses.fields(kind) if field.name in options})

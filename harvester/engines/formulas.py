@@ -1,5 +1,6 @@
 """The engines that are formulas: the published averaging and ours."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,8 +20,15 @@ STOP_WARNING = (
 )
 
 
+@dataclass(frozen=True, kw_only=True)
 class _Formula:
-    """What both share: one scene is a grid of one."""
+    """What both share: one scene is a grid of one.
+
+    ``within`` is the relative error that is asked for, such as .01: a formula cannot work towards it, so it
+    says where its own error is larger, or not known.
+    """
+
+    within: float | None = None
 
     NAME: ClassVar[str]
 
@@ -54,11 +62,26 @@ class _Formula:
         solved = solve([eqs for _, eqs in served])
         seconds = (time.perf_counter() - begin) / max(len(served), 1)
         for (place, eqs), one in zip(served, solved, strict=True):
-            answers[place] = one if isinstance(one, HarvesterError) else tell(scenes[place], eqs, one, seconds)
+            answers[place] = (
+                one if isinstance(one, HarvesterError) else self._judged(tell(scenes[place], eqs, one, seconds))
+            )
         return answers
 
+    def _judged(self, answer: Estimate) -> Estimate:
+        """The answer, with a word where it is not known to be ``within``."""
+        if self.within is None:
+            return answer
+        error = answer.mean_power.model
+        known = (
+            "is not known" if error is None else f"is estimated at {error / abs(answer.mean_power.value or 1.0):.2g}"
+        )
+        if error is not None and error <= self.within * abs(answer.mean_power.value):
+            return answer
+        word = f"--within {self.within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
+        return dataclasses.replace(answer, warnings=(*answer.warnings, word))
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, kw_only=True)
 class Published(_Formula):
     """The paper's stochastic averaging, misprints corrected, V decoupled harmonically.
 
@@ -84,7 +107,7 @@ class Published(_Formula):
         return estimate(self.NAME, scene, eqs, Value(v2), None, seconds, 0, reason, warnings)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Averaged(_Formula):
     """Impact-aware two-scale averaging (`harvester.averaging.two_scale`), with an estimate of its own error.
 
