@@ -1,84 +1,136 @@
-"""Microseconds an accepted ngspice step: ngspice alone with a built-in source, and in lock-step with the mass.
+"""Cost of an accepted ngspice step, and error of V on a shared path, against the exact RC update.
 
-Each runs in a process of its own, in turn, in one go; same circuit, same number of steps.
+Cost: ngspice alone with a built-in source, in lock-step with the mass by compiled callbacks, and by Python ones; the
+same circuit, options and saved vectors, each in a process of its own, in turn, in one go.
+
+Error: relative RMS of V over 100 time units on noise paths refined by bridge, for both pictures of the piezo:
+Thevenin, a voltage theta x/Cp in series with Cp, and Norton, a current theta x' in parallel with Cp.
 """
 
+import dataclasses
+import math
 import time
 from multiprocessing import get_context
 
 import numpy as np
-from common import report
+from common import PAPER, report
 
-STEPS, STEP = 200_000, 0.1 / 20
-CIRCUIT = """.title alone
-Vdrive drive 0 SIN(0 1 3.18)
-Cp drive p 50.2n ic=0
-Rload p 0 1e6
-.options method=trap trtol=1e6 chgtol=1
-.save v(p) @rload[p]
-.tran {step} {stop} 0 {step} uic
-.end
-"""
+CP, H, W0 = 50.2e-9, 0.1, 20.0
+STEP = H / W0
+LOADS = {  # name: parameters, kicks of the compiled and of the Python path
+    "resistor": ({"R": 1e6}, 200_000, 5_000),
+    "bridge": ({"R": 1e6, "C": 1e-6}, 60_000, 3_000),
+    "parallel_sshi": ({"R": 5e6, "C": 1e-6}, 8_000, 500),
+}
+ROUNDS = 5
 
 
-def alone(_):
-    """ngspice through PySpice without any callback of ours."""
+def circuit(name):
+    from harvester.circuit.netlist import load_circuit
+    from harvester.scene import Load
+
+    parameters = LOADS[name][0]
+    load = Load(resistance=parameters["R"]) if name == "resistor" else Load(netlist=name, parameters=parameters)
+    return load_circuit(load, CP)
+
+
+def alone(name):
+    """ngspice through PySpice with a sine of 20 V and not a callback of ours."""
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared
 
     from harvester.circuit.library import find_library
+    from harvester.circuit.ngspice import deck
 
+    text = deck(circuit(name), CP, STEP, LOADS[name][1] * STEP).text
     NgSpiceShared.LIBRARY_PATH = find_library()
     ngspice = NgSpiceShared()
-    ngspice.load_circuit(CIRCUIT.format(step=STEP, stop=STEPS * STEP))
+    ngspice.load_circuit(text.replace("external", f"SIN(0 20 {W0 / (2 * math.pi)!r})"))
     begin = time.perf_counter()
     ngspice._ngspice_shared.ngSpice_Command(b"run")
     seconds = time.perf_counter() - begin
     steps = ngspice._ngspice_shared.ngGet_Vec_Info(b"time").v_length
-    return seconds / steps * 1e6, steps
+    return seconds / steps * 1e6
 
 
-def lockstep(restitution):
-    """The strongly coupled plate; with a restitution coefficient, also with its stop."""
+def lockstep(name, native, restitution=None):
+    """A device of some 20 V, with a restitution coefficient also with its stop."""
     from harvester.circuit.lockstep import Drive
-    from harvester.circuit.netlist import load_circuit
-    from harvester.circuit.ngspice import netlist, ngspice
+    from harvester.circuit.ngspice import deck, ngspice
     from harvester.scaling import Equations
+
+    eqs = Equations(beta=0.05, c1=-0.05, n1=0.05, restitution=restitution)
+    load = circuit(name)
+    noise = np.random.default_rng(1).standard_normal(LOADS[name][1 if native else 2])
+    for n in (100, len(noise)):  # the first compiles
+        drive = Drive(eqs, 20.0, W0, noise[:n], H, stride=4, free=not load.linear, since=0.0, native=native)
+        whole = deck(load, CP, STEP, drive.duration)
+        begin = time.perf_counter()
+        ngspice().run_driven(whole, drive)
+        seconds = time.perf_counter() - begin
+    return seconds / int(drive.record["steps"][0]) * 1e6
+
+
+def measure(function, *arguments):
+    """A job in a fresh process."""
+    with get_context("spawn").Pool(1) as pool:
+        return pool.apply(function, arguments)
+
+
+def costs():
+    jobs = {}
+    for name in LOADS:
+        jobs[name, "ngspice alone"] = (alone, name)
+        jobs[name, "compiled"] = (lockstep, name, True)
+        jobs[name, "Python"] = (lockstep, name, False)
+    jobs["resistor", "compiled, with impacts"] = (lockstep, "resistor", True, 0.96)
+    times = {job: [] for job in jobs}
+    for _ in range(ROUNDS):
+        for key, job in jobs.items():
+            times[key].append(measure(*job))
+    base = {name: np.median(times[name, "ngspice alone"]) for name in LOADS}
+    return [
+        {
+            "load": name,
+            "callbacks": how,
+            "us/step, median": float(np.median(found)),
+            "least": float(min(found)),
+            "over ngspice alone": float(np.median(found) / base[name]),
+        }
+        for (name, how), found in times.items()
+    ]
+
+
+def errors():
+    from harvester.circuit import worker
+    from harvester.circuit.netlist import load_circuit
+    from harvester.circuit.processes import in_order
+    from harvester.mechanics.noise import gaussian_grid, refined
+    from harvester.mechanics.path import trace
+    from harvester.scaling import Equations, Scales
     from harvester.scene import Load
 
-    eqs = Equations(beta=1.25, mu=1.0, c1=-0.008, n1=1.0, restitution=restitution)
-    noise = np.random.default_rng(1).standard_normal(STEPS)
-    for n in (100, STEPS):  # the first compiles
-        drive = Drive(eqs, 1.0, 20.0, noise[:n], 0.1, stride=4)
-        text = netlist(load_circuit(Load(resistance=1e6)), 50.2e-9, STEP, drive.duration)
-        begin = time.perf_counter()
-        ngspice().run_driven(text, drive)
-        seconds = time.perf_counter() - begin
-    steps = int(drive.record["steps"][0])
-    return seconds / steps * 1e6, steps
-
-
-def measure(job):
-    """A job in a fresh process."""
-    function, argument = job
-    with get_context("spawn").Pool(1) as pool:
-        return pool.apply(function, (argument,))
+    plate = Equations(beta=1.25, mu=1.0, c1=-0.05, n1=0.01)
+    scenes = {
+        "paper, r = .96": PAPER,
+        "plate, beta = 1.25": plate,
+        "plate with stop": dataclasses.replace(plate, restitution=0.96),
+    }
+    rows = []
+    for scene, eqs in scenes.items():
+        s = Scales(mass=0.04, frequency=W0, length=1e-3, coupling=math.sqrt(eqs.beta * 16 * CP), capacitance=CP)
+        load = load_circuit(Load(resistance=s.resistance(eqs.mu)))
+        noise, rng = gaussian_grid(np.random.SeedSequence(7), 500), np.random.default_rng(1)
+        for h in (0.2, 0.1, 0.05, 0.025):
+            exact = trace(eqs, noise, h)
+            both = [worker.Device(eqs, s, load, h, 1, norton=norton) for norton in (False, True)]
+            found = [
+                float(np.sqrt(np.mean((path.V - exact.V) ** 2) / np.mean(exact.V**2)))
+                for path in in_order(worker.record, [(device, noise) for device in both])
+            ]
+            rows.append({"scene": scene, "step": h, "Thevenin": found[0], "Norton": found[1]})
+            noise = refined(noise, rng)
+    return rows
 
 
 if __name__ == "__main__":
-    jobs = {"ngspice alone": (alone, None), "lock-step": (lockstep, None), "lock-step with impacts": (lockstep, 0.96)}
-    times = {name: [] for name in jobs}
-    for _ in range(5):
-        for name, job in jobs.items():
-            times[name].append(measure(job))
-    base = np.median([t for t, _ in times["ngspice alone"]])
-    rows = [
-        {
-            "what": name,
-            "us/step, median": float(np.median([t for t, _ in all_of])),
-            "least": float(min(t for t, _ in all_of)),
-            "over ngspice alone": float(np.median([t for t, _ in all_of]) / base),
-            "accepted steps a grid step": all_of[0][1] / STEPS,
-        }
-        for name, all_of in times.items()
-    ]
-    report("lockstep", rows)
+    report("lockstep", costs() + errors())

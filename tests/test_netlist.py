@@ -4,7 +4,8 @@ import os
 
 import pytest
 
-from harvester.circuit.netlist import MOST_BYTES, folder, load_circuit
+from harvester.circuit.netlist import folder, load_circuit, number
+from harvester.circuit.untrusted import MOST_BYTES
 from harvester.errors import InputError
 from harvester.scene import Load
 
@@ -289,3 +290,18 @@ def test_unknown_names_have_their_nearest_match(tmp_path):
         load_circuit(Load(netlist=str(tmp_path / "none.cir")))
     with pytest.raises(InputError, match="readable file"):
         load_circuit(Load(netlist=f"{tmp_path}/"))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("5Meg", 5e6), ("1u", 1e-6), ("2.2k", 2200.0), ("1e-9", 1e-9), ("1F", 1e-15), ("{R}", None), ("", None)],
+)
+def test_numbers_of_ngspice(text, value):
+    assert number(text) == (None if value is None else pytest.approx(value))
+
+
+def test_charging_time_of_the_smoothing_capacitor():
+    """Rload Csmooth from the scene's parameters, else from the netlist's own; none without a capacitor."""
+    assert load_circuit(Load(netlist="bridge", parameters={"R": 1e6, "C": 2e-6})).storage == pytest.approx(2.0)
+    assert load_circuit(Load(netlist="sece")).storage == pytest.approx(1.0)  # 1 Meg, 1 u
+    assert load_circuit(Load(resistance=1e3)).storage is None

@@ -13,20 +13,17 @@ the velocity jumps, at kicks and at impacts.
     accepted v(t)                at a landing: act, aim anew     `accepted`
 
 `source` is a pure function of the accepted state and t, so a rejected step changes nothing.
-The three functions are compiled and called by ngspice through C pointers.
+The three functions reach ngspice as C pointers (`harvester.circuit.native`) or, slowly, as Python
+functions (`harvester.circuit.reference`).
 """
 
-from functools import cache
-from typing import Any
+import math
 
 import numpy as np
-from llvmlite import ir
-from numba import carray, from_dtype, types  # type: ignore[attr-defined]
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from harvester.arrays import Floats
-from harvester.mechanics.compiled import c_function, inlined
+from harvester.circuit.ledger import DURING, flow, mark, work
+from harvester.mechanics.compiled import inlined
 from harvester.mechanics.path import COLUMNS, START, Path, room_for_impacts
 from harvester.mechanics.step import kick
 from harvester.scaling import Equations
@@ -37,17 +34,29 @@ TINY = 1e-9  # parts of a step: landings nearer than this are one
 # The kernels' coefficients, in the order of `kick` and with the restitution coefficient r.
 COEFFICIENTS = ("r", "alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12")
 
-# All that the mass and the coupling know.  t, leg_t, landing in second; volts = theta l/Cp;
-# the rest nondimensional.  *_at are addresses of the arrays that the compiled path uses.
+# All that the mass and the coupling know.  t, leg_t, landing, since, begin, end in second; volts = theta l/Cp;
+# voltage, current, power, load, delivered, smooth_* in SI; the rest nondimensional.  *_at are addresses of the
+# arrays that the compiled path uses, *_index the places of ngspice's vectors, -1 for one that is not there.
+_REALS = ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS, "t", "leg_t", "landing")
+_LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "begin", "end")
+_WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
+_STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
+_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "measuring", "has_beta")
+_ADDRESSES = (
+    "source_at",
+    "step_at",
+    "accepted_at",
+    "noise_at",
+    "noise_size",
+    "readings_at",
+    "impacts_at",
+    "impacts_size",
+    "charge_at",
+)
+VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")
 STATE = np.dtype(
-    [(name, np.float64) for name in ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS)]
-    + [(name, np.float64) for name in ("t", "leg_t", "landing", "impact_v2", "power", "energy", "energy_from")]
-    + [(name, np.int64) for name in ("goal", "kicks", "stride", "steps", "impacts", "free")]
-    + [
-        (name, np.int64)
-        for name in ("accepted_at", "noise_at", "noise_size", "readings_at", "impacts_at", "impacts_size")
-    ]
-    + [(name, np.int64) for name in ("time_index", "voltage_index", "power_index")],
+    [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED)]
+    + [(name, np.int64) for name in (*_COUNTS, *_ADDRESSES, *(f"{one}_index" for one in VECTORS))],
     align=True,
 )
 
@@ -60,9 +69,14 @@ def source(s, t):
 
 @inlined
 def proposed(s, t, delta):
-    """Step that ngspice is to try at t: to the next landing, or its own where it is free to refine."""
+    """Step that ngspice is to try at t: to the next landing, or its own where it is free to refine.
+
+    Of what is left it takes at most half, or all: a sliver before a landing would leave C dv/dt to rounding.
+    """
     left = s.landing - t
-    return delta if s.free and delta < left else left
+    if not s.free or delta >= left:
+        return left
+    return min(delta, 0.5 * left)
 
 
 @inlined
@@ -71,7 +85,8 @@ def bounce(s, time, impacts, r):
     impacts[s.impacts, 0] = time
     impacts[s.impacts, 1] = -s.v
     s.impacts += 1
-    s.impact_v2 += s.v * s.v
+    if s.measuring == DURING:
+        s.impact_work += 0.5 * (1.0 - r * r) * s.v * s.v
     s.v = -r * s.v
 
 
@@ -94,11 +109,14 @@ def aim(s, impacts, r):
 
 
 @inlined
-def accepted(s, t, v, power, noise, readings, impacts, r, alpha, beta, c1, c2, c3, n1, n2, n12):
-    """Take an accepted point: voltage v and load power at time t; at a landing, act and aim anew."""
-    if t > s.energy_from:
-        s.energy += 0.5 * (t - max(s.t, s.energy_from)) * (s.power + power)
-    s.power = power
+def accepted(
+    s, t, v, power, current, smooth, noise, readings, impacts, charge, r, alpha, beta, c1, c2, c3, n1, n2, n12
+):
+    """Take an accepted point at time t: terminal voltage, load power, terminal current and voltage of Csmooth.
+
+    At a landing, act and aim anew.
+    """
+    flow(s, t, v, power, current)
     s.t = t
     s.steps += 1
     if t < s.landing - TINY * s.h / s.w0:
@@ -113,11 +131,16 @@ def accepted(s, t, v, power, noise, readings, impacts, r, alpha, beta, c1, c2, c
     if s.goal == READING:
         row = s.kicks // s.stride - 1
         readings[row, 2], readings[row, 3], readings[row, 4] = s.x, s.v, V
+        charge[row] = smooth
     elif s.goal == KICK:
         if s.kicks < s.noise_size:
-            s.v = kick(s.x, s.v, V, noise[s.kicks], s.h, alpha, beta, c1, c2, c3, n1, n2, n12)
+            before = s.v
+            s.v = kick(s.x, before, V, noise[s.kicks], s.h, alpha, beta, c1, c2, c3, n1, n2, n12)
+            if s.measuring == DURING:
+                work(s, before, s.v, s.x, V, noise[s.kicks], s.h, alpha, beta, n1, n2, n12)
         s.kicks += 1
         s.phase = 0.0
+        mark(s, t, v, smooth, alpha)
         if s.kicks % s.stride == 0 and s.kicks <= s.noise_size:
             row = s.kicks // s.stride - 1
             readings[row, 0], readings[row, 1] = s.x, V
@@ -125,7 +148,7 @@ def accepted(s, t, v, power, noise, readings, impacts, r, alpha, beta, c1, c2, c
 
 
 class Drive:
-    """The mass of one run: its state, its noise, its record, and the C functions that ngspice calls.
+    """The mass of one run: its state, its noise and its record.
 
     Parameters
     ----------
@@ -141,6 +164,10 @@ class Drive:
         (x, x', V) at the beginning.
     free
         whether ngspice may take smaller steps of its own between landings.
+    since
+        nondimensional time at which the ledger begins.
+    native
+        False: ngspice calls plain Python functions, the readable reference, at some twenty times the cost.
     """
 
     def __init__(
@@ -153,22 +180,28 @@ class Drive:
         stride: int = 1,
         start: tuple[float, float, float] = START,
         free: bool = False,
+        since: float = math.inf,
+        native: bool = True,
     ) -> None:
+        self.native = native
+        self.smoothing = 0.0  # capacitance of the load's Csmooth (F), once it has run
         readings = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: readings * stride])
         self.readings = np.zeros((readings, len(COLUMNS)))
+        self.charge = np.zeros(readings)  # voltage of the load's Csmooth, V, with each reading
         self.impacts = room_for_impacts(eqs, len(self.noise))
         self.record = np.zeros(1, STATE).view(np.recarray)
         given = {**vars(eqs), "r": eqs.restitution}
-        self.present = tuple(given[name] is not None for name in COEFFICIENTS)
+        self.given = tuple(given[name] for name in COEFFICIENTS)
         for name, value in (*((n, given[n]) for n in COEFFICIENTS), ("h", h), ("w0", w0), ("volts", volts)):
             self.record[name] = 0.0 if value is None else value
         self.record["x"], self.record["v"] = start[:2]
-        self.record["accepted_at"] = native_accepted(self.present).address
-        self.record["stride"], self.record["free"] = stride, free
+        self.record["since"] = since / w0
+        self.record["stride"], self.record["free"], self.record["has_beta"] = stride, free, eqs.beta is not None
         self.record["noise_at"], self.record["noise_size"] = self.noise.ctypes.data, len(self.noise)
         self.record["readings_at"] = self.readings.ctypes.data
         self.record["impacts_at"], self.record["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
+        self.record["charge_at"] = self.charge.ctypes.data
         aim(self.record[0], self.impacts, eqs.restitution)
 
     @property
@@ -181,89 +214,3 @@ class Drive:
         """The finished run as a `Path`, to be compared with `harvester.mechanics.path.trace`."""
         s = self.record[0]
         return Path(float(s.h), int(s.stride), self.readings, self.impacts[: s.impacts].copy())
-
-
-@intrinsic
-def _pointer(typingctx, address):
-    """An address as a pointer, for `carray`."""
-
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], cgutils.voidptr_t)
-
-    return types.voidptr(types.uintp), codegen
-
-
-@intrinsic
-def _call(typingctx, address, state, t, v, power):
-    """Call the C function ``void (*)(state, t, v, power)`` at an address."""
-
-    def codegen(context, builder, signature, args):
-        kind = ir.FunctionType(ir.IntType(32), [arg.type for arg in args[1:]])
-        return builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
-
-    return types.int32(types.int64, _STATE_POINTER, types.float64, types.float64, types.float64), codegen
-
-
-_STATE_POINTER = types.CPointer(from_dtype(STATE))
-_F8, _I4 = types.float64, types.int32
-
-
-@c_function(_I4(types.CPointer(_F8), _F8, types.voidptr, _I4, _STATE_POINTER))
-def native_source(value, t, node, ident, user):
-    """GetVSRCData: the source's voltage at a candidate time."""
-    carray(value, 1)[0] = source(carray(user, 1)[0], t)
-    return 0
-
-
-@c_function(_I4(_F8, types.CPointer(_F8), _F8, _I4, _I4, _I4, _STATE_POINTER))
-def native_sync(t, delta, old_delta, redo, ident, location, user):
-    """GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
-    if location == 0:
-        step = carray(delta, 1)
-        step[0] = proposed(carray(user, 1)[0], t, step[0])
-    return redo
-
-
-@c_function(_I4(types.uintp, _I4, _I4, _STATE_POINTER))
-def native_data(vectors, count, ident, user):
-    """SendData: {int, int, pointer to pointers to {name, real, imaginary, ...}} of the accepted point."""
-    s = carray(user, 1)[0]
-    table = carray(_pointer(vectors), 2, np.uintp)[1]
-    values = carray(_pointer(table), count, np.uintp)
-    t = carray(_pointer(values[s.time_index]), 2, np.float64)[1]
-    v = carray(_pointer(values[s.voltage_index]), 2, np.float64)[1]
-    power = 0.0
-    if s.power_index >= 0:
-        power = carray(_pointer(values[s.power_index]), 2, np.float64)[1]
-    return _call(s.accepted_at, user, t, v, power)
-
-
-@cache
-def native_accepted(present: tuple[bool, ...]) -> Any:
-    """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`)."""
-    has_r, has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12 = present
-
-    @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8))
-    def act(state, t, v, power):
-        s = carray(state, 1)[0]
-        accepted(
-            s,
-            t,
-            v,
-            power,
-            carray(_pointer(s.noise_at), s.noise_size, np.float64),
-            carray(_pointer(s.readings_at), (s.noise_size // s.stride, 5), np.float64),
-            carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
-            s.r if has_r else None,
-            s.alpha if has_alpha else None,
-            s.beta if has_beta else None,
-            s.c1 if has_c1 else None,
-            s.c2 if has_c2 else None,
-            s.c3 if has_c3 else None,
-            s.n1 if has_n1 else None,
-            s.n2 if has_n2 else None,
-            s.n12 if has_n12 else None,
-        )
-        return 0
-
-    return act

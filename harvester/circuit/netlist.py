@@ -3,59 +3,36 @@
 A load circuit is a subcircuit of two terminals, the piezo's electrodes, with named parameters
 and a resistor called Rload, whose power is what the load gets; node 0 is ground.  Of a file only
 that subcircuit and what it uses reach ngspice; the rest is a bench for running it by hand
-(``ngspice -b``).  Every line is checked all the same, against lists of what is allowed: ngspice
-can run shell commands (``.control``, lines that begin with ``*#``), read files (``.include``, ``.lib``,
-XSPICE models) and write them (CIDER models, the logs of BSIM models).
+(``ngspice -b``).  Every line is checked all the same (`harvester.circuit.untrusted`).
 """
 
 import re
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from harvester.errors import InputError, invalid, shown, unknown
+from harvester.circuit.untrusted import MOST_BYTES, Line, check_names, check_size, defined, header_of, parts, read_lines
+from harvester.errors import InputError, invalid, unknown
 from harvester.scene import Load
 
-MOST_BYTES = 262_144  # of a netlist with all that it includes
-MOST_ELEMENTS = 10_000  # of the load, its inner subcircuits written out
-
-_ELEMENTS = "rclkdqjmswvibefghxt"  # first letters; no a: XSPICE models read files
-_DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".include")
-_BENCH = (".tran", ".options", ".option", ".print", ".plot", ".meas", ".measure", ".save", ".ic", ".title", ".end")
-_MODELS = ("r", "c", "l", "d", "npn", "pnp", "njf", "pjf", "nmos", "pmos", "vdmos", "vdmosn", "vdmosp", "sw", "csw")
+_SUFFIXES = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, None: 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12}
+_SUFFIXES["f"] = 1e-15
 _TAKEN = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
-_MOS_LEVELS = ("1", "2", "3", "6")  # the others write log files
-# external: a source that the lock-step drives.  trnoise, trrandom: no seed.  file: a file, or a model that has one.
-_WORDS = re.compile(r"\b(external|port|trnoise|trrandom|\w*file\w*|shell|system)\b", re.IGNORECASE)
-_CHARACTERS = re.compile(r"[\w\s.,:+\-*/^=<>!?&|(){}\[\]']*", re.ASCII)
-_NAME = re.compile(r"(?<![\w.])[a-z_]\w*", re.IGNORECASE | re.ASCII)
-_QUANTITIES = {"pi", "e", "c", "kelvin", "echarge", "boltz", "planck", "i", "time", "temper", "hertz", "yes", "no"}
-_QUANTITIES |= {"true", "false", "tc1", "tc2", "temp", "dtemp", "m", "gmin"}
 
 
 @dataclass(frozen=True)
 class LoadCircuit:
     """The text of a subcircuit (and of what it uses), its name, and the values of its parameters.
 
-    ``linear`` says that it is the plain load resistor, which needs no step control of ngspice's own.
+    ``linear`` says that it is the plain load resistor, which needs no step control of ngspice's own;
+    ``storage`` (s) is the product of Rload and the smoothing capacitor Csmooth, None where there is none or it is
+    no plain number.
     """
 
     name: str
     text: str
     parameters: dict[str, float] = field(default_factory=dict)
     linear: bool = False
-
-
-@dataclass(frozen=True)
-class _Line:
-    """A line with its continuations, without comments, and where it stands (file and line number)."""
-
-    where: str
-    text: str
-
-    @property
-    def word(self) -> str:
-        return self.text.split(maxsplit=1)[0].lower()
+    storage: float | None = None
 
 
 def folder() -> Path:
@@ -87,8 +64,8 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
 
 
 def _read(path: Path, parameters: dict[str, float], capacitance: float | None) -> LoadCircuit:
-    lines = _lines(path, path.parent.resolve(), (), [MOST_BYTES])
-    subcircuits, outside = _parts(path.name, lines)
+    lines = read_lines(path, path.parent.resolve(), (), [MOST_BYTES])
+    subcircuits, outside = parts(path.name, lines)
     loads = [one for one in subcircuits.values() if any(line.word == "rload" for line in one)]
     if len(loads) != 1:
         many = len(loads) or "none"
@@ -96,7 +73,7 @@ def _read(path: Path, parameters: dict[str, float], capacitance: float | None) -
             f"netlist {path.name} must have one subcircuit with a resistor Rload, the load, but has {many}"
         )
     load = loads[0]
-    name, terminals, defaults = _header(load[0])
+    name, terminals, defaults = header_of(load[0])
     if len(terminals) != 2:
         raise invalid(
             f"netlist {load[0].where}", "have two terminals, the piezo's electrodes", f"{len(terminals)} terminals"
@@ -110,163 +87,35 @@ def _read(path: Path, parameters: dict[str, float], capacitance: float | None) -
                 f"netlist {path.name} must use its terminal {terminal!r}, but no element is connected to it"
             )
     given = _given(name, defaults, parameters, capacitance)
-    _check_names(subcircuits, outside)
-    _check_size(subcircuits, name.lower())
+    check_names(subcircuits, outside)
+    check_size(subcircuits, name.lower())
     used = _used(load, subcircuits, outside)
     header = load[0].text
     for wanting in (key for key, value in defaults.items() if value is None):
         header = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={given[wanting]!r}", header)
     text = "\n".join([header, *(line.text for line in [*load[1:], *used])])
     linear = path == folder() / "resistor.cir" and "R" in given
-    return LoadCircuit(name, text, given, linear)
+    return LoadCircuit(name, text, given, linear, _storage(load, defaults, given))
 
 
-def _lines(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> list[_Line]:
-    """A file's lines, checked, those of the files that it includes in place; ``left`` bytes may still be read."""
-    here = path.name
-    lines: list[_Line] = []
-    for number, raw in enumerate(_text(path, left).split("\n"), 1):
-        where = f"{here} line {number}"
-        bare = raw.strip()
-        if bare.startswith("*#") or (number == 1 and bare.lower().startswith("*ng_script")):
-            raise invalid(f"netlist {where}", "run no command", bare[:60])
-        text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
-        if not text or text.startswith("*") or (number == 1 and not chain and not text.startswith(".")):
-            continue  # the first line of a netlist is its title
-        if text.startswith("+"):
-            if not lines:
-                raise invalid(f"netlist {where}", "begin with + only to continue a line", bare[:60])
-            lines[-1] = _Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
-        else:
-            lines.append(_Line(where, text))
-    whole: list[_Line] = []
-    for line in lines:
-        if line.word in (".include", ".inc"):
-            whole += _lines(_included(line, path, root, (*chain, path.resolve())), root, (*chain, path.resolve()), left)
-        else:
-            _check_line(line)
-            whole.append(line)
-    return whole
+def _storage(load: list[Line], defaults: dict[str, str | None], given: dict[str, float]) -> float | None:
+    """Rload Csmooth, of values that are numbers or parameters."""
+    known = {key.lower(): number(value or "") for key, value in defaults.items()}
+    known |= {key.lower(): value for key, value in given.items()}
+    found: dict[str, float | None] = {}
+    for line in load:
+        tokens = line.text.lower().split()
+        if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
+            name = tokens[3].strip("{}'")
+            found[tokens[0]] = known[name] if name in known else number(tokens[3])
+    resistance, capacitance = found.get("rload"), found.get("csmooth")
+    return None if resistance is None or capacitance is None else resistance * capacitance
 
 
-def _text(path: Path, left: list[int]) -> str:
-    """The text of a regular file."""
-    if path.exists() and not path.is_file():
-        raise invalid("load.netlist", "be a readable file (it is none)", str(path))
-    try:
-        with path.open("rb") as file:
-            data = file.read(left[0] + 1)
-    except OSError as error:
-        raise invalid("load.netlist", f"be a readable file ({error.strerror})", str(path)) from None
-    left[0] -= len(data)
-    if left[0] < 0:
-        raise InputError(f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes")
-    try:
-        text = data.decode().replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise InputError(f"netlist {path.name} must be text (UTF-8), but is not") from None
-    for number, line in enumerate(text.split("\n"), 1):
-        if not line.replace("\t", " ").isprintable():
-            raise invalid(f"netlist {path.name} line {number}", "be printable text", line[:60])
-    return text
-
-
-def _included(line: _Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
-    """The file that an .include names, inside the netlist's folder and not yet being read."""
-    name = line.text.split(maxsplit=1)[1].strip().strip("\"'") if " " in line.text else ""
-    must = "include a file in the netlist's folder"
-    try:
-        target = (path.parent / name).resolve(strict=True)
-    except (OSError, RuntimeError, ValueError):
-        raise invalid(f"netlist {line.where}", must, name) from None
-    if not target.is_relative_to(root) or not target.is_file() or not name:
-        raise invalid(f"netlist {line.where}", must, name)
-    if target in chain:
-        raise invalid(f"netlist {line.where}", "include no file within itself", name)
-    return target
-
-
-def _check_line(line: _Line) -> None:
-    """Refuse what could run a command, reach a file, or talk to the lock-step."""
-    where, word = f"netlist {line.where}", line.word
-    if word.startswith("."):
-        if word not in _DEFINITIONS + _BENCH:
-            raise invalid(where, f"have only the cards {', '.join(_DEFINITIONS)} (and a bench to run it by hand)", word)
-        if word in _BENCH:
-            return  # never given to ngspice; inside a subcircuit `_parts` refuses it
-    elif word[0] not in _ELEMENTS:
-        raise invalid(where, f"begin with a card or one of the elements {_ELEMENTS.upper()}", word)
-    if not _CHARACTERS.fullmatch(line.text):
-        wrong = next(letter for letter in line.text if not _CHARACTERS.fullmatch(letter))
-        raise invalid(where, "have no such character outside a comment", wrong)
-    if line.text.count("{") != line.text.count("}") or line.text.count("'") % 2:
-        raise invalid(where, "close its braces and quotes", line.text[:60])
-    if word == "rload" and re.search(r"\b[vi]\s*\(|\b(time|temper|hertz)\b", line.text, re.IGNORECASE):
-        raise invalid(where, "give Rload a constant resistance", line.text[:60])
-    if found := _WORDS.search(line.text):
-        raise invalid(where, "name no file, no command and no random or external source", found[0])
-    if word == ".model":
-        _check_model(where, line.text.lower())
-
-
-def _check_model(where: str, text: str) -> None:
-    """Only models that neither read nor write files."""
-    tokens = re.split(r"[\s(]+", text)
-    kind = tokens[2] if len(tokens) > 2 else ""
-    if kind not in _MODELS:
-        raise invalid(where, f"have a model of one of the types {', '.join(_MODELS)}", kind)
-    if kind in ("nmos", "pmos"):
-        for level in re.findall(r"level[\s=,(]*([^\s=,()]*)", text):
-            if level not in _MOS_LEVELS:
-                raise invalid(where, f"have a MOSFET model of level {', '.join(_MOS_LEVELS)}", level)
-
-
-def _parts(file: str, lines: Iterable[_Line]) -> tuple[dict[str, list[_Line]], list[_Line]]:
-    """Subcircuits by name (in lower case) and the lines outside of them."""
-    subcircuits: dict[str, list[_Line]] = {}
-    outside: list[_Line] = []
-    current: list[_Line] | None = None
-    for line in lines:
-        if line.word == ".subckt":
-            if current is not None:
-                raise invalid(f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60])
-            name = _header(line)[0].lower()
-            if name in subcircuits:
-                raise invalid(f"netlist {line.where}", "have a subcircuit name of its own", name)
-            subcircuits[name] = current = [line]
-        elif line.word == ".ends":
-            if current is None:
-                raise invalid(f"netlist {line.where}", "end a subcircuit", ".ends without .subckt")
-            current.append(line)
-            current = None
-        elif current is None:
-            outside.append(line)
-        else:
-            if line.word in _BENCH:
-                raise invalid(
-                    f"netlist {line.where}", f"have only the cards {', '.join(_DEFINITIONS)} inside", line.word
-                )
-            current.append(line)
-    if current is not None or not subcircuits:
-        raise invalid(f"netlist {file}", "hold a subcircuit, .subckt to .ends", "no end" if current else "none")
-    return subcircuits, outside
-
-
-def _header(line: _Line) -> tuple[str, list[str], dict[str, str | None]]:
-    """Name, terminals and parameters of a .subckt line; a parameter that must be given has the default None."""
-    tokens = _joined(line.text).split()[1:]
-    split = next((k for k, token in enumerate(tokens) if token.lower() == "params:" or "=" in token), len(tokens))
-    plain = tokens[:split]
-    if not plain:
-        raise invalid(f"netlist {line.where}", "have a name", line.text[:60])
-    pairs = [token.partition("=") for token in tokens[split:] if token.lower() != "params:"]
-    return plain[0], plain[1:], {name: value if equals else None for name, equals, value in pairs}
-
-
-def _joined(text: str) -> str:
-    """A line without blanks around = and within expressions, so that its tokens are its words."""
-    text = re.sub(r"\{[^}]*\}|'[^']*'", lambda found: re.sub(r"\s+", "", found[0]), text)
-    return re.sub(r"\s*=\s*", "=", text)
+def number(text: str) -> float | None:
+    """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
+    match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
+    return None if match is None else float(match[1]) * _SUFFIXES[match[2]]
 
 
 def _given(
@@ -286,66 +135,14 @@ def _given(
     return given
 
 
-def _defined(lines: Iterable[_Line]) -> Iterator[str]:
-    """Names of the parameters that .param cards set."""
-    for line in lines:
-        if line.word == ".param":
-            yield from (name.lower() for name in re.findall(r"(\w+)\s*=(?!=)", line.text))
-
-
-def _check_names(subcircuits: dict[str, list[_Line]], outside: list[_Line]) -> None:
-    """Every name in an expression of a subcircuit is a parameter with a value, or ngspice's own."""
-    common = _QUANTITIES | set(_defined(outside))
-    for body in subcircuits.values():
-        known = common | {name.lower() for name in _header(body[0])[2]} | set(_defined(body))
-        for line in body:
-            text = line.text.lower()
-            expressions = re.findall(r"\{([^}]*)\}|'([^']*)'", text)
-            if line.word[0] == "b" and "=" in text:
-                expressions.append((text.split("=", 1)[1], ""))
-            for expression in ("".join(pair) for pair in expressions):
-                bare = re.sub(r"\b[vi]\s*\([^)]*\)", " ", expression)
-                for found in _NAME.finditer(bare):
-                    if found[0] not in known and not re.match(r"\s*[(=]", bare[found.end() :]):
-                        raise InputError(
-                            f"netlist {line.where} must use parameters that have a value, "
-                            f"but {shown(found[0])} has none: give it on the .subckt line"
-                        )
-
-
-def _check_size(subcircuits: dict[str, list[_Line]], load: str) -> None:
-    """Calls of subcircuits end, and the load with all of them written out is of a sensible size."""
-    sizes: dict[str, int] = {}
-
-    def size(name: str, line: _Line | None, within: tuple[str, ...]) -> int:
-        if line is not None and name not in subcircuits:
-            raise invalid(f"netlist {line.where}", "call a subcircuit of this netlist", name)
-        if line is not None and name in within:
-            raise invalid(f"netlist {line.where}", "call no subcircuit within itself", name)
-        if name not in sizes:
-            sizes[name] = 0
-            for inner in subcircuits[name]:
-                sizes[name] += size(_called(inner), inner, (*within, name)) if inner.word[0] == "x" else 1
-        return sizes[name]
-
-    if size(load, None, ()) > MOST_ELEMENTS:
-        raise InputError(f"netlist subcircuit {load} must have at most {MOST_ELEMENTS} elements, but has {sizes[load]}")
-
-
-def _called(line: _Line) -> str:
-    """Name of the subcircuit that an X line calls."""
-    plain = [token for token in _joined(line.text).lower().split() if "=" not in token and token != "params:"]
-    return plain[-1]
-
-
-def _used(load: list[_Line], subcircuits: dict[str, list[_Line]], outside: list[_Line]) -> list[_Line]:
+def _used(load: list[Line], subcircuits: dict[str, list[Line]], outside: list[Line]) -> list[Line]:
     """The other subcircuits, models and parameters that the load names, and those that these name."""
-    others: list[tuple[set[str], list[_Line]]] = [
+    others: list[tuple[set[str], list[Line]]] = [
         ({name}, body) for name, body in subcircuits.items() if body is not load
     ]
     others += [({line.text.lower().split()[1]}, [line]) for line in outside if line.word == ".model"]
-    others += [(set(_defined([line])), [line]) for line in outside if line.word == ".param"]
-    used: list[_Line] = []
+    others += [(set(defined([line])), [line]) for line in outside if line.word == ".param"]
+    used: list[Line] = []
     new = [load]
     while new:
         named = set().union(*(_named(body) for body in new))
@@ -355,9 +152,9 @@ def _used(load: list[_Line], subcircuits: dict[str, list[_Line]], outside: list[
     return used
 
 
-def _named(body: list[_Line]) -> set[str]:
+def _named(body: list[Line]) -> set[str]:
     """Names that a subcircuit, or a line outside, takes from without: all but its own parameters."""
-    own = set(_defined(body))
+    own = set(defined(body))
     if body[0].word == ".subckt":
-        own |= {name.lower() for name in _header(body[0])[2]}
+        own |= {name.lower() for name in header_of(body[0])[2]}
     return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - own

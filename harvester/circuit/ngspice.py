@@ -1,7 +1,7 @@
 """ngspice in this process, through PySpice: the one file that imports it.
 
 There is one ngspice a process, with global state; `harvester.circuit.worker` keeps it out of the
-user's process.  Time and the source come from the lock-step's C functions; PySpice's own
+user's process.  Time and the source come from the lock-step, compiled or in Python; PySpice's own
 callbacks, which find their object through the one user pointer that ngspice keeps for all,
 are replaced by methods that do not use it.
 """
@@ -9,6 +9,7 @@ are replaced by methods that do not use it.
 import logging
 import math
 import os
+import threading
 from functools import cache
 from typing import Any
 
@@ -20,9 +21,13 @@ logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice 
 from PySpice.Spice.Netlist import Circuit  # noqa: E402
 from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8  # noqa: E402
 
+from harvester.circuit.complaint import failure, refusal, stalled  # noqa: E402
+from harvester.circuit.deck import Deck, integration, smoothing_nodes  # noqa: E402
 from harvester.circuit.library import find_library  # noqa: E402
-from harvester.circuit.lockstep import STATE, Drive, native_data, native_source, native_sync  # noqa: E402
+from harvester.circuit.lockstep import STATE, VECTORS, Drive  # noqa: E402
+from harvester.circuit.native import native_accepted, native_data, native_source, native_sync  # noqa: E402
 from harvester.circuit.netlist import LoadCircuit  # noqa: E402
+from harvester.circuit.reference import Reference  # noqa: E402
 from harvester.errors import CircuitError, MissingProgramError  # noqa: E402
 
 
@@ -31,6 +36,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 
     def __init__(self) -> None:
         self.messages: list[str] = []
+        self.loaded = False  # whether the present netlist was taken
+        self.lost = False  # whether ngspice failed in a way that it does not recover from
+        self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
+        self.smoothing = 0.0  # its capacitance Csmooth, F
         super().__init__(send_data=True)
 
     # The six callbacks of PySpice, as methods: cffi takes the bound method.
@@ -44,6 +53,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return 0
 
     def _exit(self, status: int, immediate: bool, quitting: bool, ident: int, user: Any) -> int:
+        self.lost = True  # a fatal error
         return status
 
     def _background_thread_running(self, running: bool, ident: int, user: Any) -> int:
@@ -53,11 +63,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return 0
 
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
-        """The vectors of the coming run: where the voltage and the load's power stand."""
+        """The vectors of the coming run: where those that the lock-step reads stand."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
-        power = [i for i, name in enumerate(names) if name.endswith("[p]")]
-        self.state["time_index"], self.state["voltage_index"] = names.index("time"), names.index("p")
-        self.state["power_index"] = power[0] if power else -1
+        for what, name in zip(VECTORS, self.vectors, strict=True):
+            self.state[f"{what}_index"] = names.index(name) if name in names else -1
         return 0
 
     def _init_ngspice(self, send_data: bool) -> None:
@@ -78,68 +87,107 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         sync = ffi.cast("GetSyncData *", native_sync.address)
         self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
 
-    def run_driven(self, netlist: str, drive: Drive) -> None:
-        """Load the netlist, run its ``.tran`` with the drive's mass in lock-step, and forget both.
+    def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf) -> None:
+        """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
+
+        ngspice runs in a thread of its own, so that a run without a kick for ``patience`` seconds can be given up;
+        it cannot be stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
         Raises
         ------
         CircuitError
-            with ngspice's own words when it refuses the netlist or stops before the end.
+            with the node and the time in trouble when ngspice refuses the netlist, stops before the end
+            or comes no further.
+        Exception
+            of a Python callback (``native=False``), after the run.
         """
-        api = self._ngspice_shared
+        if self.lost:
+            raise CircuitError("ngspice failed earlier in this process and cannot run another circuit")
         self.state[:] = drive.record
+        reference = None if drive.native else Reference(drive, self.state)
+        if reference is None:
+            self.state["accepted_at"] = native_accepted(tuple(one is not None for one in drive.given)).address
+        self.vectors, self.loaded, self.smoothing = deck.vectors, False, 0.0
         self.messages.clear()
-        lines = [ffi.new("char[]", line.encode()) for line in [*netlist.splitlines(), ""]]
-        if api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL])):
-            raise CircuitError(f"ngspice refused the circuit: {self._complaint()}")
-        try:
+        self._stdout.clear()  # PySpice's own list, which grows for ever
+        run = threading.Thread(target=self._run, args=(deck,), daemon=True)
+        run.start()
+        before, now = {"kicks": -1.0}, self._progress()
+        while run.is_alive() and now["kicks"] != before["kicks"]:
+            before = now
+            run.join(min(patience, threading.TIMEOUT_MAX))
+            now = self._progress()
+        end, stuck = now["t"], run.is_alive()
+        self.lost = self.lost or stuck
+        if reference is not None and reference.error is not None:
+            raise reference.error
+        if stuck:
+            step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
+            raise CircuitError(stalled(end, drive.duration, step, patience))
+        drive.record[:] = self.state
+        drive.smoothing = self.smoothing
+        if not self.loaded:
+            raise CircuitError(refusal(self.messages))
+        if end < drive.duration * (1 - 1e-6):
+            raise CircuitError(failure(self.messages, end, drive.duration))
+
+    def _progress(self) -> dict[str, float]:
+        return {name: float(self.state[name][0]) for name in ("t", "kicks", "steps")}
+
+    def _run(self, deck: Deck) -> None:
+        """What ngspice does for a run, from its first line to its last."""
+        api = self._ngspice_shared
+        lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
+        self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
+        if self.loaded and not self.lost:
             api.ngSpice_Command(b"run")
-            drive.record[:] = self.state
-            end = float(drive.record["t"][0])
-            if end < drive.duration * (1 - 1e-6):
-                raise CircuitError(f"ngspice stopped at {end:g} s of {drive.duration:g} s: {self._complaint()}")
-        finally:
-            api.ngSpice_Command(b"destroy all")
-            api.ngSpice_Command(b"remcirc")
-
-    def _complaint(self) -> str:
-        """What ngspice said, the lines that look like the reason, as one line."""
-        told = [m.strip() for m in self.messages if any(w in m.lower() for w in ("error", "singular", "small", "fail"))]
-        return "; ".join(dict.fromkeys(told or [m.strip() for m in self.messages[-3:]])) or "it gave no reason"
+        if self.loaded and not self.lost and deck.smoothing:
+            found = api.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
+            self.smoothing = float(found.v_realdata[0]) if found and found.v_length else 0.0
+        for command in (b"destroy all", b"remcirc"):
+            if self.loaded and not self.lost:
+                api.ngSpice_Command(command)
 
 
-def netlist(load: LoadCircuit, capacitance: float, step: float, duration: float, start: float = 0.0) -> str:
-    """The whole circuit: the piezo as voltage source theta x/Cp in series with Cp, and the load on it.
+def deck(
+    load: LoadCircuit,
+    capacitance: float,
+    step: float,
+    duration: float,
+    start: float = 0.0,
+    norton: bool = False,
+    volts: float = 1.0,
+) -> Deck:
+    """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
-    capacitance in farad, step and duration in second; ``start`` is theta x/Cp - v at the
-    beginning, in volt.  The load resistor runs with fixed steps between landings and with the
-    one-step rule that is exact for its time constant (see `trapezoid_share`); any other load
-    leaves the steps between landings to ngspice.
+    capacitance in farad, step and duration in second; ``start`` is theta x/Cp at the beginning, in volt, where
+    the terminals have none, and ``volts`` the signal's size.  The piezo is that voltage in series with Cp
+    (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a copy of Cp on the source,
+    so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its integration rule; a
+    current given as theta x' at the step's end would not.  Both are the same equations; Thevenin has fewer of them.
+
+    The load resistor runs with fixed steps between landings and with the one-step rule that is exact for
+    its time constant (see `trapezoid_share`); any other load leaves the steps between landings to ngspice.
     """
-    step, duration, start = float(step), float(duration), float(start)  # a NumPy scalar prints its type
+    step, duration, start, volts = map(float, (step, duration, start, volts))  # a NumPy scalar prints its type
     circuit = Circuit("harvester")
     circuit.V("drive", "drive", circuit.gnd, "external")
-    circuit.C("p", "drive", "p", capacitance, initial_condition=start)
-    circuit.X("load", load.name, "p", circuit.gnd, **load.parameters)
-    if load.linear:
-        rule = (
-            f".options method=trap xmu={trapezoid_share(step, load.parameters['R'] * capacitance)!r} trtol=1e6 chgtol=1"
-        )
+    current = "vdrive"
+    if norton:
+        circuit.C("copy", "drive", circuit.gnd, capacitance, initial_condition=start)
+        circuit.F("piezo", circuit.gnd, "m", "Vdrive", -1)
+        circuit.C("p", "m", circuit.gnd, capacitance, initial_condition=0.0)
+        circuit.V("meter", "p", "m", 0)  # its current is that of Vdrive above: out of the load
+        current = "vmeter"
     else:
-        rule = ".options method=gear maxord=2 reltol=1e-4"
-    cards = [load.text, rule, ".save v(p) @r.xload.rload[p]", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
-    return "\n".join([str(circuit).rstrip(), *cards]) + "\n"
-
-
-def trapezoid_share(step: float, time_constant: float) -> float:
-    """Ngspice's xmu, the weight of a step's beginning: 1/z - 1/(exp(z) - 1), z = step/time constant.
-
-    v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 then has the exact solution of v' + v/(R Cp) = u'
-    for a steady slope u'.  It is 1/2, the trapezoidal rule, for a short step and goes to 0,
-    backward Euler, for a long one, where the trapezoidal rule would ring.
-    """
-    z = step / time_constant
-    return 0.5 - z / 12.0 if z < 1e-3 else 1.0 / z - (1.0 / math.expm1(z) if z < 700.0 else 0.0)
+        circuit.C("p", "drive", "p", capacitance, initial_condition=start)
+    circuit.X("load", load.name, "p", circuit.gnd, **load.parameters)
+    rule = integration(step, load.parameters["R"] * capacitance if load.linear else None, volts, capacitance)
+    smooth = smoothing_nodes(load.text)
+    vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
+    saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
+    cards = [load.text, rule, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
+    return Deck("\n".join([str(circuit).rstrip(), *cards]) + "\n", vectors)
 
 
 @cache

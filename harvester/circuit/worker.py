@@ -1,34 +1,34 @@
-"""ngspice in worker processes: one ngspice each, so a crash there is an error of that run only."""
+"""A device's runs in ngspice, in worker processes: one ngspice each, so a crash there is an error of that run only."""
 
 import math
-import os
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
-import loky
 import numpy as np
-from loky.process_executor import TerminatedWorkerError
 
 from harvester.arrays import Floats
+from harvester.circuit.ledger import Ledger, ledger
 from harvester.circuit.library import find_library
 from harvester.circuit.netlist import LoadCircuit
-from harvester.errors import CircuitError, UnboundedResponseError
+from harvester.circuit.processes import in_order, workers
+from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.moments import Moments, from_path
 from harvester.mechanics.noise import gaussian_grid
 from harvester.mechanics.path import Path
 from harvester.scaling import Equations, Scales
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from harvester.circuit.lockstep import Drive
 
 
 @dataclass(frozen=True)
 class Device:
     """What ngspice and the mass share: nondimensional equations, SI scales, the load circuit, the grid.
 
-    ``h`` is the nondimensional step, ``stride`` the kicks between readings.
+    ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
+    ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`.
     """
 
     eqs: Equations
@@ -36,50 +36,56 @@ class Device:
     load: LoadCircuit
     h: float
     stride: int
+    patience: float = 60.0
+    norton: bool = False
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One trajectory's means, batch by batch; ``load_power`` (W) is of Rload, over all of it."""
+    """One trajectory's means, batch by batch; ``load_power`` (W) is of Rload, over all of it, as in the ledger."""
 
     moments: Moments
     load_power: float
     steps: int
+    ledger: Ledger
 
 
-def record(device: Device, noise: Floats) -> Path:
+def record(device: Device, noise: Floats, native: bool = True) -> Path:
     """One path on a given noise grid, in this process; see `harvester.circuit.lockstep.Drive`."""
-    return _run(device, noise, math.inf)[0]
+    return run(device, noise, native=native).path()
 
 
-def _run(device: Device, noise: Floats, discard: float) -> tuple[Path, float, int]:
+def run(device: Device, noise: Floats, discard: float = math.inf, native: bool = True) -> "Drive":
+    """A finished run on a noise grid, in this process; its ledger begins at the nondimensional time ``discard``.
+
+    Raises
+    ------
+    CircuitError
+        when ngspice refuses the circuit, does not converge or comes no further.
+    UnboundedResponseError
+        when the motion left the finite numbers.
+    """
     from harvester.circuit.lockstep import Drive
-    from harvester.circuit.ngspice import netlist, ngspice
+    from harvester.circuit.ngspice import deck, ngspice
 
-    scales = device.scales
-    free = not device.load.linear
-    drive = Drive(device.eqs, scales.volts, scales.frequency, noise, device.h, device.stride, free=free)
-    drive.record["energy_from"] = discard / scales.frequency
-    step = device.h / scales.frequency
+    scales, free = device.scales, not device.load.linear
+    w0 = scales.frequency
+    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, free=free, since=discard, native=native)
     start = scales.volts * float(drive.record["x"][0])
-    ngspice().run_driven(netlist(device.load, scales.capacitance, step, drive.duration, start), drive)
-    path = drive.path()
-    if not np.isfinite(path.readings).all():
+    whole = (device.h / w0, drive.duration, start, device.norton, scales.volts)
+    circuit = deck(device.load, scales.capacitance, *whole)
+    ngspice().run_driven(circuit, drive, device.patience)
+    if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
-    s = drive.record[0]
-    measured = float(s.t) - discard / scales.frequency
-    power = float(s.energy) / measured if measured > 0.0 else 0.0
-    return path, power, int(s.steps)
+    return drive
 
 
 def _measure(device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, batches: int) -> Measured:
-    path, power, steps = _run(device, gaussian_grid(seed, kicks), discard)
-    return Measured(from_path(device.eqs, path, discard, batches), power, steps)
-
-
-def workers() -> int:
-    """How many ngspice run at a time: one a core."""
-    return os.cpu_count() or 1
+    drive = run(device, gaussian_grid(seed, kicks), discard)
+    state = drive.record[0]
+    moments = from_path(device.eqs, drive.path(), discard, batches)
+    balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
+    return Measured(moments, balance.load, int(state.steps), balance)
 
 
 def warm_up(device: Device) -> float:
@@ -93,15 +99,33 @@ def warm_up(device: Device) -> float:
     begin = time.perf_counter()
     find_library()
     quiet = np.zeros(4 * device.stride)
-    list(_results([_pool().submit(record, device, quiet) for _ in range(workers())]))
+    list(in_order(record, [(device, quiet)] * workers()))
     return time.perf_counter() - begin
 
 
 def record_apart(device: Device, noise: Floats) -> Path:
     """`record`, in a worker process."""
     find_library()
-    job: Future[Path] = _pool().submit(record, device, noise)
-    return next(_results([job]))
+    return next(in_order(record, [(device, noise)]))
+
+
+def charging_apart(device: Device, noise: Floats) -> tuple[Floats, Floats]:
+    """Times (s) and voltages (V) of the load's capacitor Csmooth on a noise path: how it is charged.
+
+    Raises
+    ------
+    InputError
+        for a load without a capacitor of that name.
+    """
+    find_library()
+    return next(in_order(_charging, [(device, noise)]))
+
+
+def _charging(device: Device, noise: Floats) -> tuple[Floats, Floats]:
+    drive = run(device, noise)
+    if drive.smoothing == 0.0:
+        raise invalid("load", "have a capacitor Csmooth", device.load.name)
+    return drive.path().t / device.scales.frequency, drive.charge
 
 
 def measure_apart(
@@ -114,34 +138,14 @@ def measure_apart(
     Raises
     ------
     CircuitError
-        when ngspice refuses the circuit, does not converge, or dies.
+        when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
-    jobs = [_pool().submit(_measure, device, seed, kicks, discard, batches) for seed in seeds]
-    yield from _results(jobs)
-
-
-def _pool() -> loky.ProcessPoolExecutor:
-    return loky.get_reusable_executor(max_workers=workers(), timeout=60)
-
-
-def _results(jobs: list[Future[T]]) -> Iterator[T]:
-    try:
-        for job in jobs:  # in the order asked for, so that sums do not depend on who is first
-            yield job.result()
-    except TerminatedWorkerError:
-        raise CircuitError(
-            "ngspice ended abruptly (crash or out of memory) in its worker process: "
-            "try a shorter --duration or fewer --trajectories, and check the netlist"
-        ) from None
-    finally:
-        for job in jobs:
-            job.cancel()
+    yield from in_order(_measure, [(device, seed, kicks, discard, batches) for seed in seeds])
 
 
 def ngspice_version() -> str:
     """Version of the ngspice library, as a worker process finds it."""
-    job: Future[str] = _pool().submit(_version)
-    return next(_results([job]))
+    return next(in_order(_version, [()]))
 
 
 def _version() -> str:

@@ -15,6 +15,8 @@ from harvester.scaling import Equations, Scales, effects, equations, scales
 from harvester.scene import Scene
 
 TOLD = 0.5  # seconds of compilation that are worth a word
+CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
+LONGEST_CHARGING = 2e4  # nondimensional
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -172,6 +174,8 @@ class Spice(_Sampled):
         details["trajectories"] = len(runs)
         if power is None:  # the balance holds for the load resistor only
             details["power_balance"], details["power_balance_stderr"] = _balance(moments, eqs)
+        else:
+            details |= self._ledger(runs, 1.0 if scene.physical else s.watts)
         steps = sum(one.steps for one in runs)
         names = (*effects(eqs), "netlist") if power is not None else effects(eqs)
         reason = "" if power is None else "the bias of the step is not known for a netlist: compare with half of --dt"
@@ -211,6 +215,14 @@ class Spice(_Sampled):
         pilot = mc.Ensemble(eqs, Ensemble.TRAJECTORIES, seed, None if self.dt is None else self.dt * unit)
         warnings = pilot.settle()
         burn_in = pilot.time
+        if circuit.storage is not None:
+            charging = CHARGINGS * circuit.storage * s.frequency
+            burn_in = max(burn_in, min(charging, LONGEST_CHARGING))
+            if charging > LONGEST_CHARGING:
+                warnings.append(
+                    f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
+                    f"Rload Csmooth = {circuit.storage:g} s"
+                )
         bias = None
         if circuit.linear:
             pair = mc.StepPair(pilot, burn_in)
@@ -225,6 +237,15 @@ class Spice(_Sampled):
 
         mean, error = mean_and_error(np.array([one.load_power for one in runs]) / s.watts)
         return Value(mean, error, None if v2.bias is None else mean * v2.bias / v2.value)
+
+    @staticmethod
+    def _ledger(runs: list[Any], watts: float) -> dict[str, float]:
+        """Where the energy went, mean over the trajectories, in units of ``watts``; see `harvester.circuit.ledger`."""
+        from harvester.circuit.ledger import mean
+
+        whole = mean([one.ledger for one in runs])
+        entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
+        return entries | {"ledger_residual": whole.residual}
 
 
 def _balance(moments: Any, eqs: Equations) -> tuple[float, float]:
