@@ -6,7 +6,7 @@
 All runs share their noise paths, so that gains are known better than powers.  The smoothing capacitor is R C = 10/w0:
 it is charged within the burn-in and follows the random amplitude, at the price of a ripple of a quarter of its voltage.
 The amplitude lasts for some three half periods (2/c = 10/w0), about as long as parallel SSHI's voltage takes to build
-up, 1/(1 - q): so its gain is half of what a steady amplitude would give.
+up, 1/(1 - q): that is probably why its gain is half of what a steady amplitude would give.
 """
 
 import argparse
