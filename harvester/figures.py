@@ -45,7 +45,12 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     """Mean power against the first varied key, one curve an engine (and a value of the other keys)."""
     first, others = table.axes[0], table.axes[1:]
     engines = list(dict.fromkeys(row["engine"] for row in table.rows))
-    figure, (top, low) = _new(2, 1, (7, 6.4), sharex=True, height_ratios=[2.2, 1])
+    several = len(engines) > 1
+    if several:
+        figure, (top, low) = _new(2, 1, (7, 6.4), sharex=True, height_ratios=[2.2, 1])
+    else:
+        figure, top = _new(1, 1, (7, 4.6))
+        low = top
     groups = list(dict.fromkeys(tuple(row[a.key] for a in others) for row in table.rows))[:6]
     reference = next((e for e in ("ensemble", "spice") if e in engines), engines[-1])
     for number, group in enumerate(groups):
@@ -74,10 +79,11 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
                 error = np.array([power[engine][1][v] / base[v] for v in x])
                 _curve(low, x, ratio, error, dict(STYLES.get(engine, {}), label=None))
     top.set_ylabel("mean power (W)" if physical else "mean power (nondimensional)")
-    low.set_ylabel(f"power over\n{reference}")
     low.set_xlabel(UNITS.get(first.key, first.key))
-    low.axhline(1.0, color="0.6", linewidth=1, zorder=0)
-    low.set_ylim(0.0, None)
+    if several:
+        low.set_ylabel(f"power over\n{reference}")
+        low.axhline(1.0, color="0.6", linewidth=1, zorder=0)
+        low.set_ylim(0.0, None)
     if first.logarithmic:
         low.set_xscale("log")
     positive = [float(row["mean_power"]) for row in table.rows if row["mean_power"]]
@@ -85,7 +91,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
         top.set_yscale("log")
     top.set_title(title or "Mean power", wrap=True, parse_math=False)
     top.legend(frameon=False, fontsize=9)
-    for axes in (top, low):
+    for axes in {top, low}:
         axes.grid(color="0.92")
     return _png(figure)
 
