@@ -7,14 +7,13 @@ Then on random scenes, for the error that `averaged` states of itself.  The ense
 import dataclasses
 
 import numpy as np
-from common import report
+from common import PAPER, report
 
 from harvester.averaging.stationary import mean_square_voltages
 from harvester.averaging.two_scale import solve_many
 from harvester.mechanics.ensemble import Ensemble, StepPair
 from harvester.scaling import Equations
 
-PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
 RANGES = {
     "Figure 3: r": [{"restitution": r} for r in (0.8, 0.85, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99)],
     "Figure 4: D11": [{"n1": n} for n in (0.005, 0.01, 0.02, 0.05)],

@@ -11,15 +11,13 @@ import sys
 import time
 
 import numpy as np
-from common import report
+from common import PAPER, report
 
 from harvester.averaging.voltage import amplitude_through
 from harvester.mechanics.densities import Histogram
 from harvester.mechanics.ensemble import Ensemble
 from harvester.mechanics.lanes import LANES
-from harvester.scaling import Equations
 
-FIGURE1 = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
 GRID, EACH, H = 80, 1000, 0.1
 EDGES = {"A": np.linspace(0, 2.4, 61), "x": np.linspace(0, 2.4, 61), "x'": np.linspace(-3, 3, 61)}
 
@@ -34,7 +32,7 @@ def starts(x, each):
 
 def ensemble(start, seed):
     """Trajectories of the scene from these starts."""
-    return Ensemble(FIGURE1, start.shape[1], np.random.SeedSequence([1, seed]), H, start)
+    return Ensemble(PAPER, start.shape[1], np.random.SeedSequence([1, seed]), H, start)
 
 
 def run(each):
@@ -47,7 +45,7 @@ def run(each):
         many = ensemble(starts(x0, each), k)
         many.run(pilot.time)
         x, v, _ = many.snapshot()
-        amplitude = amplitude_through(x, v, FIGURE1.alpha, FIGURE1.beta, FIGURE1.mu)
+        amplitude = amplitude_through(x, v, PAPER.alpha, PAPER.beta, PAPER.mu)
         for name, values in zip(EDGES, (amplitude, x, v), strict=True):
             states[name].append(values)
     densities = {}

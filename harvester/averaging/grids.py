@@ -5,13 +5,16 @@ shape (m, 1) serve m scenes.  Scenes share a grid when the same effects are pres
 """
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.errors import SimulationError
 from harvester.scaling import Equations
+
+T = TypeVar("T")
 
 
 def given(coefficient: float | None) -> Floats:
@@ -43,3 +46,34 @@ def alike(scenes: Sequence[Equations], most: int) -> list[list[int]]:
             mine.append([])
         mine[-1].append(place)
     return [group for mine in groups.values() for group in mine]
+
+
+def noisy_stacks(
+    scenes: Sequence[Equations],
+    most: int,
+    solve: Callable[[list[Equations]], list[T | SimulationError]],
+    without_noise: str,
+) -> list[T | SimulationError]:
+    """``solve`` for groups of scenes of the same effects, the answers in the order of the scenes.
+
+    A scene without external noise has no stationary law: the error ``without_noise``.
+    """
+    answers: list[T | SimulationError] = [SimulationError(without_noise) for _ in scenes]
+    noisy = [place for place, eqs in enumerate(scenes) if eqs.n1 is not None]
+    for group in alike([scenes[place] for place in noisy], most):
+        places = [noisy[k] for k in group]
+        with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
+            for place, answer in zip(places, solve([scenes[place] for place in places]), strict=True):
+                answers[place] = answer
+    return answers
+
+
+def around_the_mass(u: Floats, log_mass: Floats, below: float, above: float) -> tuple[Floats, Floats, Any]:
+    """The ends of the grid ln A = u, shape (scenes, n), where the law is above e^-below and e^-above of its peak.
+
+    Each end is one point further out; the third array says where the upper one is that of the grid.
+    """
+    depth = log_mass.max(axis=-1, keepdims=True) - log_mass
+    top, rows = u.shape[-1] - 1, np.arange(len(u))
+    first, last = (depth <= below).argmax(axis=-1), top - (depth <= above)[:, ::-1].argmax(axis=-1)
+    return u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, top)], last == top

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from harvester.arrays import Coefficient, Floats
-from harvester.averaging.grids import alike, given, stacked
+from harvester.averaging.grids import around_the_mass, given, noisy_stacks, stacked
 from harvester.averaging.ito import diffusion, drift
 from harvester.averaging.orbit import nu2
 from harvester.averaging.voltage import K, omega2
@@ -75,14 +75,12 @@ def density(eqs: Equations) -> Stationary:
 def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, Any]:
     """The laws of a stack, and which of them do not fall off."""
     low, high = (np.full(scenes, end) for end in _WIDEST)
-    unbounded, rows = np.zeros(scenes, dtype=bool), np.arange(scenes)
+    unbounded = np.zeros(scenes, dtype=bool)
     for _ in range(6):  # zoom in on where the mass is
         u = np.linspace(low, high, _SEARCH, axis=-1)
-        log_mass = _log_mass(u, eqs)
-        kept = log_mass >= log_mass.max(axis=-1, keepdims=True) - _KEPT
-        first, last = kept.argmax(axis=-1), _SEARCH - 1 - kept[:, ::-1].argmax(axis=-1)
-        unbounded |= (last == _SEARCH - 1) & (high == _WIDEST[1])
-        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, _SEARCH - 1)]
+        widest = high == _WIDEST[1]
+        low, high, open_end = around_the_mass(u, _log_mass(u, eqs), _KEPT, _KEPT)
+        unbounded |= open_end & widest
     u = np.linspace(low, high, points, axis=-1)
     log_mass = _log_mass(u, eqs)
     mass = np.exp(log_mass - log_mass.max(axis=-1, keepdims=True))
@@ -124,17 +122,19 @@ def mean_square_voltage(eqs: Equations) -> float:
 
 def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
     """`mean_square_voltage` for a grid of scenes, many at once; the error of each without one stands in its place."""
-    answers: list[float | SimulationError] = [SimulationError(_NO_NOISE)] * len(scenes)
-    noisy = [k for k, eqs in enumerate(scenes) if eqs.n1 is not None]
-    for group in alike([scenes[k] for k in noisy], _TOGETHER):
-        eqs = stacked([scenes[noisy[k]] for k in group])
-        with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
-            law, unbounded = _densities(eqs, len(group), _ENOUGH)
-            V2 = voltage_on_orbit(law.A, eqs)
-        unbounded |= law.mass[:, -1] * V2[:, -1] > 1e-6 * (law.mass * V2).max(axis=-1)
-        for k, value, lost in zip(group, law.mean(V2), unbounded | ~np.isfinite(law.mean(V2)), strict=True):
-            answers[noisy[k]] = UnboundedResponseError(_UNBOUNDED) if lost else float(value)
-    return answers
+    return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
+
+
+def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationError]:
+    eqs = stacked(scenes)
+    law, unbounded = _densities(eqs, len(scenes), _ENOUGH)
+    V2 = voltage_on_orbit(law.A, eqs)
+    unbounded |= law.mass[:, -1] * V2[:, -1] > 1e-6 * (law.mass * V2).max(axis=-1)
+    means = law.mean(V2)
+    return [
+        UnboundedResponseError(_UNBOUNDED) if lost or not math.isfinite(value) else float(value)
+        for value, lost in zip(means, unbounded, strict=True)
+    ]
 
 
 def voltage_on_orbit(A: Floats, eqs: Equations) -> Floats:

@@ -28,13 +28,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.averaging.cycles import Cycles, Orbits
 from harvester.averaging.energy_law import log_mass, normalised, paid, rising, slow_voltage
-from harvester.averaging.grids import alike, given, stacked
+from harvester.averaging.grids import around_the_mass, given, noisy_stacks, stacked
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.scaling import Equations
 
 _AMPLITUDES = 96
 _ROUNDS = 6  # of the voltage and the potential that it bends
 _KEPT_BELOW, _KEPT_ABOVE = 12.0, 18.0  # amplitudes less likely than e^-12, e^-18 of the likeliest are left out
+_WIDEST = (-math.log(1e8), math.log(1e8))  # of ln A
 _HARMONICS = np.arange(1.0, 30.0)[:, None]
 _TOGETHER = 32  # scenes in one go: their arrays stay in the processor's cache
 _NO_NOISE = (
@@ -94,16 +95,7 @@ def solve(eqs: Equations) -> TwoScale:
 
 def solve_many(scenes: Sequence[Equations]) -> list[TwoScale | SimulationError]:
     """`solve` for a grid of scenes, many at once; the error of each that has no answer stands in its place."""
-    answers: list[TwoScale | SimulationError] = [SimulationError(_NO_NOISE)] * len(scenes)
-    noisy = [k for k, eqs in enumerate(scenes) if eqs.n1 is not None]
-    for group in alike([scenes[k] for k in noisy], _TOGETHER):
-        places = [noisy[k] for k in group]
-        lengths = [math.sqrt(given(scenes[k].n1)) for k in places]
-        together = stacked([_in_units_of(length, scenes[k]) for length, k in zip(lengths, places, strict=True)])
-        with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
-            for k, answer in zip(places, _solve(together, np.array(lengths)), strict=True):
-                answers[k] = answer
-    return answers
+    return noisy_stacks(scenes, _TOGETHER, _solve, _NO_NOISE)
 
 
 def _in_units_of(length: float, eqs: Equations) -> Equations:
@@ -113,8 +105,10 @@ def _in_units_of(length: float, eqs: Equations) -> Equations:
     return replace(eqs, **{name: v if v is None else v * length ** powers[name] for name, v in scaled.items()})
 
 
-def _solve(eqs: Equations, lengths: Floats) -> list[TwoScale | SimulationError]:
+def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
     """All scenes of a stack: arrays are (scenes, amplitudes)."""
+    lengths = [math.sqrt(given(eqs.n1)) for eqs in scenes]
+    eqs = stacked([_in_units_of(length, one) for length, one in zip(lengths, scenes, strict=True)])
     u, unbounded = _where_the_mass_is(eqs, len(lengths))
     A = np.exp(u)
     orbits = Orbits(A, eqs)
@@ -200,18 +194,13 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
 
 def _where_the_mass_is(eqs: Equations, scenes: int) -> tuple[Floats, Any]:
     """A grid of ln A over the amplitudes that matter, shape (scenes, n), and which scenes have no end to it."""
-    widest = math.log(1e8)
-    low, high = np.full(scenes, -widest), np.full(scenes, widest)
+    low, high = (np.full(scenes, end) for end in _WIDEST)
     unbounded = np.zeros(scenes, dtype=bool)
-    rows = np.arange(scenes)
     for points in (161, 41, 41, 41):
         u = np.linspace(low, high, points, axis=-1)
         cycle = Orbits(np.exp(u), eqs, 8, 1).averages()
         log_p = log_mass(u, cycle, rising(u, cycle.energy), np.zeros_like(u), eqs)
-        log_p = np.where(np.isnan(log_p), -np.inf, log_p)
-        depth = log_p.max(axis=-1, keepdims=True) - log_p
-        first = (depth <= _KEPT_BELOW).argmax(axis=-1)
-        last = points - 1 - (depth <= _KEPT_ABOVE)[:, ::-1].argmax(axis=-1)
-        unbounded |= (last == points - 1) & (high >= widest)
-        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, points - 1)]
+        widest = high >= _WIDEST[1]
+        low, high, open_end = around_the_mass(u, np.where(np.isnan(log_p), -np.inf, log_p), _KEPT_BELOW, _KEPT_ABOVE)
+        unbounded |= open_end & widest
     return np.linspace(low, high, _AMPLITUDES, axis=-1), unbounded

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-defs, no-check-untyped-defs
 """Where the energy goes: works on the mass kick by kick, energies at the piezo's terminals and in the load.
 
     input = damping + impacts + circuit + load + stored

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-defs, no-check-untyped-defs
 """The lock-step's three functions as C pointers: ngspice calls compiled code, without Python in between.
 
 Where a run's state holds addresses of Python functions (`harvester.circuit.reference`), these are asked instead.

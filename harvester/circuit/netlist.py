@@ -14,8 +14,8 @@ from harvester.circuit.untrusted import MOST_BYTES, Line, check_names, check_siz
 from harvester.errors import InputError, invalid, unknown
 from harvester.scene import Load
 
-_SUFFIXES = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, None: 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12}
-_SUFFIXES["f"] = 1e-15
+# ngspice's suffixes, as powers of ten
+_POWERS = {"t": 12, "g": 9, "meg": 6, "k": 3, None: 0, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
 _TAKEN = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
 
 
@@ -115,7 +115,7 @@ def _storage(load: list[Line], defaults: dict[str, str | None], given: dict[str,
 def number(text: str) -> float | None:
     """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
     match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
-    return None if match is None else float(match[1]) * _SUFFIXES[match[2]]
+    return None if match is None else float(match[1]) * 10.0 ** _POWERS[match[2]]
 
 
 def _given(

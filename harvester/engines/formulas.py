@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -39,17 +39,16 @@ class _Formula:
             raise answer
         return answer
 
-    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
-        """`run` for many scenes at once, or the error that each raises."""
+    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
+        """What the theory says of each of the scenes, or its error."""
         raise NotImplementedError
 
-    def _run_many(
-        self,
-        scenes: Sequence[Scene],
-        solve: Callable[[list[Equations]], Sequence[Any]],
-        tell: Callable[[Scene, Equations, Any, float], Estimate],
-    ) -> list[Estimate | HarvesterError]:
-        """Solve all scenes that this engine serves in one call, then ``tell`` each with its share of the time."""
+    def _tell(self, scene: Scene, eqs: Equations, found: Any, seconds: float) -> Estimate:
+        """What was found, as an answer."""
+        raise NotImplementedError
+
+    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
+        """`run` for many scenes, solved in one call, or the error that each raises; its share of the time each."""
         answers: list[Estimate | HarvesterError] = []
         served: list[tuple[int, Equations]] = []
         for place, scene in enumerate(scenes):
@@ -59,11 +58,11 @@ class _Formula:
             except HarvesterError as error:
                 answers[place] = error
         begin = time.perf_counter()
-        solved = solve([eqs for _, eqs in served])
+        solved = self._solve([eqs for _, eqs in served])
         seconds = (time.perf_counter() - begin) / max(len(served), 1)
         for (place, eqs), one in zip(served, solved, strict=True):
             answers[place] = (
-                one if isinstance(one, HarvesterError) else self._judged(tell(scenes[place], eqs, one, seconds))
+                one if isinstance(one, HarvesterError) else self._judged(self._tell(scenes[place], eqs, one, seconds))
             )
         return answers
 
@@ -83,7 +82,7 @@ class _Formula:
 
 @dataclass(frozen=True, kw_only=True)
 class Published(_Formula):
-    """The paper's stochastic averaging, misprints corrected, V decoupled harmonically.
+    """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
 
     Raises
     ------
@@ -95,21 +94,20 @@ class Published(_Formula):
 
     NAME: ClassVar[str] = "published"
 
-    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
-        """E[V^2] of the paper's Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31, on any scene with noise."""
+    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
         from harvester.averaging.stationary import mean_square_voltages
 
-        return self._run_many(scenes, mean_square_voltages, self._tell)
+        return mean_square_voltages(scenes)
 
-    def _tell(self, scene: Scene, eqs: Equations, v2: float, seconds: float) -> Estimate:
+    def _tell(self, scene: Scene, eqs: Equations, found: float, seconds: float) -> Estimate:
         reason = "no sampling error: a formula; its model error is not known from within"
         warnings = (STOP_WARNING,) if eqs.restitution is not None else ()
-        return estimate(self.NAME, scene, eqs, Value(v2), None, seconds, 0, reason, warnings)
+        return estimate(self.NAME, scene, eqs, Value(found), None, seconds, 0, reason, warnings)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Averaged(_Formula):
-    """Impact-aware two-scale averaging (`harvester.averaging.two_scale`), with an estimate of its own error.
+    """Impact-aware averaging (`harvester.averaging.two_scale`): E[V^2], E[P] = beta mu E[V^2], and its own error.
 
     Raises
     ------
@@ -121,28 +119,26 @@ class Averaged(_Formula):
 
     NAME: ClassVar[str] = "averaged"
 
-    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
-        """E[V^2] of the two-scale theory and E[P] = beta mu E[V^2]."""
+    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
         from harvester.averaging.two_scale import solve_many
 
-        return self._run_many(scenes, solve_many, self._tell)
+        return solve_many(scenes)
 
-    def _tell(self, scene: Scene, eqs: Equations, law: Any, seconds: float) -> Estimate:
-        v2 = Value(law.mean_square_voltage, model=law.bias * law.mean_square_voltage)
+    def _tell(self, scene: Scene, eqs: Equations, found: Any, seconds: float) -> Estimate:
+        v2 = Value(found.mean_square_voltage, model=found.bias * found.mean_square_voltage)
         warnings = []
-        if law.bias > DOUBTFUL:
-            why = (
-                "coupling is strong" if law.stored > law.impact_loss else "impacts take much of the energy in one cycle"
-            )
+        if found.bias > DOUBTFUL:
+            strong = found.stored > found.impact_loss
+            why = "coupling is strong" if strong else "impacts take much of the energy in one cycle"
             warnings.append(
-                f"averaging is doubtful here (estimated error {law.bias:.0%}): {why}; check with 'ensemble'"
+                f"averaging is doubtful here (estimated error {found.bias:.0%}): {why}; check with 'ensemble'"
             )
         if eqs.restitution is not None and eqs.restitution < 0.5:
             warnings.append(f"no averaging is reliable for a restitution coefficient of {eqs.restitution:g}, below .5")
         details = {
-            "exchange_per_cycle": law.exchange,
-            "impact_loss_per_cycle": law.impact_loss,
-            "slow_share": law.slow / law.mean_square_voltage,
+            "exchange_per_cycle": found.exchange,
+            "impact_loss_per_cycle": found.impact_loss,
+            "slow_share": found.slow / found.mean_square_voltage,
         }
         reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
         return estimate(self.NAME, scene, eqs, v2, None, seconds, 0, reason, tuple(warnings), details)
