@@ -1,9 +1,13 @@
 """ngspice in lock-step with the mass, against the exact RC update on the same noise path."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+import harvester as hv
 from harvester.circuit import worker
+from harvester.circuit.lockstep import proposed
 from harvester.circuit.netlist import load_circuit
 from harvester.circuit.processes import in_order
 from harvester.mechanics.moments import from_path, mean_and_error
@@ -270,3 +274,27 @@ def test_bridge_in_lock_step():
     )
     taken = eqs.beta * measured.moments.vV.mean() * s.watts
     assert 0.5 * taken < measured.load_power < taken
+
+
+@pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
+def test_no_sliver_is_left_before_a_landing(share):
+    """A free circuit's step is all of what is left, or at most half of it; the plain load resistor's is all of it."""
+    state = SimpleNamespace(landing=1.5, free=1)
+    step = proposed.py_func(state, 0.5, share)
+    assert step == (1.0 if share >= 1.0 else min(share, 0.5))
+    assert proposed.py_func(SimpleNamespace(landing=1.5, free=0), 0.5, share) == 1.0
+
+
+def test_burn_in_waits_for_the_smoothing_capacitor():
+    """Six time constants Rload Csmooth; one that takes years is cut short, with a word."""
+    scene = hv.load("examples/plate_bridge.toml")
+
+    def examined(farad):
+        load = hv.Load(netlist="bridge", parameters={"R": 1e6, "C": farad})
+        return hv.Spice().device(scene.with_load(load))[1:3]
+
+    w0 = 20.0
+    assert examined(1e-4)[0] == pytest.approx(6 * 100.0 * w0)
+    burn_in, warnings = examined(1.0)
+    assert burn_in < 6e6 * w0
+    assert "before the load's capacitor was charged" in warnings[-1]

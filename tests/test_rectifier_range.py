@@ -101,6 +101,17 @@ def test_resistor_from_nanovolts_to_kilovolts(mu):
         assert deviation(path, paths[0]) < 1e-9
 
 
+def test_a_netlist_from_nanovolts_to_kilovolts(tmp_path):
+    """Steps of ngspice's own: two resistors at mu = 30 give the same nondimensional path from 1 nV to 1 kV."""
+    half = 0.5 / (30.0 * CP * W0)
+    text = f"* two\n.subckt two p n\nR1 p a {half!r}\nRload a n {half!r}\n.ends\n"
+    (tmp_path / "two.cir").write_text(text)
+    load, noise = Load(netlist=str(tmp_path / "two.cir")), gaussian_grid(SEED, 1000)
+    paths = [worker.record_apart(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
+    for path in paths[1:]:
+        assert deviation(path, paths[0]) < 1e-6
+
+
 @pytest.mark.parametrize("name", RECTIFIERS)
 @pytest.mark.parametrize("beta", [1.2, 10.0])
 def test_strong_coupling_of_rectifiers(beta, name):
