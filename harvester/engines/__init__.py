@@ -4,8 +4,9 @@ import dataclasses
 from typing import Any
 
 from harvester.engines.common import Engine, Progress, Vectorised
+from harvester.engines.ensemble import Ensemble
 from harvester.engines.formulas import Averaged, Published
-from harvester.engines.sampled import READING, Ensemble, Spice
+from harvester.engines.spice import READING, Spice
 from harvester.errors import unknown
 
 __all__ = [
