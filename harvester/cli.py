@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from harvester.engines import Engine
     from harvester.scene import Scene
 
-_MOST_ROWS = 60  # of a table on the screen
-
 
 def _percent(text: str) -> float:
     """1% or .01."""
@@ -95,6 +93,7 @@ def sweep(
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester import sweep as sweeps
+    from harvester import tables
     from harvester.engines import ENGINES
 
     given = _load(scene)
@@ -110,8 +109,8 @@ def sweep(
             bar.update()
 
         table = sweeps.sweep(given, axes, chosen, out, resume, tick)
-    click.echo(_grid(table.rows, given.physical))
-    for line in _warnings(table.rows):
+    click.echo(tables.grid(table.rows, given.physical))
+    for line in tables.warnings(table.rows):
         click.echo(line)
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.png, provenance.json")
 
@@ -226,39 +225,6 @@ def _bar(total: int, what: str) -> Any:
     return tqdm(
         total=total, desc=what, disable=None, leave=False, bar_format="{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
     )
-
-
-def _grid(rows: list[dict[str, str]], physical: bool) -> str:
-    """The table that a sweep ends with."""
-    units = {"mean_square_voltage": " (V^2)", "mean_power": " (W)"} if physical else {}
-    hidden = ("warnings", *(("error",) if not any(row["error"] for row in rows) else ()))
-    names = [name for name in rows[0] if name not in hidden]
-    cells = [[name + units.get(name, "") for name in names]]
-    shown = rows if len(rows) <= _MOST_ROWS else rows[: _MOST_ROWS // 2] + rows[-_MOST_ROWS // 2 :]
-    cells += [[_short(row[name]) for name in names] for row in shown]
-    widths = [max(len(line[i]) for line in cells) for i in range(len(names))]
-    lines = ["  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells]
-    if len(shown) < len(rows):
-        lines.insert(1 + _MOST_ROWS // 2, f"({len(rows) - len(shown)} rows more in sweep.csv)")
-    return "\n".join(lines)
-
-
-def _warnings(rows: list[dict[str, str]]) -> list[str]:
-    """Each engine's first warning, and at how many of its points it warned."""
-    lines = []
-    for engine in dict.fromkeys(row["engine"] for row in rows):
-        of_engine = [row for row in rows if row["engine"] == engine]
-        warned = [row["warnings"] for row in of_engine if row["warnings"]]
-        if warned:
-            lines.append(f"warning, {engine} at {len(warned)} of {len(of_engine)} points: {warned[0]}")
-    return lines
-
-
-def _short(text: str) -> str:
-    try:
-        return f"{float(text):.4g}"
-    except ValueError:
-        return text if len(text) <= 60 else text[:57] + "..."
 
 
 def main() -> NoReturn:
