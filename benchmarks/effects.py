@@ -69,7 +69,7 @@ def prepared(function, e, held, readings=READINGS, numbers=False):
     state, words, sums = held
     values = coefficients(e)
     if numbers:
-        values = tuple(0.0 if value is None else value for value in values[:-1])
+        values = tuple(0.0 if value is None else value for value in values[:9])  # of the paper's scene
     return lambda: function(*state, *words, sums, readings, PAIRS, H, *values)
 
 

@@ -1,5 +1,6 @@
 """A device's runs in ngspice, in worker processes: one ngspice each, so a crash there is an error of that run only."""
 
+import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
@@ -14,6 +15,7 @@ from harvester.circuit.library import find_library
 from harvester.circuit.netlist import LoadCircuit
 from harvester.circuit.processes import in_order, workers
 from harvester.errors import UnboundedResponseError, invalid
+from harvester.mechanics.limits import resting_places
 from harvester.mechanics.moments import Moments, from_path
 from harvester.mechanics.noise import gaussian_grid
 from harvester.mechanics.path import Path
@@ -55,8 +57,12 @@ def record(device: Device, noise: Floats, native: bool = True) -> Path:
     return run(device, noise, native=native).path()
 
 
-def run(device: Device, noise: Floats, discard: float = math.inf, native: bool = True) -> "Drive":
+def run(
+    device: Device, noise: Floats, discard: float = math.inf, native: bool = True, place: float | None = None
+) -> "Drive":
     """A finished run on a noise grid, in this process; its ledger begins at the nondimensional time ``discard``.
+
+    The mass begins at rest at the displacement ``place``; see `harvester.circuit.lockstep.Drive` for None.
 
     Raises
     ------
@@ -70,7 +76,8 @@ def run(device: Device, noise: Floats, discard: float = math.inf, native: bool =
 
     scales, free = device.scales, not device.load.linear
     w0 = scales.frequency
-    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, free=free, since=discard, native=native)
+    begin = None if place is None else (place, 0.0, 0.0)
+    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native)
     start = scales.volts * float(drive.record["x"][0])
     whole = (device.h / w0, drive.duration, start, device.norton, scales.volts)
     circuit = deck(device.load, scales.capacitance, *whole)
@@ -80,8 +87,10 @@ def run(device: Device, noise: Floats, discard: float = math.inf, native: bool =
     return drive
 
 
-def _measure(device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, batches: int) -> Measured:
-    drive = run(device, gaussian_grid(seed, kicks), discard)
+def _measure(
+    device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, batches: int, place: float
+) -> Measured:
+    drive = run(device, gaussian_grid(seed, kicks), discard, place=place)
     state = drive.record[0]
     moments = from_path(device.eqs, drive.path(), discard, batches)
     balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
@@ -133,14 +142,16 @@ def measure_apart(
 ) -> Iterator[Measured]:
     """One trajectory of ``kicks`` steps for each seed, in the workers; yields them as they finish.
 
-    Time averages begin at the nondimensional time ``discard``, in ``batches`` parts.
+    Time averages begin at the nondimensional time ``discard``, in ``batches`` parts.  Trajectories begin in each of
+    the scene's resting places in turn.
 
     Raises
     ------
     CircuitError
         when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
-    yield from in_order(_measure, [(device, seed, kicks, discard, batches) for seed in seeds])
+    places = itertools.cycle(resting_places(device.eqs))
+    yield from in_order(_measure, [(device, seed, kicks, discard, batches, next(places)) for seed in seeds])
 
 
 def ngspice_version() -> str:

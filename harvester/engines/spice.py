@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from harvester.engines.common import Progress, estimate, with_power
+from harvester.engines.common import Progress, estimate, refuse, with_power
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.sampled import Sampled, balance
 from harvester.errors import CannotServeError
@@ -27,6 +27,8 @@ class Spice(Sampled):
 
     Raises
     ------
+    CannotServeError
+        without a load or external noise, and for a compliant stop.
     MissingProgramError
         when ngspice is not installed.
     CircuitError
@@ -112,6 +114,7 @@ class Spice(Sampled):
         if load is None:
             raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
         circuit = load_circuit(load, s.capacitance)
+        refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
         if eqs.n1 is None:
             raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
         seed = np.random.SeedSequence([self.seed, 1])

@@ -17,12 +17,13 @@ from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.compiled import kernel
 from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.lanes import LANES, SUMS, advance
-from harvester.mechanics.limits import check_bounded, remedy, typical_frequency
+from harvester.mechanics.limits import chatter, check_bounded, remedy, resting_places, room, typical_frequency
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
-from harvester.mechanics.path import coefficients
+from harvester.mechanics.path import check_start, coefficients
 from harvester.mechanics.settling import FIRST_WINDOW, until_steady
-from harvester.mechanics.step import drift_at_stop, relaxation
+from harvester.mechanics.step import relaxation
+from harvester.mechanics.stops import loss_unit, move, stops_of
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
@@ -49,8 +50,9 @@ class Ensemble:
     h
         nondimensional step; None: `STEP` over the typical frequency, found while settling.
     start
-        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, and
-        without external noise, where rest is where it would stay, at x = 1.
+        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, in each of
+        `resting_places` in turn, and without external noise, where rest is where it would stay, off it by 1 or
+        half-way to the opposite stop.
     """
 
     def __init__(
@@ -64,15 +66,17 @@ class Ensemble:
         check_bounded(eqs)
         if h is not None and not 1e-6 <= h <= 1e3:
             raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
-        if start is None:
-            start = np.array([0.0 if eqs.n1 is not None else 1.0, 0.0, 0.0])
-        if eqs.restitution is not None and start[0].min() < 0.0:
-            raise invalid("start", "have x of at least 0, where the stop is", start[0].min())
-        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
         self.blocks = -(-trajectories // LANES)
         self.trajectories = self.blocks * LANES
+        places = np.array(resting_places(eqs))
+        if start is None:
+            off = 0.0 if eqs.n1 is not None else np.minimum(1.0, 0.5 * (room(eqs)[1] - places))
+            start = np.zeros((3, self.trajectories))
+            start[0] = np.resize(places + off, self.trajectories)
+        check_start(eqs, start[0].min(), start[0].max())
+        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
         self.steps = 0
-        self._start(STEP / typical_frequency(eqs, 0.0) if h is None else h)
+        self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def _start(self, h: float) -> None:
         self.h, self.time = h, 0.0
@@ -114,13 +118,13 @@ class Ensemble:
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
-        return from_sums(sums, readings, elapsed)
+        return from_sums(sums, readings, elapsed, loss_unit(self.eqs))
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
         eqs = self.eqs
         out = np.empty((3, self.trajectories))
-        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1)
+        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs))
         return out
 
     def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
@@ -158,8 +162,9 @@ class Ensemble:
                     raise
                 self._start(self.h / 8)
                 continue
-            frequency = typical_frequency(self.eqs, moments.mean("x2")[0])
+            frequency = typical_frequency(self.eqs, moments.mean("x2")[0], moments.mean("v2")[0])
             if self.given_h is not None or self.h * frequency < 1.5 * STEP:
+                frequency = max(frequency, chatter(self.eqs, moments.mean("v2")[0]))
                 if self.h * frequency > 5 * STEP:
                     warnings.append(f"step {self.h:g} is coarse for a response of frequency {frequency:.3g}")
                 return warnings
@@ -171,14 +176,14 @@ class Ensemble:
 
 
 @kernel
-def _mid_drift(state, out, h, mu, r, beta, n1):  # type: ignore[no-untyped-def]
+def _mid_drift(state, out, h, mu, r, beta, n1, stops):  # type: ignore[no-untyped-def]
     """From states after a kick, shape (blocks, 3, LANES), to states half a step later, shape (3, blocks LANES)."""
     e, g = relaxation(0.5 * h, mu)
     for k in range(len(state)):
         for i in range(LANES):
             x, v, voltage = state[k, 0, i], state[k, 1, i], state[k, 2, i]
             row = out[:, k * LANES + i]
-            row[0], row[1], row[2], _ = drift_at_stop(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1)
+            (row[0], row[1], row[2]), _ = move(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops)
 
 
 class StepPair:

@@ -29,7 +29,7 @@ class Moments:
     vV: Floats  # noqa: N815
     damped: Floats  # f(x) x'^2
     impacts: Floats  # impacts in a unit of time
-    impact_v2: Floats  # sum of the squared impact speeds in a unit of time
+    impact_loss: Floats  # energy that the stops took in a unit of time
 
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
@@ -53,11 +53,10 @@ class Moments:
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
 
-        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + (1 - r^2)/2 sum(v-^2)/time
+        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + what the stops took, (1 - r^2)/2 v-^2 an impact
         """
-        r = 1.0 if eqs.restitution is None else eqs.restitution
         power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x
-        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + 0.5 * (1.0 - r * r) * self.impact_v2
+        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + self.impact_loss
         return np.asarray((power_in - out) / power_in.mean())
 
 
@@ -81,8 +80,8 @@ def correlation_time(means: Floats, values: Floats, length: float) -> float:
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
-def from_sums(sums: Floats, readings: int, elapsed: float) -> Moments:
-    """One entry a trajectory, from sums over ``readings``, shape (blocks, len(SUMS), LANES)."""
+def from_sums(sums: Floats, readings: int, elapsed: float, loss: float) -> Moments:
+    """One entry a trajectory, from sums over ``readings``, shape (blocks, len(SUMS), LANES), losses in units of one."""
     s = dict(zip(SUMS, np.moveaxis(sums, 1, 0).reshape(len(SUMS), -1) / readings, strict=True))
     rate = readings / elapsed
     return Moments(
@@ -95,12 +94,12 @@ def from_sums(sums: Floats, readings: int, elapsed: float) -> Moments:
         vV=s["vV"],
         damped=s["fv2"],
         impacts=rate * s["impacts"],
-        impact_v2=rate * s["impact_v2"],
+        impact_loss=loss * rate * s["impact_loss"],
     )
 
 
 def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
-    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts."""
+    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts.  Rigid stops only."""
     first = math.ceil(discard / (path.h * path.stride))
     rows = (len(path.readings) - first) // batches
     part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
@@ -108,6 +107,8 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
     length = rows * path.stride * path.h
     edges = first * path.stride * path.h + length * np.arange(batches + 1)
     times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
+    r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
+    lost = 0.5 * (1.0 - np.where(speeds > 0.0, r, r_high) ** 2) * speeds**2
 
     def mean(values: Floats) -> Floats:
         return np.asarray(values.mean(axis=1))
@@ -122,5 +123,5 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         vV=mean(v * V),
         damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
-        impact_v2=np.histogram(times, edges, weights=speeds**2)[0] / length,
+        impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
     )

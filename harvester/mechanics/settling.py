@@ -8,7 +8,7 @@ times of the energy and of V^2 (found from the same window) have gone by.
 from typing import TYPE_CHECKING
 
 from harvester.errors import SimulationError, UnboundedResponseError
-from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded
+from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded, unlike_wells
 from harvester.mechanics.moments import Moments, correlation_time
 
 if TYPE_CHECKING:
@@ -56,12 +56,18 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
 
 
 def memory(many: "Ensemble", window: Moments, length: float) -> float:
-    """Correlation time of the energy or of V^2, the longer one, from a window that ends now; 0 without noise."""
+    """Correlation time of the energy or of V^2, the longer one, from a window that ends now; 0 without noise.
+
+    Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of the wells.
+    """
     if many.eqs.n1 is None and many.eqs.n2 is None:
         return 0.0
     x, v, voltage = many.snapshot()
-    energy = correlation_time(window.x2 + window.v2, x * x + v * v, length)
-    return max(energy, correlation_time(window.V2, voltage * voltage, length))
+    found = [correlation_time(window.x2 + window.v2, x * x + v * v, length)]
+    found.append(correlation_time(window.V2, voltage * voltage, length))
+    if unlike_wells(many.eqs):
+        found.append(correlation_time(window.x, x, length))
+    return max(found)
 
 
 def _cut_short(time: float, load: float, response: float) -> str:
