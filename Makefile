@@ -1,7 +1,7 @@
 # make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
 # make test   lint, types and tests
 # make setup  what both need: system packages, .venv, the package; done once
-# make bench  performance, side by side with a reference, in one run
+# make bench  performance, side by side with a reference, in one run; results in benchmarks/results/
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -34,6 +34,7 @@ bench: setup
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/figure1.py
+	$(BIN)/python benchmarks/on_demand.py
 
 clean:
 	rm -rf .venv out

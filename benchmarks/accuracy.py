@@ -11,7 +11,8 @@ from common import PAPER, report
 
 from harvester.averaging.stationary import mean_square_voltages
 from harvester.averaging.two_scale import solve_many
-from harvester.mechanics.ensemble import Ensemble, StepPair
+from harvester.mechanics.ensemble import Ensemble
+from harvester.mechanics.step_pair import StepPair
 from harvester.scaling import Equations
 
 RANGES = {
@@ -52,10 +53,9 @@ def coupled(eqs):
     many = Ensemble(eqs, 16384, np.random.SeedSequence(7))
     many.settle()
     pair = StepPair(many, 2.0 * many.time)
-    while max(pair.fine.mean("V2")[1], pair.bias_error) > 0.0015 * pair.fine.mean("V2")[0]:
-        pair.extend()
-    (fine, error), (coarse, other) = pair.fine.mean("V2"), pair.coarse.mean("V2")
-    return fine + (fine - coarse) / 3.0, float(np.hypot(4.0 / 3.0 * error, other / 3.0))
+    while pair.extrapolated("V2")[1] > 0.002 * pair.mean("V2")[0]:
+        pair.extend(pair.duration)
+    return pair.extrapolated("V2")
 
 
 def compare(what, scenes, ats):

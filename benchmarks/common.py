@@ -44,11 +44,12 @@ def installed(*names):
 
 
 def report(name, rows, packages=(), **more):
-    """Print the rows and keep them with machine and versions in out/bench-NAME.json."""
+    """Print the rows and keep them with machine and versions in benchmarks/results/NAME.json."""
     for row in rows:
         print("  ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{value}" for key, value in row.items()))
-    out = Path("out")
-    out.mkdir(exist_ok=True)
+    results = Path(__file__).parent / "results"
+    results.mkdir(exist_ok=True)
     whole = {"rows": rows, **more, "machine": machine(), "versions": versions() | installed(*packages)}
-    (out / f"bench-{name}.json").write_text(json.dumps(whole, indent=2) + "\n")
-    print(f"{whole['machine']['processor']}, {whole['machine']['cores']} cores; written: out/bench-{name}.json")
+    (results / f"{name}.json").write_text(json.dumps(whole, indent=1) + "\n")
+    cores = whole["machine"]["cores"]
+    print(f"{whole['machine']['processor']}, {cores} cores; written: benchmarks/results/{name}.json")

@@ -65,12 +65,12 @@ def aligned(shape, kind):
 
 
 def prepared(function, e, held, readings=READINGS, numbers=False):
-    """A call of a kernel on these arrays; ``numbers``: an absent coefficient is a zero that nothing reads."""
+    """A call of a kernel on these arrays; ``numbers``: one by hand, where an absent coefficient is a zero not read."""
     state, words, sums = held
-    values = coefficients(e)
+    values, steps = coefficients(e), (2 * PAIRS, None)
     if numbers:
-        values = tuple(0.0 if value is None else value for value in values[:9])  # of the paper's scene
-    return lambda: function(*state, *words, sums, readings, PAIRS, H, *values)
+        values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)  # the paper's scene's
+    return lambda: function(*state, *words, sums, readings, *steps, H, *values)
 
 
 def timed(call, held):

@@ -1,6 +1,6 @@
 """Circuit-level co-simulation of vibro-impact piezoelectric energy harvesters."""
 
-from harvester.engines import Averaged, Ensemble, Published, Spice
+from harvester.engines import Averaged, Cheapest, Ensemble, Ideal, Published, Spice
 from harvester.estimate import Estimate, Value
 from harvester.scene import (
     Excitation,
@@ -17,9 +17,11 @@ from harvester.scene import (
 
 __all__ = [
     "Averaged",
+    "Cheapest",
     "Ensemble",
     "Estimate",
     "Excitation",
+    "Ideal",
     "Load",
     "Nondimensional",
     "OppositeStop",

@@ -38,14 +38,18 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options of the engines that sample."""
     for option in (
         click.option("--dt", type=float, help="Step: seconds (nondimensional scene: 1/w0).  Default: from the scene."),
+        click.option("--alone", is_flag=True, help="spice: ngspice runs only, not paired with a cheap model."),
         click.option("--trajectories", type=int, help="Independent trajectories.  Default: 4096 (spice: 16)."),
         click.option("--duration", type=float, help="Time of a trajectory after its burn-in, in the unit of --dt."),
         click.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
         click.option(
-            "--budget", type=_seconds, metavar="TIME", help="Time after which no further round begins, such as 30s."
+            "--budget", type=_seconds, metavar="TIME", help="Time that reaching --within may take, such as 30s."
         ),
         click.option(
-            "--within", type=_percent, metavar="PERCENT", help="95 % error to reach in the mean power, such as 1%."
+            "--within",
+            type=_percent,
+            metavar="PERCENT",
+            help="Error to reach in the mean power, such as 1%: sampling (95 %) plus bias.",
         ),
     ):
         command = option(command)
@@ -67,15 +71,17 @@ def cli() -> None:
 
 @cli.command()
 @click.argument("scene")
-@click.option("--engine", help="published, averaged, ensemble or spice.  Default: ensemble; for a netlist, spice.")
+@click.option(
+    "--engine",
+    help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice; with --within, "
+    "the cheapest that is known to reach it.",
+)
 @_sampling
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     given = _load(scene)
-    if engine is None:
-        engine = "spice" if _has_netlist(given) else "ensemble"
-    chosen = _engine(engine, options)
+    chosen = _engine(_default(given, options) if engine is None else engine, options)
     with _bar(1000, chosen.NAME) as bar:
         answer = chosen.run(given, lambda fraction: bar.update(int(1000 * fraction) - bar.n))
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
@@ -84,7 +90,12 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
 @cli.command()
 @click.argument("scene")
 @click.option("--vary", "varied", multiple=True, required=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable.")
-@click.option("--engine", "engines", multiple=True, help="Repeatable.  Default: all; for a netlist, spice.")
+@click.option(
+    "--engine",
+    "engines",
+    multiple=True,
+    help="Repeatable.  Default: all; for a netlist, spice; with --within, see run.",
+)
 @_sampling
 @click.option("--out", required=True, help="Folder for sweep.csv, sweep.png and provenance.json.")
 @click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
@@ -94,11 +105,13 @@ def sweep(
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester import sweep as sweeps
     from harvester import tables
-    from harvester.engines import ENGINES
+    from harvester.engines import candidates
 
     given = _load(scene)
     axes = [sweeps.axis(text) for text in varied]
-    chosen = [_engine(name, options) for name in engines or (("spice",) if _has_netlist(given) else ENGINES)]
+    default = _default(given, options)
+    names = engines or (candidates(given) if default == "ensemble" else [default])
+    chosen = [_engine(name, options) for name in names]
     points = len(chosen)
     for a in axes:
         points *= len(a.values)
@@ -151,6 +164,28 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     for name, why in result.refused.items():
         click.echo(f"{name} did not run: {why}")
     click.echo(f"written: {Path(out or '.') / 'compare.png'}")
+
+
+@cli.command()
+@click.argument("scene")
+@click.option("--out", required=True, help="Folder for cost.csv, cost.png and provenance.json.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
+@click.option("--budget", type=_seconds, metavar="TIME", default="60s", show_default=True, help="Time for all of it.")
+def cost(scene: str, out: str, seed: int, budget: float) -> None:
+    """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
+    from harvester import cost as costs
+    from harvester.cost_table import report
+
+    given = _load(scene)
+    with _bar(1000, "cost") as bar:
+
+        def tick(what: str, fraction: float) -> None:
+            bar.set_postfix_str(what, refresh=False)
+            bar.update(int(1000 * fraction) - bar.n)
+
+        answer = costs.cost(given, out, seed, budget, tick)
+    click.echo(report(answer))
+    click.echo(f"written: {Path(out) / 'cost.csv'}, cost.png, provenance.json")
 
 
 @cli.command()
@@ -208,8 +243,11 @@ def _load(path: str) -> "Scene":
     return load(path)
 
 
-def _has_netlist(scene: "Scene") -> bool:
-    return scene.load is not None and scene.load.netlist is not None
+def _default(scene: "Scene", options: dict[str, Any]) -> str:
+    """The engine where none is given."""
+    if options["within"] is not None:
+        return "cheapest"
+    return "ensemble" if scene.load is None or scene.load.netlist is None else "spice"
 
 
 def _engine(name: str, options: dict[str, Any]) -> "Engine":

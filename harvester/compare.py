@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines import ENGINES, READING, Published, Spice, engine
+from harvester.engines import Ideal, Published, Spice, candidates, engine
+from harvester.engines.preparation import READING, prepare
 from harvester.errors import (
     CannotServeError,
     HarvesterError,
@@ -58,8 +59,8 @@ class Comparison:
 
     @property
     def reference(self) -> Estimate:
-        """What the others are measured against: the estimate with the smallest standard error."""
-        sampled = [e for e in self.estimates if e.mean_power.stderr is not None]
+        """What the others are measured against: the smallest standard error, of an engine with no model of its own."""
+        sampled = [e for e in self.estimates if e.mean_power.stderr is not None and e.engine != Ideal.NAME]
         return min(sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     def z(self, estimate: Estimate) -> float | None:
@@ -97,7 +98,7 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
     refused: dict[str, str] = {}
     drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
     last: HarvesterError | None = None
-    for name in ENGINES:
+    for name in candidates(scene):
         try:
             estimates.append(engine(name, seed=seed, **options).run(scene))
         except (CannotServeError, MissingProgramError, SimulationError) as error:
@@ -125,7 +126,7 @@ def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -
     from harvester.mechanics.noise import gaussian_grid
     from harvester.mechanics.path import trace
 
-    device = Spice(seed=seed, dt=dt).device(scene)[0]
+    device = prepare(scene, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs
     device = worker.Device(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))

@@ -14,15 +14,16 @@ from harvester.errors import SimulationError
 class Value:
     """A number with its errors.
 
-    ``stderr`` is the standard error of sampling (None: the engine samples nothing); ``bias`` the
-    estimated error of the finite step, ``model`` that of the model itself (None: no such error, or
-    not known; the estimate's ``reason`` says which).
+    ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
+    freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
+    the model itself (None: no such error, or not known; the estimate's ``reason`` says which).
     """
 
     value: float
     stderr: float | None = None
     bias: float | None = None
     model: float | None = None
+    freedom: float | None = None
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
@@ -32,13 +33,27 @@ class Value:
 
     def scaled(self, factor: float) -> "Value":
         """The value in other units."""
-        errors = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
-        return Value(self.value * factor, *errors)
+        stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
+        return Value(self.value * factor, stderr, bias, model, self.freedom)
+
+    @property
+    def quantile(self) -> float:
+        """Half-width of the 95 % sampling interval in standard errors: Student's, with few degrees of freedom."""
+        if self.freedom is None:
+            return 1.96
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.975))
+
+    @property
+    def sampling95(self) -> float:
+        """Half-width of the 95 % sampling interval."""
+        return self.quantile * (self.stderr or 0.0)
 
     @property
     def error95(self) -> float:
         """Half-width of the 95 % sampling interval plus the errors of step and model."""
-        return 1.96 * (self.stderr or 0.0) + (self.bias or 0.0) + (self.model or 0.0)
+        return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     def text(self, unit: str) -> str:
         """Such as ``3.104 +- 0.012 (95 %) +- 0.004 (step) uW``."""
@@ -48,7 +63,7 @@ class Value:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
         text = f"{self.value / scale:.{min(digits, 9)}g}"
         if self.stderr is not None:
-            text += f" +- {1.96 * self.stderr / scale:.2g} (95 %, sampling)"
+            text += f" +- {self.sampling95 / scale:.2g} (95 %, sampling)"
         if self.bias is not None:
             text += f" +- {self.bias / scale:.2g} (step)"
         if self.model is not None:
@@ -84,7 +99,8 @@ class Estimate:
         """The object that ``--json`` prints."""
 
         def number(value: Value) -> dict[str, float | None]:
-            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias, "model_bias": value.model}
+            errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}
+            return {"value": value.value, "stderr": value.stderr, **errors}
 
         return {
             "engine": self.engine,

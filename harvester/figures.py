@@ -1,6 +1,7 @@
 """All drawing.  One colour and one marker an engine throughout; readable in grey; error bars at 95 %."""
 
 import io
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from harvester.arrays import Floats
 
 if TYPE_CHECKING:
     from harvester.compare import Comparison
+    from harvester.cost_table import Row
     from harvester.paper import Point
     from harvester.region import Edge
     from harvester.sweep import Table
@@ -20,6 +22,13 @@ STYLES: dict[str, dict[str, Any]] = {
     "published": {"color": "#D55E00", "linestyle": "--", "marker": "", "label": "published averaging"},
     "averaged": {"color": "#009E73", "linestyle": "-.", "marker": "", "zorder": 3, "label": "impact-aware averaging"},
     "ensemble": {"color": "#999999", "linestyle": "-", "marker": "", "linewidth": 3, "label": "ensemble (exact RC)"},
+    "ideal": {
+        "color": "#CC79A7",
+        "linestyle": ":",
+        "marker": "",
+        "linewidth": 2.5,
+        "label": "ensemble (ideal circuit)",
+    },
     "spice": {
         "color": "#0072B2",
         "linestyle": "none",
@@ -28,7 +37,15 @@ STYLES: dict[str, dict[str, Any]] = {
         "zorder": 4,
         "label": "SPICE (ngspice)",
     },
+    "spice alone": {
+        "color": "#56B4E9",
+        "linestyle": "none",
+        "marker": "^",
+        "markersize": 5,
+        "label": "SPICE, not paired",
+    },
 }
+MARKERS = {"published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o", "spice alone": "^"}
 UNITS = {
     "load.resistance": "load resistance (ohm)",
     "excitation.acceleration_psd": "base acceleration density ((m/s$^2$)$^2$/Hz)",
@@ -131,6 +148,28 @@ def comparison(result: "Comparison", title: str) -> bytes:
         panel.set_ylabel("V (nondimensional)")
         panel.legend(frameon=False, fontsize=8, ncols=3, loc="upper left")
     axes[-1, 0].set_xlabel("time (1/w0)")
+    return _png(figure)
+
+
+def cost(rows: "Sequence[Row]", title: str) -> bytes:
+    """Total error against seconds, a marker each row, and the front: what no other row equals or betters in both."""
+    figure, here = _new(1, 1, (7.5, 5.2))
+    shown = [row for row in rows if row.seconds and row.total_error]
+    for engine in dict.fromkeys(row.engine for row in shown):
+        points = [(row.seconds, row.total_error) for row in shown if row.engine == engine]
+        style = {k: v for k, v in STYLES[engine].items() if k in ("color", "label")}
+        marks = {"marker": MARKERS[engine], "linestyle": "none", "markersize": 6, "markeredgecolor": "0.2"}
+        here.plot(*zip(*points, strict=True), markeredgewidth=0.5, zorder=3, **marks, **style)
+    best = sorted((row.seconds, row.total_error, row.engine) for row in shown if row.best)
+    here.step([b[0] for b in best], [b[1] for b in best], where="post", color="0.2", linewidth=1, zorder=2)
+    for (_, _, before), (seconds, error, engine) in zip([(0.0, 0.0, ""), *best], best, strict=False):
+        if engine != before:
+            here.annotate(engine, (seconds, error), (-4, -12), textcoords="offset points", ha="right", fontsize=9)
+    here.set(xscale="log", yscale="log", xlabel="seconds (computation)")
+    here.set_ylabel("total error of the mean power, relative")
+    here.set_title(title or "What accuracy costs", wrap=True, parse_math=False, fontsize=10)
+    here.grid(color="0.92", which="both")
+    here.legend(frameon=False, fontsize=9)
     return _png(figure)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from harvester import files
-from harvester.engines import Engine, Vectorised
+from harvester.engines import Cheapest, Engine, Vectorised
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError, invalid
 from harvester.estimate import Estimate, Value
 from harvester.provenance import provenance
@@ -239,7 +239,12 @@ def _earlier(out: Path, table: Table, whence: dict[str, Any]) -> dict[tuple[str,
             )
     keys = [a.key for a in table.axes]
     whole = [row for row in rows if set(row) == {*keys, *COLUMNS} and all(_is_number(row[k]) for k in _ANSWER)]
-    return {(*(row[k] for k in keys), row["engine"]): row for row in whole if row["error"] == ""}
+    cheapest = Cheapest.NAME in now["engines"]  # whose rows bear the name of the engine that it chose
+    return {
+        (*(row[k] for k in keys), Cheapest.NAME if cheapest else row["engine"]): row
+        for row in whole
+        if row["error"] == ""
+    }
 
 
 def _is_number(text: str | None) -> bool:

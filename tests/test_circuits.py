@@ -240,7 +240,7 @@ def test_circuits_in_lock_step_with_impacts(name):
     scales = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=CP)
     circuit = load_circuit(Load(netlist=name, parameters={"R": best_load(name), "C": 0.3 / best_load(name)}))
     device = worker.Device(eqs, scales, circuit, 0.1, 4)
-    one = next(worker.measure_apart(device, [np.random.SeedSequence(3)], kicks=6000, discard=100.0, batches=2))
+    one = next(worker.measure_apart(device, [np.random.SeedSequence(3)], kicks=6000, discard=100.0))
     taken = eqs.beta * one.moments.vV.mean() * scales.watts
     assert 0.2 * taken < one.load_power < 1.05 * taken
 

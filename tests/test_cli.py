@@ -213,6 +213,26 @@ def test_json_of_an_ensemble_and_its_seed(harvester):
     assert one["mean_power"] == same["mean_power"] != other["mean_power"]
 
 
+def test_within_chooses_the_engine(harvester, tmp_path):
+    """Without --engine, the cheapest one that is known to reach it, with the reason; with it, that one."""
+    quick = strict(harvester("run", FIGURE, "--within", "1%", "--json")[1])
+    assert quick["engine"] == "averaged"
+    assert quick["reason"].startswith("engine 'averaged' was chosen as the cheapest: the error that it states, 0.005")
+    given = strict(
+        harvester("run", FIGURE, "--within", "5%", "--engine", "ensemble", "--trajectories", 256, "--json")[1]
+    )
+    assert given["mean_power"]["error95"] <= 0.05 * given["mean_power"]["value"]
+    assert "--within 0.05 chose a step of" in given["reason"]
+    swept = harvester("sweep", FIGURE, "--vary", "nondimensional.mu=.05,.5", "--within", "1%", "--out", tmp_path)
+    assert swept[0] == 0
+    assert [line.split()[1] for line in swept[1].splitlines()[1:3]] == ["averaged", "averaged"]
+
+
+def test_alone_is_an_option_of_spice(harvester):
+    args = ("run", PLATE, "--engine", "spice", "--trajectories", 2, "--duration", 5, "--alone", "--json")
+    assert "control_weight" not in strict(harvester(*args)[1])["details"]
+
+
 def test_text(harvester):
     out = harvester("run", FIGURE, *PUBLISHED)[1]
     assert out.startswith("published: ")

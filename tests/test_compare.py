@@ -41,7 +41,8 @@ def test_comparison_has_every_engine_and_its_z():
 def test_engines_that_cannot_serve_are_named():
     bridge = hv.load("examples/plate.toml").with_load(hv.Load(netlist="bridge"))
     result = compare(bridge, trajectories=2, duration=30.0)
-    assert [e.engine for e in result.estimates] == ["spice"]
+    assert [e.engine for e in result.estimates] == ["ideal", "spice"]
+    assert result.reference.engine == "spice"
     assert set(result.refused) == {"published", "averaged", "ensemble"}
     assert result.paths == ()
     assert result.reference.engine == "spice"

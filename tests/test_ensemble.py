@@ -8,8 +8,9 @@ import pytest
 
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics import settling
-from harvester.mechanics.ensemble import Ensemble, StepPair
+from harvester.mechanics.ensemble import Ensemble
 from harvester.mechanics.moments import mean_and_error
+from harvester.mechanics.step_pair import StepPair
 from harvester.scaling import Equations
 from tests.systems import PAPER, PAPER_V2, changed, linear, linear_v2, lyapunov, z
 
@@ -116,9 +117,55 @@ def test_richardson_bias_is_the_real_one():
     fine = settled(eqs, 16384, 0.02)
     many = Ensemble(eqs, 16384, SEED, 0.2)
     pair = StepPair(many, 800.0)
-    true = pair.fine.mean("V2")[0] - fine.mean("V2")[0]
-    assert true == pytest.approx(pair.bias, abs=4 * pair.bias_error + 0.2 * pair.bias)
-    assert pair.bias > 5 * pair.bias_error  # the test can fail
+    true = pair.mean("V2")[0] - fine.mean("V2")[0]
+    bias, error = pair.bias("V2")
+    assert true == pytest.approx(bias, abs=4 * error + 0.2 * bias)
+    assert bias > 5 * error  # the test can fail
+    assert abs(z(pair.extrapolated("V2"), *fine.mean("V2"))) < 4
+
+
+def test_the_same_noise_at_twice_the_step():
+    """Two variates of the fine ensemble make one of the coarse one: the paths stay together."""
+    eqs = linear(0.5, 1.0, c=0.05)
+    many = Ensemble(eqs, 256, SEED, 0.02)
+    coarse = many.coarser()
+    for one in (many, coarse):
+        one.run(100.0)
+    assert one.h == 2 * many.h
+    assert one.time == pytest.approx(many.time, rel=1e-12)
+    for fine, other in zip(many.snapshot(), coarse.snapshot(), strict=True):
+        assert np.std(other - fine) < 0.03 * np.std(fine)
+
+
+def test_a_shared_noise_makes_the_bias_precise():
+    """Without a stop the paths of both steps stay together: the bias has a smaller error than either mean."""
+    pair = StepPair(Ensemble(linear(1.25, 1.0, c=0.05), 4096, SEED, 0.1), 400.0)
+    assert pair.bias("V2")[1] < 0.1 * pair.mean("V2")[1]
+    exact = linear_v2(linear(1.25, 1.0, c=0.05))
+    assert abs(z(pair.extrapolated("V2"), exact)) < 4
+    assert abs(z(pair.bias("V2"), pair.mean("V2")[0] - exact, pair.mean("V2")[1])) < 4
+
+
+def test_a_resting_pair_keeps_its_bias():
+    pair = StepPair(Ensemble(PAPER, 512, SEED, 0.1), 50.0)
+    pair.extend(50.0)
+    before, steps = pair.bias("V2"), pair.steps
+    pair.rest()
+    assert pair.steps == steps
+    pair.extend(50.0)
+    assert pair.resting
+    assert pair.bias("V2") == before
+    assert pair.steps == pytest.approx(steps + 512 * 50.0 / 0.1, rel=0.01)
+    assert pair.duration == pytest.approx(150.0, rel=0.01)
+
+
+def test_a_mean_of_windows_of_different_length():
+    """One long run, and the same in pieces."""
+    whole = Ensemble(PAPER, 64, SEED, 0.1).run(120.0)
+    many = Ensemble(PAPER, 64, SEED, 0.1)
+    first, second = many.run(40.0), many.run(80.0)
+    for name in ("V2", "impacts", "impact_loss"):
+        assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(getattr(whole, name), rel=1e-12)
 
 
 def test_answer_does_not_depend_on_threads(monkeypatch):

@@ -10,6 +10,7 @@ from harvester.circuit import worker
 from harvester.circuit.lockstep import proposed
 from harvester.circuit.netlist import load_circuit
 from harvester.circuit.processes import in_order
+from harvester.engines.preparation import prepare
 from harvester.mechanics.moments import from_path, mean_and_error
 from harvester.mechanics.noise import gaussian_grid, refined
 from harvester.mechanics.path import trace
@@ -269,9 +270,7 @@ def test_bridge_in_lock_step():
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
     s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
     bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
-    measured = next(
-        worker.measure_apart(worker.Device(eqs, s, bridge, 0.1, 4), [SEED], kicks=20_000, discard=400.0, batches=4)
-    )
+    measured = next(worker.measure_apart(worker.Device(eqs, s, bridge, 0.1, 4), [SEED], kicks=20_000, discard=400.0))
     taken = eqs.beta * measured.moments.vV.mean() * s.watts
     assert 0.5 * taken < measured.load_power < taken
 
@@ -291,7 +290,8 @@ def test_burn_in_waits_for_the_smoothing_capacitor():
 
     def examined(farad):
         load = hv.Load(netlist="bridge", parameters={"R": 1e6, "C": farad})
-        return hv.Spice().device(scene.with_load(load))[1:3]
+        ready = prepare(scene.with_load(load), hv.Spice())
+        return ready.burn_in, ready.warnings
 
     w0 = 20.0
     assert examined(1e-4)[0] == pytest.approx(6 * 100.0 * w0)

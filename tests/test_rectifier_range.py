@@ -39,7 +39,7 @@ def rectifier(name, resistance=1e6, smoothing=1e-7):
 
 def measured(dev, kicks=600):
     """From rest: mean power of Rload, and mean power that the mass gives to the circuit, in watt."""
-    one = next(worker.measure_apart(dev, [SEED], kicks=kicks, discard=0.0, batches=1))
+    one = next(worker.measure_apart(dev, [SEED], kicks=kicks, discard=0.0))
     taken = dev.eqs.beta * float(one.moments.vV.mean()) * dev.scales.watts
     assert np.isfinite([one.load_power, taken]).all()
     return one.load_power, taken

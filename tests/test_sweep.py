@@ -256,3 +256,22 @@ def test_an_interrupted_resume_keeps_later_rows(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         resumed(tmp_path)
     assert (tmp_path / "sweep.csv").read_text().splitlines()[1:] == lines[2:]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
+    """Rows bear the name of the engine that was chosen, and are found again under it."""
+    axis = sweep.axis("nondimensional.restitution=0.8,0.96")
+    options = {"within": 0.01, "trajectories": 512}
+
+    def table():
+        return sweep.sweep(FIGURE, [axis], [engines.engine("cheapest", **options)], tmp_path, resume=True)
+
+    first = table()
+    assert [row["engine"] for row in first.rows] == ["ensemble", "averaged"]
+    assert table().text() == first.text()  # the seconds too
+    lines = first.text().splitlines()
+    (tmp_path / "sweep.csv").write_text("\n".join(lines[:2]) + "\n")
+    again = table()
+    assert again.rows[0] == first.rows[0]
+    assert again.rows[1]["mean_power"] == first.rows[1]["mean_power"]

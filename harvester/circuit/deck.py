@@ -20,8 +20,10 @@ class Deck:
         return any(self.vectors[VECTORS.index("smooth") :])
 
 
-def integration(step: float, time_constant: float | None, volts: float, capacitance: float) -> str:
+def integration(step: float, time_constant: float | None, volts: float, capacitance: float, reltol: float) -> str:
     """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
+
+    ``reltol`` is ngspice's relative tolerance, for steps of its own.
 
     ngspice's absolute tolerances scale with the signal's size ``volts``, so that a microvolt is as precise as
     a kilovolt; at 20 V on 50 nF they are ngspice's own.
@@ -29,7 +31,7 @@ def integration(step: float, time_constant: float | None, volts: float, capacita
     if time_constant is None:
         charge = 1e-8 * volts * capacitance
         sizes = f"vntol={5e-8 * volts!r} chgtol={charge!r} abstol={0.5 * charge / step!r}"
-        return f".options method=gear maxord=2 reltol=1e-4 {sizes}"
+        return f".options method=gear maxord=2 reltol={reltol!r} {sizes}"
     return f".options method=trap xmu={trapezoid_share(step, time_constant)!r} trtol=1e6 chgtol=1"
 
 

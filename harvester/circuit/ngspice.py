@@ -157,14 +157,16 @@ def deck(
     start: float = 0.0,
     norton: bool = False,
     volts: float = 1.0,
+    reltol: float = 1e-4,
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
     capacitance in farad, step and duration in second; ``start`` is theta x/Cp at the beginning, in volt, where
-    the terminals have none, and ``volts`` the signal's size.  The piezo is that voltage in series with Cp
-    (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a copy of Cp on the source,
-    so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its integration rule; a
-    current given as theta x' at the step's end would not.  Both are the same equations; Thevenin has fewer of them.
+    the terminals have none, ``volts`` the signal's size, and ``reltol`` for `integration`. The piezo is that
+    voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a
+    copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its
+    integration rule; a current given as theta x' at the step's end would not. Both are the same equations; Thevenin
+    has fewer of them.
 
     The load resistor runs with fixed steps between landings and with the one-step rule that is exact for
     its time constant (see `trapezoid_share`); any other load leaves the steps between landings to ngspice.
@@ -182,7 +184,8 @@ def deck(
     else:
         circuit.C("p", "drive", "p", capacitance, initial_condition=start)
     circuit.X("load", load.name, "p", circuit.gnd, **load.parameters)
-    rule = integration(step, load.parameters["R"] * capacitance if load.linear else None, volts, capacitance)
+    time_constant = load.parameters["R"] * capacitance if load.linear else None
+    rule = integration(step, time_constant, volts, capacitance, reltol)
     smooth = smoothing_nodes(load.text)
     vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]

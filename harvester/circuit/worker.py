@@ -17,12 +17,13 @@ from harvester.circuit.processes import in_order, workers
 from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.limits import resting_places
 from harvester.mechanics.moments import Moments, from_path
-from harvester.mechanics.noise import gaussian_grid
-from harvester.mechanics.path import Path
+from harvester.mechanics.noise import gaussian_grid, three_point_grid
+from harvester.mechanics.path import Path, trace
 from harvester.scaling import Equations, Scales
 
 if TYPE_CHECKING:
     from harvester.circuit.lockstep import Drive
+    from harvester.mechanics.ideal import IdealCircuit
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,9 @@ class Device:
     """What ngspice and the mass share: nondimensional equations, SI scales, the load circuit, the grid.
 
     ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
-    ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`.
+    ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
+    tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would do.
+    ``ideal`` is the netlist's circuit made of ideal elements, where there is one.
     """
 
     eqs: Equations
@@ -40,16 +43,23 @@ class Device:
     stride: int
     patience: float = 60.0
     norton: bool = False
+    reltol: float = 1e-4
+    gaussian: bool = False
+    ideal: "IdealCircuit | None" = None
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One trajectory's means, batch by batch; ``load_power`` (W) is of Rload, over all of it, as in the ledger."""
+    """One trajectory's means; ``load_power`` (W) is of Rload, as in the ledger.
+
+    ``cheap`` are the means of the ensemble's own step, or of the ideal circuit, on the same noise.
+    """
 
     moments: Moments
     load_power: float
     steps: int
     ledger: Ledger
+    cheap: Moments | None = None
 
 
 def record(device: Device, noise: Floats, native: bool = True) -> Path:
@@ -79,7 +89,7 @@ def run(
     begin = None if place is None else (place, 0.0, 0.0)
     drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native)
     start = scales.volts * float(drive.record["x"][0])
-    whole = (device.h / w0, drive.duration, start, device.norton, scales.volts)
+    whole = (device.h / w0, drive.duration, start, device.norton, scales.volts, device.reltol)
     circuit = deck(device.load, scales.capacitance, *whole)
     ngspice().run_driven(circuit, drive, device.patience)
     if not np.isfinite(drive.readings).all():
@@ -88,17 +98,28 @@ def run(
 
 
 def _measure(
-    device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, batches: int, place: float
+    device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, paired: bool, place: float
 ) -> Measured:
-    drive = run(device, gaussian_grid(seed, kicks), discard, place=place)
+    noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
+    drive = run(device, noise, discard, place=place)
     state = drive.record[0]
-    moments = from_path(device.eqs, drive.path(), discard, batches)
+    moments = from_path(device.eqs, drive.path(), discard, 1)
     balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
-    return Measured(moments, balance.load, int(state.steps), balance)
+    cheap = _cheap(device, noise, discard, place) if paired else None
+    return Measured(moments, balance.load, int(state.steps), balance, cheap)
 
 
-def warm_up(device: Device) -> float:
-    """Start the workers and compile what this device needs; returns the seconds that took.
+def _cheap(device: Device, noise: Floats, discard: float, place: float) -> Moments:
+    """The means without ngspice, on the same noise: the exact update of a load resistor, or the ideal circuit."""
+    if device.ideal is None:
+        return from_path(device.eqs, trace(device.eqs, noise, device.h, device.stride, (place, 0.0, 0.0)), discard, 1)
+    from harvester.mechanics.ideal_path import ideal_moments
+
+    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, discard)
+
+
+def warm_up(device: Device, paired: bool = False) -> float:
+    """Start the workers and compile what this device's runs need; returns the seconds that took.
 
     Raises
     ------
@@ -107,8 +128,7 @@ def warm_up(device: Device) -> float:
     """
     begin = time.perf_counter()
     find_library()
-    quiet = np.zeros(4 * device.stride)
-    list(in_order(record, [(device, quiet)] * workers()))
+    list(measure_apart(device, [np.random.SeedSequence(0)] * workers(), 4 * device.stride, 0.0, paired))
     return time.perf_counter() - begin
 
 
@@ -138,12 +158,12 @@ def _charging(device: Device, noise: Floats) -> tuple[Floats, Floats]:
 
 
 def measure_apart(
-    device: Device, seeds: Sequence[np.random.SeedSequence], kicks: int, discard: float, batches: int
+    device: Device, seeds: Sequence[np.random.SeedSequence], kicks: int, discard: float, paired: bool = False
 ) -> Iterator[Measured]:
-    """One trajectory of ``kicks`` steps for each seed, in the workers; yields them as they finish.
+    """One trajectory of ``kicks`` steps (an even number) for each seed, in the workers; yields them in order.
 
-    Time averages begin at the nondimensional time ``discard``, in ``batches`` parts.  Trajectories begin in each of
-    the scene's resting places in turn.
+    Time averages begin at the nondimensional time ``discard``; ``paired`` asks for the same without ngspice too.
+    Trajectories begin in each of the scene's resting places in turn.
 
     Raises
     ------
@@ -151,7 +171,7 @@ def measure_apart(
         when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
     places = itertools.cycle(resting_places(device.eqs))
-    yield from in_order(_measure, [(device, seed, kicks, discard, batches, next(places)) for seed in seeds])
+    yield from in_order(_measure, [(device, seed, kicks, discard, paired, next(places)) for seed in seeds])
 
 
 def ngspice_version() -> str:

@@ -37,7 +37,7 @@ def resistive(scene: Scene, engine: str) -> Equations:
     if scene.load is not None and scene.load.netlist is not None:
         raise CannotServeError(
             f"engine {engine!r} must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
-            "use engine 'spice'"
+            "use engine 'spice', or 'ideal' for one of the package's netlists"
         )
     return equations(scene)
 

@@ -1,18 +1,38 @@
 """Engine `ensemble`: Monte Carlo of the coupled equations."""
 
+import math
 import time
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from harvester.engines.common import Progress, estimate, resistive, with_power
+from harvester.engines.common import Progress, estimate, resistive
 from harvester.engines.sampled import Sampled, balance
+from harvester.engines.target import Target, best_factor, further
 from harvester.estimate import Estimate, Value
-from harvester.scaling import scales
+from harvester.scaling import Equations, scales
 from harvester.scene import Scene
 
+if TYPE_CHECKING:
+    from harvester.mechanics.ideal import IdealCircuit
+    from harvester.mechanics.step_pair import StepPair
+
 TOLD = 0.5  # seconds of compilation that are worth a word
+KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is simulated: the equations, the circuit if it is not a resistor, and what its power is made of.
+
+    Nondimensional, the power is ``factor`` times the moment ``name``.
+    """
+
+    eqs: Equations
+    circuit: "IdealCircuit | None"
+    name: str
+    factor: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,42 +49,103 @@ class Ensemble(Sampled):
 
     NAME: ClassVar[str] = "ensemble"
     TRAJECTORIES: ClassVar[int] = 4096
+    REASON: ClassVar[str] = ""  # why an error of the model is not stated
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
         from harvester.mechanics.compiled import compilation
+        from harvester.mechanics.step_pair import StepPair
 
-        eqs = resistive(scene, self.NAME)
+        what = self.model(scene)
+        eqs, circuit = what.eqs, what.circuit
         unit = scales(scene).frequency if scene.physical else 1.0
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
-            mc.Ensemble(eqs, 1, np.random.SeedSequence(0), 1e-3).run(0.01)
+            StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=circuit), 0.01)
         begin = time.perf_counter()
-        many = mc.Ensemble(eqs, self.trajectories or self.TRAJECTORIES, seed, h)
+        many = mc.Ensemble(eqs, self.trajectories or self.TRAJECTORIES, seed, h, circuit=circuit)
         warnings = many.settle()
-        duration = many.time if self.duration is None else self.duration * unit
-        pair = mc.StepPair(many, duration)
-        while True:
-            v2 = Value(*pair.fine.mean("V2"), pair.bias)
-            if self._reached(with_power(v2, eqs), begin, warnings):
-                break
-            assert self.within is not None
-            if pair.bias > 0.3 * self.within * v2.value and pair.bias > 2.0 * pair.bias_error:
-                if h is not None:
-                    warnings.append(f"--within {self.within:.3g} needs a step below --dt {self.dt:g}")
-                    break
-                pair = mc.StepPair(many.with_step(0.5 * pair.many.h), duration)
-            else:
-                pair.extend()
-        many, moments = pair.many, pair.fine
+        pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
+        reasons = [self.REASON]
+        if self.within is not None:
+            pair = self._pursue(pair, what, Target(self.within, self.budget), warnings, progress)
+            reasons.insert(0, f"--within {self.within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
         seconds = time.perf_counter() - begin
-        if eqs.mu is None:
+        if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
-        details = {"step": many.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
+        details = {"step": pair.many.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
         details["trajectories"] = many.trajectories
         if first.seconds > TOLD:
             details["compilation_seconds"] = first.seconds
-        details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
-        return estimate(self.NAME, scene, eqs, v2, None, seconds, pair.steps, "", tuple(warnings), details, moments.V2)
+        if circuit is None:
+            details["power_balance"], details["power_balance_stderr"] = balance(pair.fine, eqs)
+        return estimate(
+            self.NAME,
+            scene,
+            eqs,
+            found(pair, "V2"),
+            found(pair, what.name).scaled(what.factor),
+            seconds,
+            pair.steps,
+            "; ".join(reason for reason in reasons if reason),
+            tuple(warnings),
+            details,
+            pair.fine.V2,
+        )
+
+    def model(self, scene: Scene) -> Model:
+        """What is simulated for a scene; raises as the class says."""
+        eqs = resistive(scene, self.NAME)
+        return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
+
+    def _pursue(
+        self, pair: "StepPair", model: Model, target: Target, warnings: list[str], progress: Progress | None
+    ) -> "StepPair":
+        """Go on, at the step that is best for the target, until it is reached or the budget is spent."""
+        from harvester.mechanics.step_pair import StepPair
+
+        while True:
+            value = found(pair, model.name)
+            if target.reached(value):
+                return pair
+            bias, bias_error = (error / abs(value.value) for error in pair.bias(model.name))
+            factor = best_factor(target.within, abs(bias), bias_error)
+            seconds = time.perf_counter() - target.begin
+            if factor < 1.0 and self.dt is not None:
+                warnings.append(f"--within {target.within:.3g} needs a step below --dt {self.dt:g}")
+                return pair
+            if factor != 1.0 and self.dt is None:
+                if target.seconds_left < seconds / factor:
+                    warnings.append(target.missed(value))
+                    return pair
+                pair = StepPair(pair.many.with_step(factor * pair.many.h), pair.duration)
+                continue
+            if bias_error < KNOWN * target.within:
+                pair.rest()
+            variance = target.variance(value)
+            needed = pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
+            more = min(further(pair.duration, needed), target.seconds_left / pair.rate)
+            if more < 0.02 * pair.duration:
+                warnings.append(target.missed(value))
+                return pair
+            if progress is not None:
+                progress(min(pair.duration / needed, 1.0))
+            pair.extend(more)
+
+
+def found(pair: "StepPair", name: str) -> Value:
+    """One moment's mean with its errors of sampling and step."""
+    return Value(*pair.mean(name), abs(pair.bias(name)[0]))
+
+
+def told(pair: "StepPair", name: str, unit: float, physical: bool) -> str:
+    """What was chosen, and why."""
+    bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
+    second = " s" if physical else ""
+    return (
+        f"a step of {pair.many.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {1.96 * error:.2%}, measured against "
+        f"twice the step on the same noise, and {pair.duration / unit:.3g}{second} of {pair.many.trajectories} "
+        "trajectories, for the spread of their means"
+    )

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -42,8 +42,8 @@ class _Formula:
             raise answer
         return answer
 
-    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
-        """What the theory says of each of the scenes, or its error."""
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
+        """What says something of each of many scenes, or its error; loads what that needs."""
         raise NotImplementedError
 
     def _tell(self, scene: Scene, eqs: Equations, found: Any, seconds: float) -> Estimate:
@@ -62,8 +62,9 @@ class _Formula:
                 served.append((place, eqs))
             except HarvesterError as error:
                 answers[place] = error
+        solve = self._theory()
         begin = time.perf_counter()
-        solved = self._solve([eqs for _, eqs in served])
+        solved = solve([eqs for _, eqs in served])
         seconds = (time.perf_counter() - begin) / max(len(served), 1)
         for (place, eqs), one in zip(served, solved, strict=True):
             answers[place] = (
@@ -100,10 +101,10 @@ class Published(_Formula):
     NAME: ClassVar[str] = "published"
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | {"gap"}
 
-    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.stationary import mean_square_voltages
 
-        return mean_square_voltages(scenes)
+        return mean_square_voltages
 
     def _tell(self, scene: Scene, eqs: Equations, found: float, seconds: float) -> Estimate:
         reason = "no sampling error: a formula; its model error is not known from within"
@@ -126,10 +127,10 @@ class Averaged(_Formula):
     NAME: ClassVar[str] = "averaged"
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS
 
-    def _solve(self, scenes: list[Equations]) -> Sequence[Any]:
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale import solve_many
 
-        return solve_many(scenes)
+        return solve_many
 
     def _tell(self, scene: Scene, eqs: Equations, found: Any, seconds: float) -> Estimate:
         v2 = Value(found.mean_square_voltage, model=found.bias * found.mean_square_voltage)

@@ -1,12 +1,10 @@
 """What the engines that sample share: their options, when to stop, and the power balance."""
 
 import math
-import time
 from dataclasses import dataclass
 from typing import Any
 
 from harvester.errors import invalid
-from harvester.estimate import Value
 from harvester.scaling import Equations
 
 
@@ -15,9 +13,9 @@ class Sampled:
     """Options of the engines that sample.
 
     within
-        relative 95 % error to reach in the mean power, such as .01; None: one round.
+        relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01; None: one round.
     budget
-        seconds after which no further round begins.
+        seconds that reaching it may take, without compilation and burn-in.
     duration, dt
         of a trajectory after its burn-in, and the step: in second for a physical scene, else
         nondimensional; None: chosen from the scene.
@@ -41,16 +39,6 @@ class Sampled:
             raise invalid("--trajectories", "be between 2 and 1000000", self.trajectories)
         if self.seed < 0:
             raise invalid("--seed", "be at least 0", self.seed)
-
-    def _reached(self, value: Value, begin: float, warnings: list[str]) -> bool:
-        """Whether to stop; a target that the budget does not allow becomes a warning."""
-        if self.within is None or value.error95 <= self.within * abs(value.value):
-            return True
-        if self.budget is not None and time.perf_counter() - begin > self.budget:
-            reached = value.error95 / abs(value.value) if value.value else math.inf
-            warnings.append(f"--within {self.within:.3g} was not reached in {self.budget:g} s: it is {reached:.2g}")
-            return True
-        return False
 
 
 def balance(moments: Any, eqs: Equations) -> tuple[float, float]:

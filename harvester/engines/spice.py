@@ -4,26 +4,35 @@ import dataclasses
 import math
 import time
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from harvester.engines.common import Progress, estimate, refuse, with_power
-from harvester.engines.ensemble import Ensemble
+from harvester.engines.common import Progress, estimate
+from harvester.engines.preparation import Prepared, prepare
+from harvester.engines.runs import FEWEST, Runs
 from harvester.engines.sampled import Sampled, balance
-from harvester.errors import CannotServeError
-from harvester.estimate import Estimate, Value
-from harvester.scaling import Scales, effects, equations, scales
+from harvester.engines.target import Target
+from harvester.errors import invalid
+from harvester.estimate import Estimate
+from harvester.scaling import effects, equations, scales
 from harvester.scene import Scene
-
-CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
-LONGEST_CHARGING = 2e4  # nondimensional
-READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spice(Sampled):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
+
+    A few ngspice runs are paired with a cheap model on the same noise, whose mean a long ensemble knows: the exact
+    update of a load resistor, or the netlist's circuit made of ideal diodes and switches (`harvester.engines.pairs`).
+    The mean has no bias from that, and the standard error of many more ngspice runs.
+
+    alone
+        no cheap model: ngspice runs only.
+    reltol
+        ngspice's relative tolerance, for a netlist.
+    gaussian
+        Gaussian noise in place of the three-point noise of the ensemble; only ``alone``.
 
     Raises
     ------
@@ -37,118 +46,105 @@ class Spice(Sampled):
         where no stationary response exists.
     """
 
+    alone: bool = False
+    reltol: float = 1e-4
+    gaussian: bool = False
+
     NAME: ClassVar[str] = "spice"
     TRAJECTORIES: ClassVar[int] = 16
-    KICKS: ClassVar[int] = 2_000_000  # of all trajectories in a round, unless a duration is given
+    KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
+    WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1e-7 <= self.reltol <= 1e-2:
+            raise invalid("reltol", "be between 1e-7 and 1e-2", self.reltol)
+        if self.gaussian and not self.alone:
+            raise invalid("gaussian", "be given with alone only: pairs share the ensemble's noise", "True")
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
         from harvester.circuit import worker
-        from harvester.mechanics.noise import child
 
-        eqs = equations(scene)
-        s = scales(scene)
+        eqs, s = equations(scene), scales(scene)
         unit = s.frequency if scene.physical else 1.0
-        device, burn_in, warnings, bias = self.device(scene)
-        worker.warm_up(device)
-        begin = time.perf_counter()
+        ready = prepare(scene, self, self.reltol, self.gaussian)
+        paired = ready.pair is not None and not self.alone
+        warm = worker.warm_up(ready.device, paired)
+        target = None if self.within is None else Target(self.within, self.budget, time.perf_counter() - ready.seconds)
+        runs = Runs(ready, paired, self._kicks(ready, paired, unit), np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES
-        duration = max(self.KICKS / count * device.h, 4.0 * burn_in)
-        if self.duration is not None:
-            duration = self.duration * unit
-        kicks = math.ceil((burn_in + duration) / device.h / device.stride) * device.stride
-        batches = int(min(max(duration // burn_in, 1), 8))
-        root = np.random.SeedSequence(self.seed)
-        runs: list[worker.Measured] = []
-        while True:
-            seeds = [child(root, len(runs) + k) for k in range(count)]
-            for one in worker.measure_apart(device, seeds, kicks, burn_in, batches):
-                runs.append(one)
-                if progress is not None:
-                    progress(((len(runs) - 1) % count + 1) / count)
-            moments = runs[0].moments
-            for one in runs[1:]:
-                moments = moments + one.moments
-            v2 = Value(*moments.mean("V2"))
-            v2 = dataclasses.replace(v2, bias=None if bias is None else bias * v2.value)
-            power = self._load_power(runs, s, v2) if scene.load is not None and scene.load.netlist else None
-            if self._reached(power or with_power(v2, eqs), begin, warnings):
-                break
-        seconds = time.perf_counter() - begin
-        details = {"step": device.h / unit, "burn_in": burn_in / unit, "duration": duration / unit}
-        details["trajectories"] = len(runs)
-        if power is None:  # the balance holds for the load resistor only
+        runs.more(max(count, FEWEST) if paired else count)
+        if target is not None:
+            _pursue(runs, target, self.dt is not None)
+        seconds = ready.seconds + runs.seconds
+        details = {"step": ready.device.h / unit, "burn_in": ready.burn_in / unit}
+        details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
+        details["trajectories"] = len(runs.done)
+        details |= runs.details() | {"warm_up_seconds": warm}
+        moments = runs.moments()
+        if ready.device.load.linear:  # the balance holds for the load resistor only
             details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
         else:
-            details |= self._ledger(runs, 1.0 if scene.physical else s.watts)
-        steps = sum(one.steps for one in runs)
-        names = (*effects(eqs), "netlist") if power is not None else effects(eqs)
-        reason = "" if power is None else "the bias of the step is not known for a netlist: compare with half of --dt"
+            details |= runs.ledger(1.0 if scene.physical else s.watts)
+        reasons = [ready.reason]
+        if target is not None:
+            reasons.insert(0, f"--within {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
         if not scene.physical:
-            reason = (
+            reasons.append(
                 f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
                 f"theta = {s.coupling:.4g} N/V; results are nondimensional"
             )
         answer = estimate(
-            self.NAME, scene, eqs, v2, power, seconds, steps, reason, tuple(warnings), details, moments.V2
+            self.NAME,
+            scene,
+            eqs,
+            runs.mean_square_voltage().value,
+            runs.power().value,
+            seconds,
+            sum(one.steps for one in runs.done),
+            "; ".join(reason for reason in reasons if reason),
+            tuple(ready.warnings),
+            details,
+            moments.V2,
         )
-        return dataclasses.replace(answer, effects=names)
+        return answer if ready.device.load.linear else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
 
-    def device(self, scene: Scene) -> tuple[Any, float, list[str], float | None]:
-        """What runs, its burn-in (nondimensional), warnings, and the step's relative bias in E[V^2].
+    def _kicks(self, ready: Prepared, paired: bool, unit: float) -> int:
+        """Of a trajectory, burn-in included: whole readings, and an even number of steps."""
+        device = ready.device
+        if self.duration is not None:
+            duration = self.duration * unit
+        elif paired or self.within is not None:
+            duration = self.WINDOWS * ready.burn_in
+        else:
+            duration = max(self.KICKS / self.TRAJECTORIES * device.h, 4.0 * ready.burn_in)
+        whole = math.lcm(device.stride, 2)
+        return math.ceil((ready.burn_in + duration) / device.h / whole) * whole
 
-        Step, burn-in and bias come from an ensemble: with a load resistor it makes the same steps.
-        """
-        from harvester.circuit import worker
-        from harvester.circuit.library import find_library
-        from harvester.circuit.netlist import load_circuit
-        from harvester.mechanics import ensemble as mc
-        from harvester.scene import Load
 
-        find_library()
-        eqs, s = equations(scene), scales(scene)
-        unit = s.frequency if scene.physical else 1.0
-        load = scene.load
-        if not scene.physical and eqs.mu is not None:
-            load = Load(resistance=s.resistance(eqs.mu))
-        if load is None:
-            raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
-        circuit = load_circuit(load, s.capacitance)
-        refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
-        if eqs.n1 is None:
-            raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
-        seed = np.random.SeedSequence([self.seed, 1])
-        pilot = mc.Ensemble(eqs, Ensemble.TRAJECTORIES, seed, None if self.dt is None else self.dt * unit)
-        warnings = pilot.settle()
-        burn_in = pilot.time
-        if circuit.storage is not None:
-            charging = CHARGINGS * circuit.storage * s.frequency
-            burn_in = max(burn_in, min(charging, LONGEST_CHARGING))
-            if charging > LONGEST_CHARGING:
-                warnings.append(
-                    f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
-                    f"Rload Csmooth = {circuit.storage:g} s"
-                )
-        bias = None
-        if circuit.linear:
-            pair = mc.StepPair(pilot, burn_in)
-            bias = pair.bias / pair.fine.mean("V2")[0]
-        stride = max(1, round(READING / pilot.h))
-        return worker.Device(eqs, s, circuit, pilot.h, stride), burn_in, warnings, bias
-
-    @staticmethod
-    def _load_power(runs: list[Any], s: Scales, v2: Value) -> Value:
-        """Mean power of Rload, nondimensional, over the trajectories."""
-        from harvester.mechanics.moments import mean_and_error
-
-        mean, error = mean_and_error(np.array([one.load_power for one in runs]) / s.watts)
-        return Value(mean, error, None if v2.bias is None else mean * v2.bias / v2.value)
-
-    @staticmethod
-    def _ledger(runs: list[Any], watts: float) -> dict[str, float]:
-        """Where the energy went, mean over the trajectories, in units of ``watts``; see `harvester.circuit.ledger`."""
-        from harvester.circuit.ledger import mean
-
-        whole = mean([one.ledger for one in runs])
-        entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
-        return entries | {"ledger_residual": whole.residual}
+def _pursue(runs: Runs, target: Target, fixed: bool) -> None:
+    """More pairs and a longer ensemble, in the proportion that costs least, until the target is reached."""
+    warnings = runs.ready.warnings
+    while True:
+        found = runs.power()
+        if target.reached(found.value):
+            return
+        variance = target.variance(found.value)
+        if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
+            warnings.append(
+                f"--within {target.within:.3g} needs a smaller --dt: the bias of the step alone is too large"
+                if fixed
+                else target.missed(found.value)
+            )
+            return
+        pairs, longer = runs.asked_for(found, variance)
+        seconds = pairs * runs.cost + longer * runs.rate
+        share = min(target.seconds_left / seconds, 1.0)
+        if share < 0.02:
+            warnings.append(target.missed(found.value))
+            return
+        if pairs >= 1.0:
+            runs.more(max(2 * round(0.5 * share * pairs), 2))
+        if longer > 0.0:
+            runs.extend(share * longer)

@@ -5,7 +5,6 @@ up moments afterwards.  Every trajectory gives one independent time average, so 
 need no correlation time.
 """
 
-import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,12 +15,14 @@ from harvester.arrays import Floats, aligned
 from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.compiled import kernel
 from harvester.mechanics.densities import Density, Histogram
+from harvester.mechanics.ideal import IdealCircuit
+from harvester.mechanics.ideal_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 from harvester.mechanics.lanes import LANES, SUMS, advance
 from harvester.mechanics.limits import chatter, check_bounded, remedy, resting_places, room, typical_frequency
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import check_start, coefficients
-from harvester.mechanics.settling import FIRST_WINDOW, until_steady
+from harvester.mechanics.settling import until_steady
 from harvester.mechanics.step import relaxation
 from harvester.mechanics.stops import loss_unit, move, stops_of
 from harvester.scaling import Equations
@@ -53,6 +54,13 @@ class Ensemble:
         x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, in each of
         `resting_places` in turn, and without external noise, where rest is where it would stay, off it by 1 or
         half-way to the opposite stop.
+    circuit
+        the load, in place of the resistive one of the equations; its capacitor is empty at first.
+
+    Raises
+    ------
+    InputError
+        for a start behind a stop, a step out of range, and a circuit on a device without external noise or with mu.
     """
 
     def __init__(
@@ -62,8 +70,11 @@ class Ensemble:
         seed: np.random.SeedSequence,
         h: float | None = None,
         start: Floats | None = None,
+        circuit: IdealCircuit | None = None,
     ) -> None:
         check_bounded(eqs)
+        if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
+            raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
         if h is not None and not 1e-6 <= h <= 1e3:
             raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-trajectories // LANES)
@@ -74,19 +85,28 @@ class Ensemble:
             start = np.zeros((3, self.trajectories))
             start[0] = np.resize(places + off, self.trajectories)
         check_start(eqs, start[0].min(), start[0].max())
-        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
+        self.eqs, self.seed, self.given_h, self.start, self.circuit = eqs, seed, h, start, circuit
+        self._coarse: bool | None = None
         self.steps = 0
         self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def _start(self, h: float) -> None:
         self.h, self.time = h, 0.0
-        self.state = aligned((self.blocks, 3, LANES))
-        self.state[:] = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
+        start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
+        self.state = aligned((self.blocks, 3 if self.circuit is None else 5, LANES))
+        self.state[:, :3] = start
+        if self.circuit is not None:
+            self.state[:, 4] = start[:, 0]
         self.words = aligned((self.blocks, 2, LANES), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), LANES)
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
-        self.pairs = max(1, round(0.2 / h))
+        self.stride = 2 * max(1, round(0.2 / h))
+
+    @property
+    def reading(self) -> float:
+        """Time between two readings."""
+        return self.stride * self.h
 
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole readings) and average.
@@ -96,34 +116,40 @@ class Ensemble:
         UnboundedResponseError
             when a trajectory leaves the finite numbers.
         """
-        stride = 2 * self.pairs
         if duration > MOST_STEPS * self.h:
             raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
-        readings = max(1, round(duration / (stride * self.h)))
-        sums = aligned((self.blocks, len(SUMS), LANES))
-        arguments = (self.pairs, self.h, *coefficients(self.eqs))
+        readings = max(1, round(duration / self.reading))
+        sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
+        grid = (readings, self.stride, self._coarse, self.h)
 
         def block(k: int) -> None:
-            advance(*self.state[k], *self.words[k], sums[k], readings, *arguments)  # type: ignore[call-arg]
+            state = (*self.state[k], *self.words[k], sums[k])
+            if self.circuit is None:
+                advance(*state, *grid, *coefficients(self.eqs))  # type: ignore[call-arg]
+            else:
+                advance_ideal(*state, *grid, *self.circuit.arguments, *coefficients(self.eqs)[1:10])  # type: ignore[call-arg]
             if progress is not None:
-                progress(readings * stride * self.h * LANES)
+                progress(readings * self.reading * LANES)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(block, range(self.blocks)))
-        elapsed = readings * stride * self.h
+        elapsed = readings * self.reading
         self.time += elapsed
-        self.steps += readings * stride * self.trajectories
+        self.steps += readings * self.stride * self.trajectories
         if not (np.isfinite(sums).all() and np.isfinite(self.state).all()):
             raise _LeftFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
-        return from_sums(sums, readings, elapsed, loss_unit(self.eqs))
+        return from_sums(sums, readings, elapsed, loss_unit(self.eqs), self.eqs.mu)
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
         eqs = self.eqs
         out = np.empty((3, self.trajectories))
+        if self.circuit is not None:
+            mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
+            return out
         _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs))
         return out
 
@@ -172,7 +198,13 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start)
+        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit)
+
+    def coarser(self) -> "Ensemble":
+        """A fresh ensemble of the same scene and size with twice the step, on the same noise."""
+        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit)
+        other._coarse, other.stride = True, self.stride // 2
+        return other
 
 
 @kernel
@@ -184,48 +216,3 @@ def _mid_drift(state, out, h, mu, r, beta, n1, stops):  # type: ignore[no-untype
             x, v, voltage = state[k, 0, i], state[k, 1, i], state[k, 2, i]
             row = out[:, k * LANES + i]
             (row[0], row[1], row[2]), _ = move(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops)
-
-
-class StepPair:
-    """A settled ensemble and one with twice its step: averages, and the bias of the step from both.
-
-    The scheme is of second order, so E_h - E_0 = (E_2h - E_h)/3 + O(h^4) (Richardson).
-    """
-
-    def __init__(self, many: Ensemble, duration: float) -> None:
-        self.many, self.duration, self.burn_in = many, duration, max(many.time, FIRST_WINDOW)
-        if many.time == 0.0:
-            many.settle()
-        self._coarse = many.with_step(2.0 * many.h)
-        self.fine = many.run(duration)
-        self.coarse: Moments | None = None
-        try:
-            self._coarse.run(self.burn_in)
-            self.coarse = self._coarse.run(duration)
-        except UnboundedResponseError:  # twice the step is unstable: no estimate from it
-            pass
-
-    def extend(self) -> None:
-        """Go on for as long as it has run so far."""
-        self.fine = self.fine.mixed(self.many.run(self.duration))
-        if self.coarse is not None:
-            self.coarse = self.coarse.mixed(self._coarse.run(self.duration))
-        self.duration *= 2.0
-
-    @property
-    def steps(self) -> int:
-        """Trajectory-steps of both."""
-        return self.many.steps + self._coarse.steps
-
-    @property
-    def bias(self) -> float:
-        """Estimated size of the bias of E[V^2] at the step of ``many``."""
-        fine = self.fine.mean("V2")[0]
-        return abs(fine) if self.coarse is None else abs(self.coarse.mean("V2")[0] - fine) / 3.0
-
-    @property
-    def bias_error(self) -> float:
-        """Standard error of `bias`."""
-        if self.coarse is None:
-            return 0.0
-        return math.hypot(self.fine.mean("V2")[1], self.coarse.mean("V2")[1]) / 3.0

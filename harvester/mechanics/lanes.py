@@ -7,7 +7,7 @@ instructions; each lane keeps its own state and its own random generator.
 import numpy as np
 
 from harvester.mechanics.compiled import inlined, kernel
-from harvester.mechanics.noise import shuffle, two_variates
+from harvester.mechanics.noise import HALF_ROOT, shuffle, two_variates
 from harvester.mechanics.step import drift_at_stop, friction, relaxation
 from harvester.mechanics.stops import kick_at_stops, move
 
@@ -35,12 +35,16 @@ def _step(i, x, v, V, xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2,
 
 @kernel
 def advance(
-    x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops
-):
-    """Advance a block by ``readings`` times ``2 * pairs`` steps of length h and add up its moments.
+    x, v, V, s0, s1, sums, readings, stride, coarse,
+    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+):  # fmt: skip
+    """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
+
+    A draw of random bits is the noise of two steps, and ``stride`` even; or, where ``coarse`` is not None, of one
+    step of twice the length: the sum of both variates has the moments that weak order 2 uses, as they have.
     """
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
@@ -50,30 +54,43 @@ def advance(
     short = c2 is None and c3 is None and n2 is None and (r is None or mu is None)
     later = np.zeros(LANES)
     for _ in range(readings):
-        for _ in range(pairs):
-            for i in range(LANES):
-                xi1 = xi2 = 0.0
-                if n1 is not None or n2 is not None:
-                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                    xi1, xi2 = two_variates(bits)
-                xi, vi, Vi = _step(
-                    i, x[i], v[i], V[i], xi1, sums,
-                    h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
-                )  # fmt: skip
-                if short:
-                    xi, vi, Vi = _step(
-                        i, xi, vi, Vi, xi2, sums,
-                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
-                    )  # fmt: skip
-                elif n1 is not None or n2 is not None:
-                    later[i] = xi2
-                x[i], v[i], V[i] = xi, vi, Vi
-            if not short:
+        if coarse is not None:
+            for _ in range(stride):
                 for i in range(LANES):
+                    xi = 0.0
+                    if n1 is not None or n2 is not None:
+                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                        xi1, xi2 = two_variates(bits)
+                        xi = (xi1 + xi2) * HALF_ROOT
                     x[i], v[i], V[i] = _step(
-                        i, x[i], v[i], V[i], later[i], sums,
+                        i, x[i], v[i], V[i], xi, sums,
                         h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
                     )  # fmt: skip
+        else:
+            for _ in range(stride // 2):
+                for i in range(LANES):
+                    xi1 = xi2 = 0.0
+                    if n1 is not None or n2 is not None:
+                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                        xi1, xi2 = two_variates(bits)
+                    xi, vi, Vi = _step(
+                        i, x[i], v[i], V[i], xi1, sums,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                    )  # fmt: skip
+                    if short:
+                        xi, vi, Vi = _step(
+                            i, xi, vi, Vi, xi2, sums,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        )  # fmt: skip
+                    elif n1 is not None or n2 is not None:
+                        later[i] = xi2
+                    x[i], v[i], V[i] = xi, vi, Vi
+                if not short:
+                    for i in range(LANES):
+                        x[i], v[i], V[i] = _step(
+                            i, x[i], v[i], V[i], later[i], sums,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        )  # fmt: skip
         for i in range(LANES):
             xi, vi, Vi = x[i], v[i], V[i]
             (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops)

@@ -30,6 +30,7 @@ class Moments:
     damped: Floats  # f(x) x'^2
     impacts: Floats  # impacts in a unit of time
     impact_loss: Floats  # energy that the stops took in a unit of time
+    load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
 
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
@@ -45,10 +46,10 @@ class Moments:
         names = [f.name for f in fields(self)]
         return Moments(**{n: np.concatenate([getattr(self, n), getattr(other, n)]) for n in names})
 
-    def mixed(self, other: "Moments") -> "Moments":
-        """Entry by entry the mean of two windows of the same length of the same trajectories."""
+    def mixed(self, other: "Moments", share: float) -> "Moments":
+        """Entry by entry the mean of two windows of the same trajectories, of which the other makes the ``share``."""
         names = [f.name for f in fields(self)]
-        return Moments(**{n: 0.5 * (getattr(self, n) + getattr(other, n)) for n in names})
+        return Moments(**{n: (1.0 - share) * getattr(self, n) + share * getattr(other, n) for n in names})
 
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
@@ -80,13 +81,17 @@ def correlation_time(means: Floats, values: Floats, length: float) -> float:
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
-def from_sums(sums: Floats, readings: int, elapsed: float, loss: float) -> Moments:
-    """One entry a trajectory, from sums over ``readings``, shape (blocks, len(SUMS), LANES), losses in units of one."""
-    s = dict(zip(SUMS, np.moveaxis(sums, 1, 0).reshape(len(SUMS), -1) / readings, strict=True))
+def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
+    """One entry a trajectory, from sums over ``readings``, shape (blocks, rows, LANES): `SUMS`, and ``load`` or mu.
+
+    ``loss`` is the unit of the impacts' losses.
+    """
+    s = dict(zip((*SUMS, "load"), np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / readings, strict=False))
     rate = readings / elapsed
+    v2 = 0.5 * (s["V2_kick"] + s["V2_mid"])
     return Moments(
         V=s["V"],
-        V2=0.5 * (s["V2_kick"] + s["V2_mid"]),
+        V2=v2,
         x=s["x"],
         x2=0.5 * (s["x2_kick"] + s["x2_mid"]),
         v2=s["v2"],
@@ -95,6 +100,7 @@ def from_sums(sums: Floats, readings: int, elapsed: float, loss: float) -> Momen
         damped=s["fv2"],
         impacts=rate * s["impacts"],
         impact_loss=loss * rate * s["impact_loss"],
+        load=s.get("load", (mu or 0.0) * v2),
     )
 
 
@@ -113,9 +119,10 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
     def mean(values: Floats) -> Floats:
         return np.asarray(values.mean(axis=1))
 
+    v2 = mean(0.5 * (Vk**2 + V**2))
     return Moments(
         V=mean(0.5 * (Vk + V)),
-        V2=mean(0.5 * (Vk**2 + V**2)),
+        V2=v2,
         x=mean(0.5 * (xk + x)),
         x2=mean(0.5 * (xk**2 + x**2)),
         v2=mean(v**2),
@@ -124,4 +131,5 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
         impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
+        load=(eqs.mu or 0.0) * v2,
     )

@@ -15,9 +15,10 @@ import numpy as np
 from numba import uint32, uint64
 
 from harvester.arrays import Floats, Words
-from harvester.mechanics.compiled import inlined
+from harvester.mechanics.compiled import inlined, kernel
 
 _SQRT3 = math.sqrt(3.0)
+HALF_ROOT = math.sqrt(0.5)  # two variates in a row, times this, are one of twice the step
 _SIXTH = 715827883  # 2^32/6, rounded; the probability is off by 1e-10
 _FIVE_SIXTHS = 2**32 - _SIXTH
 
@@ -71,3 +72,17 @@ def three_point(bits):
 def two_variates(bits):
     """The two three-point variates of 64 random bits."""
     return three_point(uint32(bits >> uint64(32))), three_point(uint32(bits & uint64(0xFFFFFFFF)))
+
+
+@kernel
+def _three_point_grid(noise, s0, s1):
+    for k in range(0, len(noise) - 1, 2):
+        bits, s0, s1 = shuffle(s0, s1)
+        noise[k], noise[k + 1] = two_variates(bits)
+
+
+def three_point_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
+    """Three-point variates, one for each of ``steps`` kicks (an even number): the noise of one lane of an ensemble."""
+    noise = np.empty(steps)
+    _three_point_grid(noise, *random_words(seed, 1)[:, 0])
+    return noise

@@ -1,8 +1,9 @@
 """Burn-in found from the data, and checked against what is known of the scene's memory.
 
 Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two neighbours
-agree within two standard errors, and `LOADS` time constants 1/mu of the load and `MEMORIES` correlation
-times of the energy and of V^2 (found from the same window) have gone by.
+agree within two standard errors, and `LOADS` time constants of the load (1/mu; with a circuit, `CHARGINGS` of its
+capacitor, kappa/mu, and its power agrees too) and `MEMORIES` correlation times of the energy, of V^2 and of the load's
+power (found from the same window) have gone by.
 """
 
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 FIRST_WINDOW = 32.0  # time units: about five periods
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 LOADS = 5.0  # time constants of the load
+CHARGINGS = 6.0  # time constants of a smoothing capacitor
 MEMORIES = 10.0  # correlation times; from a window of half the burn-in they come out too short by a quarter at worst
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
@@ -31,7 +33,8 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
     SimulationError
         when it is bounded, but still changes after `LONGEST`.
     """
-    load = 0.0 if many.eqs.mu is None else LOADS / many.eqs.mu
+    circuit, mu = many.circuit, many.eqs.mu
+    load = CHARGINGS * circuit.memory if circuit is not None else LOADS / mu if mu is not None else 0.0
     length, before, first = FIRST_WINDOW, None, None
     while True:
         now = many.run(length)
@@ -44,19 +47,20 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
             )
         steady = before is not None and all(now.agrees(before, name) for name in ("x2", "v2"))
         response = MEMORIES * memory(many, now, length)
-        if steady and before is not None and now.agrees(before, "V2") and many.time >= max(load, response):
+        loaded = before is not None and now.agrees(before, "V2") and now.agrees(before, "load")
+        if steady and loaded and many.time >= max(load, response):
             return now, []
         if energy <= first / GROWN:
             return now, ["the response dies out: the scene has no noise that keeps it going"]
         if many.time >= LONGEST:
             if not steady:
                 raise _not_stationary(many)
-            return now, [_cut_short(many.time, load, response)]
+            return now, [_cut_short(many, load, response)]
         length, before = 2.0 * length, now
 
 
 def memory(many: "Ensemble", window: Moments, length: float) -> float:
-    """Correlation time of the energy or of V^2, the longer one, from a window that ends now; 0 without noise.
+    """Correlation time of energy, V^2 or load power, the longest, from a window that ends now; 0 without noise.
 
     Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of the wells.
     """
@@ -67,17 +71,20 @@ def memory(many: "Ensemble", window: Moments, length: float) -> float:
     found.append(correlation_time(window.V2, voltage * voltage, length))
     if unlike_wells(many.eqs):
         found.append(correlation_time(window.x, x, length))
+    if many.circuit is not None:
+        found.append(correlation_time(window.load, many.circuit.mu * many.state[:, 3].ravel() ** 2, length))
     return max(found)
 
 
-def _cut_short(time: float, load: float, response: float) -> str:
+def _cut_short(many: "Ensemble", load: float, response: float) -> str:
     """Why a burn-in of `LONGEST` may be too short."""
     why = "no stationary voltage was seen"
-    if load > time:
-        why = f"of the load's memory, 1/mu = {load / LOADS:g}, {why}"
-    elif response > time:
+    if load > many.time:
+        constant = f"1/mu = {load / LOADS:g}" if many.circuit is None else f"R C w0 = {many.circuit.memory:g}"
+        why = f"of the load's memory, {constant}, {why}"
+    elif response > many.time:
         why = f"of the response's own memory, about {response / MEMORIES:.2g}, {why}"
-    return f"burn-in stopped at {time:g} time units because {why}"
+    return f"burn-in stopped at {many.time:g} time units because {why}"
 
 
 def _not_stationary(many: "Ensemble") -> SimulationError:

@@ -1,0 +1,56 @@
+"""No engine asked for, but an accuracy: the cheapest one that is known to reach it."""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import ClassVar
+
+from harvester.engines.common import Progress
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.formulas import Averaged
+from harvester.engines.sampled import Sampled
+from harvester.engines.spice import Spice
+from harvester.errors import HarvesterError, InputError
+from harvester.estimate import Estimate
+from harvester.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cheapest(Sampled):
+    """`averaged` (milliseconds) where its own error allows it, else `ensemble`; for a netlist `spice`.
+
+    The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
+
+    Raises
+    ------
+    InputError
+        without ``within``.
+    HarvesterError
+        of the engine that was chosen.
+    """
+
+    NAME: ClassVar[str] = "cheapest"
+
+    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+        """The stationary mean square voltage and mean power of a scene."""
+        if self.within is None:
+            raise InputError("--within must be given where no engine is, but is left out")
+        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(Sampled)}
+        if scene.load is not None and scene.load.netlist is not None:
+            why = "the load is a netlist, and 'ideal' does not know the error of its model"
+            return _because(Spice(**options).run(scene, progress), why)
+        try:
+            quick = Averaged(within=self.within).run(scene)
+        except HarvesterError as error:
+            why = f"'averaged' cannot tell: {error}"
+        else:
+            power = quick.mean_power
+            stated = (power.model or 0.0) / abs(power.value) if power.value else 0.0
+            if stated <= self.within:
+                return _because(quick, f"the error that it states, {stated:.2g}, is within {self.within:.3g}")
+            why = f"'averaged' states an error of {stated:.2g}, more than {self.within:.3g}"
+        return _because(Ensemble(**options).run(scene, progress), why)
+
+
+def _because(answer: Estimate, why: str) -> Estimate:
+    reason = f"engine {answer.engine!r} was chosen as the cheapest: {why}"
+    return dataclasses.replace(answer, reason=f"{reason}; {answer.reason}" if answer.reason else reason)
