@@ -189,6 +189,24 @@ def cost(scene: str, out: str, seed: int, budget: float) -> None:
 
 
 @cli.command()
+@click.argument("scene")
+@click.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
+@click.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None:
+    """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
+    from harvester import response as responses
+
+    given = _load(scene)
+    with _bar(2 * len(responses.frequencies(given, sweep)), "response") as bar:
+        answer = responses.draw(given, sweep, out, seed, bar.update)
+    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    if not as_json:
+        click.echo(f"written: {Path(out) / 'response.csv'}, response.png, provenance.json")
+
+
+@cli.command()
 @click.argument("figures", nargs=-1)
 @click.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on.")
 def paper(figures: tuple[str, ...], out: str) -> None:

@@ -64,9 +64,9 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     engines = list(dict.fromkeys(row["engine"] for row in table.rows))
     several = len(engines) > 1
     if several:
-        figure, (top, low) = _new(2, 1, (7, 6.4), sharex=True, height_ratios=[2.2, 1])
+        figure, (top, low) = new(2, 1, (7, 6.4), sharex=True, height_ratios=[2.2, 1])
     else:
-        figure, top = _new(1, 1, (7, 4.6))
+        figure, top = new(1, 1, (7, 4.6))
         low = top
     groups = list(dict.fromkeys(tuple(row[a.key] for a in others) for row in table.rows))[:6]
     reference = next((e for e in ("ensemble", "spice") if e in engines), engines[-1])
@@ -110,7 +110,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     top.legend(frameon=False, fontsize=9)
     for axes in {top, low}:
         axes.grid(color="0.92")
-    return _png(figure)
+    return png(figure)
 
 
 def _curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]) -> None:
@@ -124,7 +124,7 @@ def _curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any
 def comparison(result: "Comparison", title: str) -> bytes:
     """Power of each engine, and V of one path from three sources, with and without the stop."""
     rows = 1 + len(result.paths)
-    figure, axes = _new(rows, 1, (8, 2.6 * rows), squeeze=False)
+    figure, axes = new(rows, 1, (8, 2.6 * rows), squeeze=False)
     bars = axes[0, 0]
     names = [e.engine for e in result.estimates]
     values = [e.mean_power.value for e in result.estimates]
@@ -148,12 +148,12 @@ def comparison(result: "Comparison", title: str) -> bytes:
         panel.set_ylabel("V (nondimensional)")
         panel.legend(frameon=False, fontsize=8, ncols=3, loc="upper left")
     axes[-1, 0].set_xlabel("time (1/w0)")
-    return _png(figure)
+    return png(figure)
 
 
 def cost(rows: "Sequence[Row]", title: str) -> bytes:
     """Total error against seconds, a marker each row, and the front: what no other row equals or betters in both."""
-    figure, here = _new(1, 1, (7.5, 5.2))
+    figure, here = new(1, 1, (7.5, 5.2))
     shown = [row for row in rows if row.seconds and row.total_error]
     for engine in dict.fromkeys(row.engine for row in shown):
         points = [(row.seconds, row.total_error) for row in shown if row.engine == engine]
@@ -170,16 +170,17 @@ def cost(rows: "Sequence[Row]", title: str) -> bytes:
     here.set_title(title or "What accuracy costs", wrap=True, parse_math=False, fontsize=10)
     here.grid(color="0.92", which="both")
     here.legend(frameon=False, fontsize=9)
-    return _png(figure)
+    return png(figure)
 
 
-def _new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
+def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
     """A figure and its axes, without pyplot, which costs .2 s to load and remembers every figure."""
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, **options)
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """The figure as a file."""
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=130)
     return out.getvalue()
@@ -188,7 +189,7 @@ def _png(figure: Figure) -> bytes:
 def paper(points: "list[Point]", title: str) -> bytes:
     """One of the paper's figures: a panel each, published, ours and Monte Carlo with 95 % intervals."""
     panels = list(dict.fromkeys(p.panel for p in points))
-    figure, axes = _new(1, len(panels), (max(5.2 * len(panels), 8.0), 4.4), squeeze=False)
+    figure, axes = new(1, len(panels), (max(5.2 * len(panels), 8.0), 4.4), squeeze=False)
     for panel, here in zip(panels, axes[0], strict=True):
         curves = list(dict.fromkeys(p.curve for p in points if p.panel == panel))
         for number, curve in enumerate(curves):
@@ -210,12 +211,12 @@ def paper(points: "list[Point]", title: str) -> bytes:
         if "mu" in panel.split():
             here.set_xscale("log")
     figure.suptitle(title, fontsize=10)
-    return _png(figure)
+    return png(figure)
 
 
 def region(edges: "list[Edge]", title: str) -> bytes:
     """Stable and unstable in the plane (mu, D22): the boundary published, ours, and by Monte Carlo with 95 %."""
-    figure, here = _new(1, 1, (8.0, 5.0))
+    figure, here = new(1, 1, (8.0, 5.0))
     mu = np.array([e.mu for e in edges])
     known = [e for e in edges if np.isfinite(e.ensemble_stderr)]
     finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
@@ -232,4 +233,4 @@ def region(edges: "list[Edge]", title: str) -> bytes:
     here.set_title(f"{title}: stable below, unstable above" if title else "stable below, unstable above", fontsize=10)
     here.grid(color="0.92")
     here.legend(frameon=False, fontsize=9)
-    return _png(figure)
+    return png(figure)

@@ -9,6 +9,7 @@ import io
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -114,7 +115,8 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
     from harvester.mechanics.ensemble import Ensemble
 
     for value in values:
-        eqs = dataclasses.replace(RESPONSE, **{coefficient: float(value)})
+        change: dict[str, Any] = {coefficient: float(value)}
+        eqs = dataclasses.replace(RESPONSE, **change)
         many = Ensemble(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
         many.settle()
         ensemble = many.run(many.time).mean("V2")
@@ -123,7 +125,7 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
             yield Point(f"{name} against {panel}", "", float(value), *(factor * v for v in three))
 
 
-def _densities(curves: dict[str, dict[str, float]]) -> Iterator[Point]:
+def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
     """p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
@@ -188,7 +190,8 @@ def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: E
     from harvester.mechanics.lyapunov import exponent
 
     for value in values:
-        eqs = dataclasses.replace(base, **{coefficient: float(value)})
+        change: dict[str, Any] = {coefficient: float(value)}
+        eqs = dataclasses.replace(base, **change)
         found = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
         theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
         yield Point(f"lambda against {panel}", curve, float(value), *theory, found.value, found.stderr)

@@ -5,17 +5,21 @@
     c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
     beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
     white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
+    other shaking: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T; coloured noise as white;
+    a recorded acceleration a of the base is -a/(l w0^2) of the mass relative to it
 
 No physical result depends on the length l (a test).
 """
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
 from harvester.errors import InputError, invalid
 from harvester.quantity import LARGEST, SMALLEST
+from harvester.records import Density, Record, read_density, read_record
 from harvester.scene import Excitation, Load, Nondimensional, OppositeStop, Oscillator, Piezo, Scene, Stop
+
+TURN = 2.0 * math.pi  # rad
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +31,10 @@ class Equations:
     at x = opposite_gap.  n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities.
     beta None is a voltage without force on the mass, mu None an open circuit, restitution None
     no stop, and so on.
+
+    Other shaking than white noise, one kind at most (`harvester.mechanics.shaking`): ``drive`` cos(drive_frequency t);
+    noise of low-frequency intensity ``coloured`` with a ``correlation_time``; or of intensity ``coloured`` at the
+    frequency ``centre`` with the half-power ``bandwidth``; a ``record``, or records of a ``density``.
     """
 
     alpha: float | None = None
@@ -46,6 +54,14 @@ class Equations:
     opposite_gap: float | None = None
     stop_stiffness: float | None = None
     stop_damping: float | None = None
+    drive: float | None = None
+    drive_frequency: float | None = None
+    coloured: float | None = None
+    correlation_time: float | None = None
+    centre: float | None = None
+    bandwidth: float | None = None
+    record: Record | None = None
+    density: Density | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +120,8 @@ def equations(scene: Scene, length: float | None = None) -> Equations:
         where a coefficient or a scale is too large, or a scale too small, to compute with.
     """
     found = _of_device(scene, length) if scene.nondimensional is None else _of_table(scene.nondimensional)
-    for name, value in dataclasses.asdict(found).items():
-        if value is not None and not abs(value) <= LARGEST:
+    for name, value in vars(found).items():
+        if isinstance(value, float) and not abs(value) <= LARGEST:
             source = _SOURCES[name] if scene.physical else "[nondimensional]"
             raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
     return found
@@ -124,6 +140,12 @@ _SOURCES = {
     "c2": "oscillator.damping_x2",
     "c3": "oscillator.damping_x4",
     "n1": "excitation.acceleration_psd",
+    "drive": "excitation.acceleration_amplitude",
+    "drive_frequency": "excitation.frequency",
+    "coloured": "excitation.acceleration_psd",
+    "correlation_time": "excitation.correlation_time",
+    "centre": "excitation.centre_frequency",
+    "bandwidth": "excitation.bandwidth",
 }
 
 
@@ -137,7 +159,9 @@ def _of_device(scene: Scene, length: float | None) -> Equations:
     stiffness = abs(oscillator.stiffness)
     stop, opposite = scene.stop or Stop(restitution=1.0), scene.opposite_stop
     excitation = scene.excitation or Excitation()
-    psd, resistance = excitation.acceleration_psd, scene.load.resistance if scene.load else None
+    noise = _scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
+    resistance = scene.load.resistance if scene.load else None
+    record, density = _recorded(excitation)
     return Equations(
         linear=-1.0 if oscillator.stiffness < 0.0 else None,
         alpha2=_scaled(oscillator.quadratic_stiffness, s.length / stiffness),
@@ -153,8 +177,25 @@ def _of_device(scene: Scene, length: float | None) -> Equations:
         opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
         stop_stiffness=_scaled(stop.stiffness, 1.0 / stiffness),
         stop_damping=_scaled(stop.damping, 1.0 / rate),
-        n1=_scaled(psd, 0.25 / (s.length**2 * s.frequency**3)),
+        n1=None if excitation.filtered else noise,
         n2=excitation.stiffness_noise or None,
+        drive=_scaled(excitation.acceleration_amplitude, 1.0 / (s.length * s.frequency**2)),
+        drive_frequency=_scaled(excitation.frequency, TURN / s.frequency),
+        coloured=noise if excitation.filtered else None,
+        correlation_time=_scaled(excitation.correlation_time, s.frequency),
+        centre=_scaled(excitation.centre_frequency, TURN / s.frequency),
+        bandwidth=_scaled(excitation.bandwidth, TURN / s.frequency),
+        record=None if record is None else record.scaled(s.frequency, -1.0 / (s.length * s.frequency**2)),
+        density=None if density is None else density.scaled(s.frequency, 1.0 / (s.length * s.frequency**2)),
+    )
+
+
+def _recorded(excitation: Excitation) -> tuple[Record | None, Density | None]:
+    """The base's acceleration in time, and its density, in SI units."""
+    record, density = excitation.acceleration_file, excitation.acceleration_psd_file
+    return (
+        None if record is None else read_record(record),
+        None if density is None else read_density(density),
     )
 
 
@@ -184,13 +225,19 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
 def natural_length(scene: Scene) -> float:
     """A length that makes the numbers of a physical scene of order one, in metre.
 
-    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; without, the length where the cubic force
-    equals the linear one, or 1 mm.
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
+    under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
     """
     oscillator, _ = _device(scene)
     stiffness = abs(oscillator.stiffness)
-    if scene.excitation is not None and scene.excitation.acceleration_psd:
-        return 0.5 * math.sqrt(scene.excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
+    excitation = scene.excitation or Excitation()
+    if excitation.acceleration_psd:
+        return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
+    if excitation.acceleration_amplitude:
+        return excitation.acceleration_amplitude * oscillator.mass / stiffness
+    for recorded in _recorded(excitation):
+        if recorded is not None:
+            return recorded.rms * oscillator.mass / stiffness
     if oscillator.cubic_stiffness:
         return math.sqrt(stiffness / abs(oscillator.cubic_stiffness))
     return 1e-3
@@ -204,10 +251,12 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     Raises
     ------
     InputError
-        for correlated noise, which no physical scene has.
+        for correlated noise, and for a record, which no physical scene has.
     """
     if eqs.n12 is not None:
         raise invalid("n12", "be absent from a physical scene", eqs.n12)
+    if eqs.record is not None or eqs.density is not None:
+        raise invalid("record", "be absent, as only a file can hold it", "given")
     stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
     oscillator = Oscillator(
         mass=s.mass,
@@ -219,7 +268,15 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         damping_x4=_scaled(eqs.c3, rate / s.length**4),
     )
     coupling = s.coupling if eqs.beta is None else math.sqrt(eqs.beta * stiffness * s.capacitance)
-    noise = Excitation(acceleration_psd=_scaled(eqs.n1, 4 * s.length**2 * s.frequency**3), stiffness_noise=eqs.n2)
+    noise = Excitation(
+        acceleration_psd=_scaled(eqs.n1 or eqs.coloured, 4 * s.length**2 * s.frequency**3),
+        stiffness_noise=eqs.n2,
+        acceleration_amplitude=_scaled(eqs.drive, s.length * s.frequency**2),
+        frequency=_scaled(eqs.drive_frequency, s.frequency / TURN),
+        correlation_time=_scaled(eqs.correlation_time, 1.0 / s.frequency),
+        centre_frequency=_scaled(eqs.centre, s.frequency / TURN),
+        bandwidth=_scaled(eqs.bandwidth, s.frequency / TURN),
+    )
     stop = opposite = None
     if eqs.restitution is not None or eqs.stop_stiffness is not None:
         stop = Stop(
@@ -236,7 +293,7 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         piezo=Piezo(coupling=coupling, capacitance=s.capacitance),
         stop=stop,
         opposite_stop=opposite,
-        excitation=noise if eqs.n1 or eqs.n2 else None,
+        excitation=noise if noise != Excitation() else None,
         load=None if eqs.mu is None else Load(resistance=s.resistance(eqs.mu)),
     )
 
@@ -257,6 +314,10 @@ def effects(eqs: Equations) -> tuple[str, ...]:
         "n1": "external_noise",
         "n2": "parametric_noise",
         "n12": "correlated_noise",
+        "drive": "harmonic_drive",
+        "coloured": "coloured_noise" if eqs.bandwidth is None else "band_pass_noise",
+        "record": "recorded_acceleration",
+        "density": "tabulated_noise",
         "beta": "back_coupling",
         "mu": "resistive_load",
     }
@@ -266,6 +327,7 @@ def effects(eqs: Equations) -> tuple[str, ...]:
 def _of_table(table: Nondimensional) -> Equations:
     eps1 = 1.0 if table.eps1 is None else table.eps1
     eps2 = 1.0 if table.eps2 is None else table.eps2
+    noise = _scaled(table.D11, eps1**2)
     return Equations(
         linear=None if table.linear == 1.0 else table.linear,
         alpha2=table.alpha2 or None,
@@ -281,9 +343,15 @@ def _of_table(table: Nondimensional) -> Equations:
         opposite_gap=None if table.opposite_restitution is None else table.opposite_gap or 0.0,
         stop_stiffness=table.stop_stiffness or None,
         stop_damping=table.stop_damping or None,
-        n1=_scaled(table.D11, eps1**2),
+        n1=None if table.filtered else noise,
         n2=_scaled(table.D22, eps2**2),
         n12=_scaled(table.D12, eps1 * eps2),
+        drive=table.drive or None,
+        drive_frequency=table.drive_frequency if table.drive else None,
+        coloured=noise if table.filtered else None,
+        correlation_time=table.correlation_time,
+        centre=table.centre_frequency,
+        bandwidth=table.bandwidth,
     )
 
 

@@ -20,6 +20,7 @@ from harvester.quantity import Kind, any_quantity, with_prefix
 
 NUMBER = Kind("a number", "", "0.05")
 POSITIVE = Kind("a number", "", "0.05", least=0.0)
+FILES = ("acceleration_file", "acceleration_psd_file")
 MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 
@@ -46,6 +47,10 @@ _RESTITUTION = _field("a restitution coefficient", "", "0.96", least=0.0, most=1
 _PSD = _field(
     "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
 )
+_ACCELERATION = _field("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True)
+_FREQUENCY = _field("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
+_TIME = _field("a time (s)", "s", "'50 ms'", above=0.0)
+_ABOVE = _field("a number", "", "1.5", above=0.0)
 _RESISTANCE = _field("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0)
 
 
@@ -130,11 +135,33 @@ class OppositeStop(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Excitation(_Table):
-    """White base acceleration (one-sided density) and white noise on the stiffness (N2, a number)."""
+    """Acceleration of the base, and white noise on the stiffness (N2, a number).
+
+    ``acceleration_psd`` is the one-sided density of white noise; with ``correlation_time`` T that at low frequencies of
+    noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
+    that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
+    white noise may go with; so it may with a record in time, ``acceleration_file``, or a table of the density,
+    ``acceleration_psd_file`` (`harvester.records`).
+    """
 
     TABLE: ClassVar[str] = "excitation"
     acceleration_psd: Annotated[float, *_PSD] | None = None
     stiffness_noise: Annotated[float, *_POSITIVE] | None = None
+    acceleration_amplitude: Annotated[float, *_ACCELERATION] | None = None
+    frequency: Annotated[float, *_FREQUENCY] | None = None
+    correlation_time: Annotated[float, *_TIME] | None = None
+    centre_frequency: Annotated[float, *_FREQUENCY] | None = None
+    bandwidth: Annotated[float, *_FREQUENCY] | None = None
+    acceleration_file: str | None = None
+    acceleration_psd_file: str | None = None
+
+    def __post_init__(self) -> None:
+        _check_shaking(self, "acceleration_amplitude", "frequency", "acceleration_psd")
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the noise is coloured or of a band."""
+        return self.correlation_time is not None or self.bandwidth is not None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -162,7 +189,8 @@ class Nondimensional(_Table):
 
     eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.  Ours: the spring is
     linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
-    stop_damping instead of restitution) and `OppositeStop`.
+    stop_damping instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic acceleration;
+    correlation_time, or centre_frequency and bandwidth (rad), filter the external noise as in `Excitation`.
     """
 
     TABLE: ClassVar[str] = "nondimensional"
@@ -185,8 +213,16 @@ class Nondimensional(_Table):
     D11: Annotated[float, *_POSITIVE] | None = None
     D22: Annotated[float, *_POSITIVE] | None = None
     D12: Annotated[float, *_NUMBER] | None = None
+    drive: Annotated[float, *_POSITIVE] | None = None
+    drive_frequency: Annotated[float, *_ABOVE] | None = None
+    correlation_time: Annotated[float, *_ABOVE] | None = None
+    centre_frequency: Annotated[float, *_ABOVE] | None = None
+    bandwidth: Annotated[float, *_ABOVE] | None = None
 
     def __post_init__(self) -> None:
+        _check_shaking(self, "drive", "drive_frequency", "D11")
+        if self.D12 and self.filtered:
+            raise InputError("nondimensional.D12 must be left out where the noise is filtered, but both are given")
         for eps, density in (("eps1", "D11"), ("eps2", "D22")):
             if getattr(self, eps) and getattr(self, density) is None:
                 raise InputError(f"nondimensional.{density} must be given with {eps}, but is left out")
@@ -196,6 +232,11 @@ class Nondimensional(_Table):
         bound = ((self.D11 or 0.0) * (self.D22 or 0.0)) ** 0.5
         if abs(self.D12 or 0.0) > bound * (1 + 1e-12):
             raise invalid("nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the external noise is coloured or of a band."""
+        return self.correlation_time is not None or self.bandwidth is not None
 
     def _check_stops(self) -> None:
         stop = self.restitution is not None or bool(self.stop_stiffness)
@@ -300,8 +341,26 @@ class Scene(_Table):
 
     @property
     def digest(self) -> str:
-        """A short hash of all that the scene says."""
-        return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
+        """A short hash of all that the scene says, the contents of its records included."""
+        whole = hashlib.sha256(self.to_toml().encode())
+        for key in FILES:
+            if (name := getattr(self.excitation, key, None)) is not None:
+                path = Path(name)
+                whole.update(path.read_bytes() if path.is_file() else b"")
+        return whole.hexdigest()[:16]
+
+
+def _check_shaking(table: "Excitation | Nondimensional", amplitude: str, frequency: str, noise: str) -> None:
+    """Keys that go together are given together, and the mass is shaken in one way beside white noise at most."""
+    pairs = [(amplitude, frequency), (frequency, amplitude), ("centre_frequency", "bandwidth")]
+    pairs += [("bandwidth", "centre_frequency"), ("correlation_time", noise), ("bandwidth", noise)]
+    for key, other in pairs:
+        if getattr(table, key) is not None and getattr(table, other) is None:
+            raise InputError(f"{table.TABLE}.{other} must be given with {key}, but is left out")
+    names = (amplitude, "correlation_time", "centre_frequency", "acceleration_file", "acceleration_psd_file")
+    kinds = [key for key in names if getattr(table, key, None) is not None]
+    if len(kinds) > 1:
+        raise InputError(f"{table.TABLE}.{kinds[1]} must be left out where {kinds[0]} is given, but both are given")
 
 
 def _rigid_or_compliant(
@@ -361,7 +420,7 @@ def read_value(key: str, text: str) -> float:
 
 
 def loads(text: str, folder: Path | None = None) -> Scene:
-    """A scene from the text of a scene file; a netlist's relative path starts at ``folder``."""
+    """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``."""
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
@@ -370,7 +429,22 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     netlist: Any = load.get("netlist") if isinstance(load, dict) else None
     if folder is not None and isinstance(netlist, str) and ("/" in netlist or netlist.endswith(".cir")):
         tables["load"] = {**load, "netlist": str((folder / netlist).absolute())}
+    excitation: Any = tables.get("excitation")
+    if folder is not None and isinstance(excitation, dict):
+        tables["excitation"] = {**excitation, **_beside(excitation, folder)}
     return Scene(**tables)
+
+
+def _beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
+    """The paths of an excitation's files, which must be in the scene's folder."""
+    found = {}
+    for key in FILES:
+        if isinstance(name := excitation.get(key), str):
+            path = (folder / name).resolve()
+            if not path.is_relative_to(folder.resolve()):
+                raise invalid(f"excitation.{key}", "be in the folder of the scene file", name)
+            found[key] = str(path)
+    return found
 
 
 def load(path: str | Path) -> Scene:

@@ -83,6 +83,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
     from harvester.averaging import stability as formula
     from harvester.averaging.exact_exponents import noiseless
     from harvester.mechanics import lyapunov
+    from harvester.mechanics.shaking import is_shaken
 
     if scene.load is not None and scene.load.netlist is not None:
         raise CannotServeError(
@@ -93,8 +94,8 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
     check_rest(eqs)
     unit = scales(scene).frequency if scene.physical else 1.0
     warnings = []
-    if eqs.n1 is not None:
-        warnings.append("external noise is left out: the exponent is that of rest, which external noise does not leave")
+    if is_shaken(eqs):
+        warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration)

@@ -41,7 +41,7 @@ def scene(eqs):
     """A nondimensional scene of these equations."""
     import harvester as hv
 
-    names = {"n1": "D11", "n2": "D22", "n12": "D12"}
+    names = {"n1": "D11", "n2": "D22", "n12": "D12", "coloured": "D11", "centre": "centre_frequency"}
     table = {names.get(k, k): v for k, v in vars(eqs).items() if v is not None}
     return hv.Scene(nondimensional=hv.Nondimensional(**table))
 

@@ -315,18 +315,18 @@ def test_stopping_dead_is_a_named_error():
 
 
 def test_a_scene():
-    """The three together; nonlinear terms play no part, external noise is left out with a word."""
+    """The three together; nonlinear terms play no part, external shaking is left out with a word."""
     full = changed(FIGURE7, alpha=0.05, c2=0.015, c3=0.025, n1=0.01)
     answer = stability(scene(full), trajectories=512)
     json = answer.as_json()
     assert json["published"] == float(formula.published(FIGURE7))
     assert json["averaged"] == float(formula.averaged(FIGURE7))
     assert abs(json["ensemble"]["value"] - json["averaged"]) < 4 * json["ensemble"]["stderr"]
-    assert any("external noise is left out" in w for w in json["warnings"])
+    assert any("external shaking is left out" in w for w in json["warnings"])
     assert json == stability(scene(full), trajectories=512).as_json()
     assert stability(scene(FIGURE7), trajectories=64, duration=50.0).warnings == ()
     assert "unstable" in str(answer)
-    assert "warning: external noise" in str(answer)
+    assert "warning: external shaking" in str(answer)
 
 
 def physical(**load):

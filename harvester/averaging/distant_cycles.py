@@ -97,7 +97,8 @@ class DistantOrbits:
     def refine(self, B: Floats, rest: Floats, offset: Floats) -> None:
         """Solve the orbit in its present potential, then the voltage on it: one fixed-point step.
 
-        ``offset`` is the slow part of the voltage on each orbit, constant over a cycle.
+        ``offset`` is the slow part of the voltage on each orbit, constant over a cycle, and ``rest`` the rest position
+        that it gives free orbits: A is about B + 2 rest.
         """
         q, alpha, beta = self.q, given(self.eqs.alpha), given(self.eqs.beta)
         self.B, self._offset, self.left = B, offset, -np.minimum(B, given(self.eqs.gap))

@@ -37,9 +37,11 @@ def flow(s, t, v, power, current):
 
 
 @inlined
-def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None):
-    """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1."""
+def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None, a=None):
+    """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1; all shaking is noise."""
     noise = xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12)) if n1 is not None or n2 is not None else 0.0
+    if a is not None:
+        noise += h * a
     pull = h * spring(x, alpha, linear, alpha2)
     voltage = 0.0 if beta is None else -h * beta * volts
     mean = 0.5 * (v0 + v1)

@@ -27,7 +27,8 @@ from harvester.circuit.rebuilt import interpreted
 from harvester.errors import SimulationError
 from harvester.mechanics.compiled import inlined
 from harvester.mechanics.limits import resting_places
-from harvester.mechanics.path import COLUMNS, Path, room_for_impacts
+from harvester.mechanics.path import COLUMNS, Path, between_kicks, room_for_impacts
+from harvester.mechanics.shaking import forcing
 from harvester.mechanics.step import kick
 from harvester.scaling import Equations
 
@@ -54,6 +55,7 @@ _ADDRESSES = (
     "step_at",
     "accepted_at",
     "noise_at",
+    "shaking_at",
     "noise_size",
     "readings_at",
     "impacts_at",
@@ -129,7 +131,7 @@ def aim(s, impacts, r, gap, high, r_high):
 
 @inlined
 def accepted(
-    s, t, v, power, current, smooth, noise, readings, impacts, charge,
+    s, t, v, power, current, smooth, noise, shaking, readings, impacts, charge,
     r, gap, high, r_high, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
 ):  # fmt: skip
     """Take an accepted point at time t: terminal voltage, load power, terminal current and voltage of Csmooth.
@@ -157,9 +159,10 @@ def accepted(
     elif s.goal == KICK:
         if s.kicks < s.noise_size:
             before = s.v
-            s.v = kick(s.x, before, V, noise[s.kicks], s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2)
+            xi, (_, a) = noise[s.kicks], between_kicks(shaking, s.kicks + 1)
+            s.v = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
             if s.measuring == DURING:
-                work(s, before, s.v, s.x, V, noise[s.kicks], s.h, alpha, beta, n1, n2, n12, linear, alpha2)
+                work(s, before, s.v, s.x, V, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
         s.kicks += 1
         s.phase = 0.0
         mark(s, t, v, smooth, alpha, linear, alpha2)
@@ -188,6 +191,8 @@ class Drive:
         whether ngspice may take smaller steps of its own between landings.
     since
         nondimensional time at which the ledger begins.
+    shaking
+        as of `harvester.mechanics.path.trace`.
     native
         False: ngspice calls plain Python functions, the readable reference, at some twenty times the cost.
     """
@@ -204,11 +209,13 @@ class Drive:
         free: bool = False,
         since: float = math.inf,
         native: bool = True,
+        shaking: Floats | None = None,
     ) -> None:
         self.native = native
         self.smoothing = 0.0  # capacitance of the load's Csmooth (F), once it has run
         readings = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: readings * stride])
+        self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
         self.readings = np.zeros((readings, len(COLUMNS)))
         self.charge = np.zeros(readings)  # voltage of the load's Csmooth, V, with each reading
         self.impacts = room_for_impacts(eqs, len(self.noise))
@@ -218,11 +225,13 @@ class Drive:
         self.given = tuple(given[name] for name in COEFFICIENTS)
         for name, value in (*((n, given[n]) for n in COEFFICIENTS), ("h", h), ("w0", w0), ("volts", volts)):
             self.record[name] = 0.0 if value is None else value
+        a = None if self.shaking is None else float(self.shaking[0])
         # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
-        self.record["x"], self.record["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *self.given[4:])
+        self.record["x"], self.record["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *self.given[4:], a)
         self.record["since"] = since / w0
         self.record["stride"], self.record["free"], self.record["has_beta"] = stride, free, eqs.beta is not None
         self.record["noise_at"], self.record["noise_size"] = self.noise.ctypes.data, len(self.noise)
+        self.record["shaking_at"] = 0 if self.shaking is None else self.shaking.ctypes.data
         self.record["readings_at"] = self.readings.ctypes.data
         self.record["impacts_at"], self.record["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
         self.record["charge_at"] = self.charge.ctypes.data
@@ -245,4 +254,4 @@ class Drive:
         s = self.record[0]
         if s.impacts > len(self.impacts):
             raise SimulationError(NARROW)
-        return Path(float(s.h), int(s.stride), self.readings, self.impacts[: s.impacts].copy())
+        return Path(float(s.h), int(s.stride), self.readings, self.impacts[: s.impacts].copy(), self.shaking)

@@ -92,8 +92,8 @@ def native_data(vectors, count, ident, user):
 
 
 @cache
-def native_accepted(present: tuple[bool, ...]) -> Any:
-    """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`)."""
+def native_accepted(present: tuple[bool, ...], shaken: bool) -> Any:
+    """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`) and other shaking."""
     has_r, has_gap, has_high, has_r_high, *others = present
     has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
 
@@ -108,6 +108,7 @@ def native_accepted(present: tuple[bool, ...]) -> Any:
             current,
             smooth,
             carray(_pointer(s.noise_at), s.noise_size, np.float64),
+            carray(_pointer(s.shaking_at), s.noise_size + 1, np.float64) if shaken else None,
             carray(_pointer(s.readings_at), (s.noise_size // s.stride, 5), np.float64),
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),

@@ -106,7 +106,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.state[:] = drive.record
         reference = None if drive.native else Reference(drive, self.state)
         if reference is None:
-            self.state["accepted_at"] = native_accepted(tuple(one is not None for one in drive.given)).address
+            self.state["accepted_at"] = native_accepted(
+                tuple(one is not None for one in drive.given), drive.shaking is not None
+            ).address
         self.vectors, self.loaded, self.smoothing = deck.vectors, False, 0.0
         self.messages.clear()
         self._stdout.clear()  # PySpice's own list, which grows for ever

@@ -56,7 +56,7 @@ class Reference:
             drive = self.drive
             try:
                 values = (t, v, power, current, smooth)
-                arrays = (drive.noise, drive.readings, drive.impacts, drive.charge)
+                arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge)
                 self._accepted(self.state, *values, *arrays, *drive.given)
             except Exception as error:
                 self.error = error

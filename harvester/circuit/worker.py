@@ -17,8 +17,9 @@ from harvester.circuit.processes import in_order, workers
 from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.limits import resting_places
 from harvester.mechanics.moments import Moments, from_path
-from harvester.mechanics.noise import gaussian_grid, three_point_grid
+from harvester.mechanics.noise import child, gaussian_grid, three_point_grid
 from harvester.mechanics.path import Path, trace
+from harvester.mechanics.shaking import forcing
 from harvester.scaling import Equations, Scales
 
 if TYPE_CHECKING:
@@ -62,13 +63,18 @@ class Measured:
     cheap: Moments | None = None
 
 
-def record(device: Device, noise: Floats, native: bool = True) -> Path:
+def record(device: Device, noise: Floats, native: bool = True, shaking: Floats | None = None) -> Path:
     """One path on a given noise grid, in this process; see `harvester.circuit.lockstep.Drive`."""
-    return run(device, noise, native=native).path()
+    return run(device, noise, native=native, shaking=shaking).path()
 
 
 def run(
-    device: Device, noise: Floats, discard: float = math.inf, native: bool = True, place: float | None = None
+    device: Device,
+    noise: Floats,
+    discard: float = math.inf,
+    native: bool = True,
+    place: float | None = None,
+    shaking: Floats | None = None,
 ) -> "Drive":
     """A finished run on a noise grid, in this process; its ledger begins at the nondimensional time ``discard``.
 
@@ -87,7 +93,7 @@ def run(
     scales, free = device.scales, not device.load.linear
     w0 = scales.frequency
     begin = None if place is None else (place, 0.0, 0.0)
-    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native)
+    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native, shaking)
     start = scales.volts * float(drive.record["x"][0])
     whole = (device.h / w0, drive.duration, start, device.norton, scales.volts, device.reltol)
     circuit = deck(device.load, scales.capacitance, *whole)
@@ -101,18 +107,20 @@ def _measure(
     device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, paired: bool, place: float
 ) -> Measured:
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
-    drive = run(device, noise, discard, place=place)
+    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
+    drive = run(device, noise, discard, place=place, shaking=shaking)
     state = drive.record[0]
     moments = from_path(device.eqs, drive.path(), discard, 1)
     balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
-    cheap = _cheap(device, noise, discard, place) if paired else None
+    cheap = _cheap(device, noise, shaking, discard, place) if paired else None
     return Measured(moments, balance.load, int(state.steps), balance, cheap)
 
 
-def _cheap(device: Device, noise: Floats, discard: float, place: float) -> Moments:
+def _cheap(device: Device, noise: Floats, shaking: Floats | None, discard: float, place: float) -> Moments:
     """The means without ngspice, on the same noise: the exact update of a load resistor, or the ideal circuit."""
     if device.ideal is None:
-        return from_path(device.eqs, trace(device.eqs, noise, device.h, device.stride, (place, 0.0, 0.0)), discard, 1)
+        path = trace(device.eqs, noise, device.h, device.stride, (place, 0.0, 0.0), shaking)
+        return from_path(device.eqs, path, discard, 1)
     from harvester.mechanics.ideal_path import ideal_moments
 
     return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, discard)
@@ -132,10 +140,10 @@ def warm_up(device: Device, paired: bool = False) -> float:
     return time.perf_counter() - begin
 
 
-def record_apart(device: Device, noise: Floats) -> Path:
+def record_apart(device: Device, noise: Floats, shaking: Floats | None = None) -> Path:
     """`record`, in a worker process."""
     find_library()
-    return next(in_order(record, [(device, noise)]))
+    return next(in_order(record, [(device, noise, True, shaking)]))
 
 
 def charging_apart(device: Device, noise: Floats) -> tuple[Floats, Floats]:

@@ -16,9 +16,12 @@ from harvester.scene import Scene
 
 if TYPE_CHECKING:
     from harvester.mechanics.ideal import IdealCircuit
+    from harvester.mechanics.moments import Moments
     from harvester.mechanics.step_pair import StepPair
 
 TOLD = 0.5  # seconds of compilation that are worth a word
+NO_NOISE = "no sampling error: nothing is random, and all starts come to the same response"
+ALIKE = 1e-3  # relative difference of trajectories that are
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 
 
@@ -49,12 +52,14 @@ class Ensemble(Sampled):
 
     NAME: ClassVar[str] = "ensemble"
     TRAJECTORIES: ClassVar[int] = 4096
+    QUIET: ClassVar[int] = 256  # where nothing is random
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
         from harvester.mechanics.compiled import compilation
+        from harvester.mechanics.shaking import is_random, is_shaken, period
         from harvester.mechanics.step_pair import StepPair
 
         what = self.model(scene)
@@ -63,12 +68,16 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
-            StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=circuit), 0.01)
+            StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if period(eqs) is None else None, circuit=circuit), 0.01)
         begin = time.perf_counter()
-        many = mc.Ensemble(eqs, self.trajectories or self.TRAJECTORIES, seed, h, circuit=circuit)
+        usual = self.TRAJECTORIES if is_random(eqs) or not is_shaken(eqs) else self.QUIET
+        many = mc.Ensemble(eqs, self.trajectories or usual, seed, h, circuit=circuit)
         warnings = many.settle()
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
         reasons = [self.REASON]
+        agreed = disagreement(pair.fine, eqs)
+        if agreed is not None:
+            (reasons if agreed == NO_NOISE else warnings).append(agreed)
         if self.within is not None:
             pair = self._pursue(pair, what, Target(self.within, self.budget), warnings, progress)
             reasons.insert(0, f"--within {self.within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
@@ -85,8 +94,8 @@ class Ensemble(Sampled):
             self.NAME,
             scene,
             eqs,
-            found(pair, "V2"),
-            found(pair, what.name).scaled(what.factor),
+            found(pair, "V2", agreed == NO_NOISE),
+            found(pair, what.name, agreed == NO_NOISE).scaled(what.factor),
             seconds,
             pair.steps,
             "; ".join(reason for reason in reasons if reason),
@@ -135,9 +144,26 @@ class Ensemble(Sampled):
             pair.extend(more)
 
 
-def found(pair: "StepPair", name: str) -> Value:
-    """One moment's mean with its errors of sampling and step."""
-    return Value(*pair.mean(name), abs(pair.bias(name)[0]))
+def found(pair: "StepPair", name: str, exact: bool = False) -> Value:
+    """One moment's mean with its errors of sampling, unless it is ``exact``, and step."""
+    mean, error = pair.mean(name)
+    return Value(mean, None if exact else error, abs(pair.bias(name)[0]))
+
+
+def disagreement(moments: "Moments", eqs: Equations) -> str | None:
+    """Of a steady response to a drive: `NO_NOISE`, or a warning where trajectories differ; None for random shaking."""
+    from harvester.mechanics.shaking import is_random, is_shaken
+
+    if is_random(eqs) or not is_shaken(eqs):
+        return None
+    low, high = moments.V2.min(), moments.V2.max()
+    if high - low <= ALIKE * high:
+        return NO_NOISE
+    low, high = (one / moments.V2.mean() for one in (low, high))
+    return (
+        f"trajectories differ in E[V^2], from {low:.3g} to {high:.3g} times the mean: the drive has several responses, "
+        "a chaotic one, or one that settles late; the mean is over the starts"
+    )
 
 
 def told(pair: "StepPair", name: str, unit: float, physical: bool) -> str:

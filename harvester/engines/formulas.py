@@ -14,6 +14,9 @@ from harvester.scene import Scene
 
 SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
 STOPS = frozenset({"compliant_stop", "opposite_stop"})
+SHAKING = frozenset(
+    {"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}
+)  # but white noise
 DOUBTFUL = 0.05  # estimated model error of `averaged` that brings a warning
 STOP_WARNING = (
     "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
@@ -99,7 +102,7 @@ class Published(_Formula):
     """
 
     NAME: ClassVar[str] = "published"
-    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | {"gap"}
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | SHAKING | {"gap"}
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.stationary import mean_square_voltages
@@ -125,7 +128,7 @@ class Averaged(_Formula):
     """
 
     NAME: ClassVar[str] = "averaged"
-    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | SHAKING
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale import solve_many

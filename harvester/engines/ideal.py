@@ -12,7 +12,8 @@ from harvester.scaling import equations, scales
 from harvester.scene import Scene
 
 # Effects that the ideal circuits' kernel does not know
-UNIDEAL = frozenset({"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"})
+SHAKING = frozenset({"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"})
+UNIDEAL = SHAKING | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
 
 
 @dataclass(frozen=True, kw_only=True)

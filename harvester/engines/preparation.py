@@ -1,5 +1,6 @@
 """What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
 
+import math
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -79,6 +80,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     from harvester.circuit.worker import Device
     from harvester.mechanics import ensemble as mc
     from harvester.mechanics.compiled import compilation
+    from harvester.mechanics.shaking import is_shaken, period
     from harvester.mechanics.step_pair import StepPair
 
     find_library()
@@ -90,13 +92,19 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     if load is None:
         raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
     circuit = load_circuit(load, s.capacitance)
-    if eqs.n1 is None:
+    if not is_shaken(eqs):
         raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
+    if eqs.n1 is None and eqs.restitution is not None:
+        raise CannotServeError(
+            "engine 'spice' must have white noise beside a rigid stop, on which the mass could else come to rest: use "
+            "engine 'ensemble'"
+        )
     refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
+    repeat = period(eqs)
     ideal = None if circuit.linear or UNIDEAL.intersection(effects(eqs)) else ideal_circuit(load, s)
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=ideal), 0.01)
+        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if repeat is None else None, circuit=ideal), 0.01)
     begin = time.perf_counter()
     pilot = mc.Ensemble(eqs, Ensemble.TRAJECTORIES, seed, h, circuit=ideal)
     warnings = pilot.settle()
@@ -109,6 +117,8 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
                 f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
                 f"Rload Csmooth = {circuit.storage:g} s"
             )
+    if repeat is not None:
+        burn_in = repeat * math.ceil(burn_in / repeat - 1e-6)
     pair: StepPair | None = None
     if circuit.linear or ideal is not None:
         pair = StepPair(pilot, burn_in)
@@ -116,9 +126,8 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
             target = Target(options.within, options.budget, begin)
             pair = _with_best_step(pair, "V2" if circuit.linear else "load", target, options.dt is not None)
             pilot = pair.many
-    device = Device(
-        eqs, s, circuit, pilot.h, max(1, round(READING / pilot.h)), reltol=reltol, gaussian=gaussian, ideal=ideal
-    )
+    stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
+    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal)
     return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
 
 

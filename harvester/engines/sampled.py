@@ -44,7 +44,8 @@ class Sampled:
 def balance(moments: Any, eqs: Equations) -> tuple[float, float]:
     """Power in less power out over power in, and its standard error (see `harvester.mechanics.moments`)."""
     from harvester.mechanics.moments import mean_and_error
+    from harvester.mechanics.shaking import is_random, is_shaken
 
-    if eqs.n1 is None and eqs.n2 is None:
+    if not (is_shaken(eqs) or is_random(eqs)):
         return 0.0, 0.0
     return mean_and_error(moments.balance(eqs))

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from harvester.engines.common import Progress, estimate
+from harvester.engines.ensemble import NO_NOISE, disagreement
 from harvester.engines.preparation import Prepared, prepare
 from harvester.engines.runs import FEWEST, Runs
 from harvester.engines.sampled import Sampled, balance
@@ -37,7 +38,7 @@ class Spice(Sampled):
     Raises
     ------
     CannotServeError
-        without a load or external noise, and for a compliant stop.
+        without a load or external noise, for a compliant stop, and for a rigid one without white noise.
     MissingProgramError
         when ngspice is not installed.
     CircuitError
@@ -65,14 +66,17 @@ class Spice(Sampled):
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
         from harvester.circuit import worker
+        from harvester.mechanics.shaking import is_random, period
 
         eqs, s = equations(scene), scales(scene)
         unit = s.frequency if scene.physical else 1.0
         ready = prepare(scene, self, self.reltol, self.gaussian)
-        paired = ready.pair is not None and not self.alone
+        noisy = is_random(eqs)
+        paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up(ready.device, paired)
         target = None if self.within is None else Target(self.within, self.budget, time.perf_counter() - ready.seconds)
-        runs = Runs(ready, paired, self._kicks(ready, paired, unit), np.random.SeedSequence(self.seed), progress)
+        kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
+        runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES
         runs.more(max(count, FEWEST) if paired else count)
         if target is not None:
@@ -87,7 +91,14 @@ class Spice(Sampled):
             details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
         else:
             details |= runs.ledger(1.0 if scene.physical else s.watts)
-        reasons = [ready.reason]
+        agreed = disagreement(moments, eqs)
+        if agreed is not None:
+            ready.warnings.extend([] if agreed == NO_NOISE else [agreed])
+        v2, power = (
+            dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value
+            for one in (runs.mean_square_voltage(), runs.power())
+        )
+        reasons = [ready.reason, agreed if agreed == NO_NOISE else ""]
         if target is not None:
             reasons.insert(0, f"--within {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
         if not scene.physical:
@@ -99,8 +110,8 @@ class Spice(Sampled):
             self.NAME,
             scene,
             eqs,
-            runs.mean_square_voltage().value,
-            runs.power().value,
+            v2,
+            power,
             seconds,
             sum(one.steps for one in runs.done),
             "; ".join(reason for reason in reasons if reason),
@@ -110,8 +121,8 @@ class Spice(Sampled):
         )
         return answer if ready.device.load.linear else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
 
-    def _kicks(self, ready: Prepared, paired: bool, unit: float) -> int:
-        """Of a trajectory, burn-in included: whole readings, and an even number of steps."""
+    def _kicks(self, ready: Prepared, paired: bool, unit: float, repeat: float | None) -> int:
+        """Of a trajectory, burn-in included: whole readings and periods, and an even number of steps."""
         device = ready.device
         if self.duration is not None:
             duration = self.duration * unit
@@ -119,8 +130,8 @@ class Spice(Sampled):
             duration = self.WINDOWS * ready.burn_in
         else:
             duration = max(self.KICKS / self.TRAJECTORIES * device.h, 4.0 * ready.burn_in)
-        whole = math.lcm(device.stride, 2)
-        return math.ceil((ready.burn_in + duration) / device.h / whole) * whole
+        whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
+        return math.ceil((ready.burn_in + duration) / device.h / whole - 1e-6) * whole
 
 
 def _pursue(runs: Runs, target: Target, fixed: bool) -> None:

@@ -5,9 +5,11 @@ up moments afterwards.  Every trajectory gives one independent time average, so 
 need no correlation time.
 """
 
+import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,17 @@ from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import check_start, coefficients
 from harvester.mechanics.settling import until_steady
+from harvester.mechanics.shaking import (
+    has_shaker,
+    held,
+    is_random,
+    is_shaken,
+    period,
+    samples_of,
+    shaker,
+    shaker_start,
+    whole_steps,
+)
 from harvester.mechanics.step import relaxation
 from harvester.mechanics.stops import loss_unit, move, stops_of
 from harvester.scaling import Equations
@@ -52,8 +65,8 @@ class Ensemble:
         nondimensional step; None: `STEP` over the typical frequency, found while settling.
     start
         x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, in each of
-        `resting_places` in turn, and without external noise, where rest is where it would stay, off it by 1 or
-        half-way to the opposite stop.
+        `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
+        drive spread over that distance, so that several responses to it are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
 
@@ -81,9 +94,11 @@ class Ensemble:
         self.trajectories = self.blocks * LANES
         places = np.array(resting_places(eqs))
         if start is None:
-            off = 0.0 if eqs.n1 is not None else np.minimum(1.0, 0.5 * (room(eqs)[1] - places))
+            off = np.resize(np.minimum(1.0, 0.5 * (room(eqs)[1] - places)), self.trajectories)
+            if is_shaken(eqs):
+                off *= 0.0 if is_random(eqs) else np.linspace(0.0, 1.0, self.trajectories)
             start = np.zeros((3, self.trajectories))
-            start[0] = np.resize(places + off, self.trajectories)
+            start[0] = np.resize(places, self.trajectories) + off
         check_start(eqs, start[0].min(), start[0].max())
         self.eqs, self.seed, self.given_h, self.start, self.circuit = eqs, seed, h, start, circuit
         self._coarse: bool | None = None
@@ -91,7 +106,8 @@ class Ensemble:
         self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def _start(self, h: float) -> None:
-        self.h, self.time = h, 0.0
+        self.h, self.time = whole_steps(self.eqs, h), 0.0
+        h = self.h
         start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
         self.state = aligned((self.blocks, 3 if self.circuit is None else 5, LANES))
         self.state[:, :3] = start
@@ -102,6 +118,17 @@ class Ensemble:
             words[:] = random_words(child(self.seed, 0, k), LANES)
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.stride = 2 * max(1, round(0.2 / h))
+        self.filter = aligned((self.blocks, 2, LANES))
+        if (repeat := period(self.eqs)) is not None:  # whole readings, at least 16, to a period
+            self.stride = math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
+        self.samples: list[Floats | None] = [None] * self.blocks
+        if has_shaker(self.eqs):
+            grid = 0.5 * h if self._coarse else h
+            for k, states in enumerate(self.filter):
+                rng = np.random.default_rng(child(self.seed, 2, k))
+                drawn = k == 0 or self.eqs.density is not None
+                self.samples[k] = samples_of(self.eqs, grid, rng) if drawn else self.samples[0]
+                states[:] = shaker_start(self.eqs, grid, LANES, rng, self.samples[k])
 
     @property
     def reading(self) -> float:
@@ -109,7 +136,7 @@ class Ensemble:
         return self.stride * self.h
 
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
-        """Advance all trajectories by ``duration`` (rounded to whole readings) and average.
+        """Advance all trajectories by ``duration`` (rounded to whole readings, and periods of a drive) and average.
 
         Raises
         ------
@@ -118,14 +145,15 @@ class Ensemble:
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
-        readings = max(1, round(duration / self.reading))
+        whole = round((period(self.eqs) or self.reading) / self.reading)  # readings to a period
+        readings = whole * max(1, round(duration / (whole * self.reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
             if self.circuit is None:
-                advance(*state, *grid, *coefficients(self.eqs))  # type: ignore[call-arg]
+                advance(*state, *grid, *coefficients(self.eqs), self._shaker(k))  # type: ignore[call-arg]
             else:
                 advance_ideal(*state, *grid, *self.circuit.arguments, *coefficients(self.eqs)[1:10])  # type: ignore[call-arg]
             if progress is not None:
@@ -150,7 +178,9 @@ class Ensemble:
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
-        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs))
+        for k, state in enumerate(self.state):
+            lanes = out[:, k * LANES : (k + 1) * LANES]
+            _mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self._shaker(k))
         return out
 
     def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
@@ -200,19 +230,32 @@ class Ensemble:
         """A fresh ensemble of the same scene and size with another step and other noise."""
         return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit)
 
+    def _shaker(self, k: int) -> tuple[Any, ...] | None:
+        """What shakes block k beside white noise, as the kernels take it."""
+        whole = shaker(self.eqs, self.h, self._coarse, self.samples[k])
+        return None if whole is None else (*self.filter[k], *self.words[k], *whole)
+
+    def continued(self, eqs: Equations, h: float) -> "Ensemble":
+        """An ensemble that goes on from the present states at a drive of another frequency, with a step up to h."""
+        other = Ensemble(eqs, self.trajectories, child(self.seed, 3), h, self.start)
+        other.state[:], other.filter[:], other.words[:] = self.state, self.filter, self.words
+        return other
+
     def coarser(self) -> "Ensemble":
         """A fresh ensemble of the same scene and size with twice the step, on the same noise."""
         other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit)
-        other._coarse, other.stride = True, self.stride // 2
+        other._coarse = True
+        other._start(other.h)
+        other.stride = self.stride // 2
         return other
 
 
 @kernel
-def _mid_drift(state, out, h, mu, r, beta, n1, stops):  # type: ignore[no-untyped-def]
-    """From states after a kick, shape (blocks, 3, LANES), to states half a step later, shape (3, blocks LANES)."""
+def _mid_drift(state, out, h, mu, r, beta, n1, stops, shaker):  # type: ignore[no-untyped-def]
+    """From states after a kick to states half a step later, shapes (3, LANES)."""
     e, g = relaxation(0.5 * h, mu)
-    for k in range(len(state)):
-        for i in range(LANES):
-            x, v, voltage = state[k, 0, i], state[k, 1, i], state[k, 2, i]
-            row = out[:, k * LANES + i]
-            (row[0], row[1], row[2]), _ = move(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops)
+    for i in range(LANES):
+        x, v, voltage = state[0, i], state[1, i], state[2, i]
+        (out[0, i], out[1, i], out[2, i]), _ = move(
+            x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops, held(i, shaker)
+        )

@@ -82,7 +82,7 @@ def advance_ideal(
             sums[8, i] += vm * Vm
             if c1 is not None or c2 is not None or c3 is not None:
                 sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
-            sums[12, i] += 0.5 * mu * (Ui * Ui + Um * Um)
+            sums[13, i] += 0.5 * mu * (Ui * Ui + Um * Um)
 
 
 @kernel

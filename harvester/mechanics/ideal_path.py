@@ -76,7 +76,7 @@ def trace_ideal(
     charge = np.empty((len(readings), 2))
     impacts = room_for_impacts(eqs, len(noise))
     count = _trace(noise, *start, h, stride, readings, charge, impacts, *circuit.arguments, *coefficients(eqs)[1:10])
-    return IdealPath(h, stride, readings, impacts[:count].copy(), charge)
+    return IdealPath(h, stride, readings, impacts[:count].copy(), None, charge)
 
 
 def ideal_moments(

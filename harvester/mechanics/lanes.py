@@ -8,6 +8,7 @@ import numpy as np
 
 from harvester.mechanics.compiled import inlined, kernel
 from harvester.mechanics.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.shaking import held, shaken
 from harvester.mechanics.step import drift_at_stop, friction, relaxation
 from harvester.mechanics.stops import kick_at_stops, move
 
@@ -15,33 +16,41 @@ LANES = 64
 
 # Rows of the sums of one lane.  At a reading, x and V are taken at the kick and in mid-drift:
 # their errors of order h^2 have opposite signs.
-SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss")
+SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss", "driven")
 
 
 @inlined
-def _step(i, x, v, V, xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops):
-    """One step of lane i, with the sums of its impacts."""
+def _step(
+    i, x, v, V, xi, sums, coarse,
+    h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+):  # fmt: skip
+    """One step of lane i, with the sums of its impacts, and of the shaking's work but white noise's."""
+    a, a1 = shaken(i, coarse, shaker)
     if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
-        x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
+        x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1, None, a)
         if r is not None:
             sums[10, i] += 1.0 if speed > 0.0 else 0.0
             sums[11, i] += speed * speed
     else:
-        (x, v, V), (_, _, impacts, lost) = move(x, v, V, h, h, e, g, mu, r, beta, n1, stops)
+        (x, v, V), (_, _, impacts, lost) = move(x, v, V, h, h, e, g, mu, r, beta, n1, stops, a)
         sums[10, i] += impacts
         sums[11, i] += lost
-    return x, kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops), V
+    v1 = kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a1)
+    if shaker is not None:
+        sums[12, i] += 0.5 * h * a1 * (v + v1)
+    return x, v1, V
 
 
 @kernel
 def advance(
     x, v, V, s0, s1, sums, readings, stride, coarse,
-    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
 ):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
+    shaker: as of `shaken`, its states changed in place.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or, where ``coarse`` is not None, of one
     step of twice the length: the sum of both variates has the moments that weak order 2 uses, as they have.
@@ -51,7 +60,7 @@ def advance(
     # A step with a square root, a division or the stop's voltage is a long chain of results that wait
     # for each other.  The processor overlaps as many lanes as fit into its window: twice as many if
     # the loop body is one step, not two.  A short step is better off with fewer loads and stores.
-    short = c2 is None and c3 is None and n2 is None and (r is None or mu is None)
+    short = c2 is None and c3 is None and n2 is None and (r is None or mu is None) and shaker is None
     later = np.zeros(LANES)
     for _ in range(readings):
         if coarse is not None:
@@ -63,8 +72,8 @@ def advance(
                         xi1, xi2 = two_variates(bits)
                         xi = (xi1 + xi2) * HALF_ROOT
                     x[i], v[i], V[i] = _step(
-                        i, x[i], v[i], V[i], xi, sums,
-                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        i, x[i], v[i], V[i], xi, sums, coarse,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                     )  # fmt: skip
         else:
             for _ in range(stride // 2):
@@ -74,13 +83,13 @@ def advance(
                         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
                         xi1, xi2 = two_variates(bits)
                     xi, vi, Vi = _step(
-                        i, x[i], v[i], V[i], xi1, sums,
-                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        i, x[i], v[i], V[i], xi1, sums, coarse,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                     )  # fmt: skip
                     if short:
                         xi, vi, Vi = _step(
-                            i, xi, vi, Vi, xi2, sums,
-                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                            i, xi, vi, Vi, xi2, sums, coarse,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                         )  # fmt: skip
                     elif n1 is not None or n2 is not None:
                         later[i] = xi2
@@ -88,12 +97,12 @@ def advance(
                 if not short:
                     for i in range(LANES):
                         x[i], v[i], V[i] = _step(
-                            i, x[i], v[i], V[i], later[i], sums,
-                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                            i, x[i], v[i], V[i], later[i], sums, coarse,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                         )  # fmt: skip
         for i in range(LANES):
             xi, vi, Vi = x[i], v[i], V[i]
-            (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops)
+            (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops, held(i, shaker))
             sums[0, i] += 0.5 * (Vi + Vm)
             sums[1, i] += Vi * Vi
             sums[2, i] += Vm * Vm

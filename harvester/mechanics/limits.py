@@ -7,6 +7,7 @@ import numpy as np
 from harvester.errors import UnboundedResponseError
 from harvester.scaling import Equations
 
+SHARPEST = 20.0  # a frequency; no step is made shorter for resonances that are sharper
 FASTEST_CHATTER = 500.0  # a frequency; no step is made shorter for bounces that are faster
 
 
@@ -49,12 +50,19 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
 
     For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), stand for the 1 where they are more.
     Where E[x'^2] is given, the bounces of a mass that the spring presses on a stop count too (`chatter`), up to
-    `FASTEST_CHATTER`.
+    `FASTEST_CHATTER`.  Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks for
+    .2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.
     """
     linear, alpha2, alpha = _spring(eqs)
     slope = linear + 2.0 * abs(alpha2) * math.sqrt(x2) + 3.0 * abs(alpha) * x2
     bounces = 0.0 if v2 is None else min(chatter(eqs, v2), FASTEST_CHATTER)
-    return math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) + bounces**2)
+    frequency = math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) + bounces**2)
+    if eqs.bandwidth is not None:
+        frequency = max(frequency, (eqs.centre or 0.0) + eqs.bandwidth)
+    if eqs.drive is not None:
+        loss = -(eqs.c1 or 0.0) + (eqs.beta or 0.0) * (eqs.mu or 0.0) / (1.0 + (eqs.mu or 0.0) ** 2)
+        frequency = max(frequency, min(0.2 / math.sqrt(loss), SHARPEST) if loss > 0.0 else SHARPEST)
+    return frequency
 
 
 def chatter(eqs: Equations, v2: float) -> float:
@@ -69,6 +77,20 @@ def chatter(eqs: Equations, v2: float) -> float:
     if eqs.n1 is None or pressed == 0.0:
         return 0.0
     return math.sqrt(pressed**3 / (10.0 * eqs.n1 * max(math.sqrt(v2), eqs.n1 / pressed)))
+
+
+def slowest(eqs: Equations) -> float:
+    """Longest time constant of small motions about x = 0 off the stops that die out; 0 where some do not.
+
+    Without a load the voltage is a spring.
+    """
+    linear = 1.0 if eqs.linear is None else eqs.linear
+    beta, mu = eqs.beta or 0.0, eqs.mu
+    matrix = [[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]]
+    if mu is not None:
+        matrix = [[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]]
+    rate = -float(np.linalg.eigvals(matrix).real.max())
+    return 1.0 / rate if rate > 1e-9 else 0.0
 
 
 def check_bounded(eqs: Equations) -> None:

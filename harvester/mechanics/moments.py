@@ -30,6 +30,7 @@ class Moments:
     damped: Floats  # f(x) x'^2
     impacts: Floats  # impacts in a unit of time
     impact_loss: Floats  # energy that the stops took in a unit of time
+    driven: Floats  # power that other shaking than white noise put in, a x'
     load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
 
     def mean(self, name: str) -> tuple[float, float]:
@@ -54,9 +55,9 @@ class Moments:
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
 
-        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + what the stops took, (1 - r^2)/2 v-^2 an impact
+        N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
         """
-        power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x
+        power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x + self.driven
         out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + self.impact_loss
         return np.asarray((power_in - out) / power_in.mean())
 
@@ -100,13 +101,14 @@ def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: floa
         damped=s["fv2"],
         impacts=rate * s["impacts"],
         impact_loss=loss * rate * s["impact_loss"],
+        driven=rate * s["driven"],
         load=s.get("load", (mu or 0.0) * v2),
     )
 
 
 def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
     """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts.  Rigid stops only."""
-    first = math.ceil(discard / (path.h * path.stride))
+    first = math.ceil(discard / (path.h * path.stride) - 1e-6)
     rows = (len(path.readings) - first) // batches
     part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
     xk, Vk, x, v, V = np.moveaxis(part, 2, 0)
@@ -114,6 +116,11 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
     edges = first * path.stride * path.h + length * np.arange(batches + 1)
     times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
     r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
+    a: Floats | float = 0.0
+    if path.shaking is not None:  # at the readings, in mid-drift
+        kicks = np.arange(first + 1, first + 1 + rows * batches) * path.stride
+        after = np.minimum(kicks + 1, len(path.shaking) - 1)
+        a = 0.5 * (path.shaking[kicks] + path.shaking[after]).reshape(batches, rows)
     lost = 0.5 * (1.0 - np.where(speeds > 0.0, r, r_high) ** 2) * speeds**2
 
     def mean(values: Floats) -> Floats:
@@ -131,5 +138,6 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
         impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
+        driven=mean(a * v),
         load=(eqs.mu or 0.0) * v2,
     )

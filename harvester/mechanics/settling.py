@@ -9,8 +9,9 @@ power (found from the same window) have gone by.
 from typing import TYPE_CHECKING
 
 from harvester.errors import SimulationError, UnboundedResponseError
-from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded, unlike_wells
+from harvester.mechanics.limits import friction_bounds, remedy, slowest, surely_bounded, unlike_wells
 from harvester.mechanics.moments import Moments, correlation_time
+from harvester.mechanics.shaking import is_random
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble import Ensemble
@@ -19,6 +20,7 @@ FIRST_WINDOW = 32.0  # time units: about five periods
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 LOADS = 5.0  # time constants of the load
 CHARGINGS = 6.0  # time constants of a smoothing capacitor
+TRANSIENTS = 1.2  # times MEMORIES: time constants of a small transient, of which e^-12 is left
 MEMORIES = 10.0  # correlation times; from a window of half the burn-in they come out too short by a quarter at worst
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
@@ -60,12 +62,13 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
 
 
 def memory(many: "Ensemble", window: Moments, length: float) -> float:
-    """Correlation time of energy, V^2 or load power, the longest, from a window that ends now; 0 without noise.
+    """Correlation time of energy, V^2 or load power, the longest, from a window that ends now.
 
+    Without noise that of a small transient (`slowest`), so that `MEMORIES` of it leave `TRANSIENTS` times as many.
     Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of the wells.
     """
-    if many.eqs.n1 is None and many.eqs.n2 is None:
-        return 0.0
+    if not is_random(many.eqs):
+        return TRANSIENTS * slowest(many.eqs)
     x, v, voltage = many.snapshot()
     found = [correlation_time(window.x2 + window.v2, x * x + v * v, length)]
     found.append(correlation_time(window.V2, voltage * voltage, length))

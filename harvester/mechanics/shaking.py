@@ -3,7 +3,7 @@
     harmonic     a = F cos(Omega t)
     coloured     tau a' = -a + sqrt(2 D) white noise                      (Ornstein and Uhlenbeck)
     band-pass    a' = -B a - W b + B sqrt(2 D) white noise,   b' = W a    (a resonator of frequency W)
-    record       a given, repeated for ever
+    record       a given, repeated for ever (`harvester.records`), also one of a density, with random phases
 
 The first three are a linear filter of two states, a = p, whose step is exact in law:
 
@@ -34,17 +34,22 @@ def period(eqs: Equations) -> float | None:
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None, "Scene checks this"
         return 2.0 * math.pi / eqs.drive_frequency
-    return None
+    return None if eqs.record is None else eqs.record.period
 
 
 def is_random(eqs: Equations) -> bool:
     """Whether anything in the equations is random."""
-    return not (eqs.n1 is None and eqs.n2 is None and eqs.coloured is None)
+    return not (eqs.n1 is None and eqs.n2 is None and eqs.coloured is None and eqs.density is None)
 
 
 def is_shaken(eqs: Equations) -> bool:
     """Whether anything shakes the mass at rest."""
-    return not (eqs.n1 is None and eqs.coloured is None and eqs.drive is None)
+    return eqs.n1 is not None or has_shaker(eqs)
+
+
+def has_shaker(eqs: Equations) -> bool:
+    """Whether anything other than white noise does."""
+    return any(one is not None for one in (eqs.coloured, eqs.drive, eqs.record, eqs.density))
 
 
 def whole_steps(eqs: Equations, h: float) -> float:
@@ -83,8 +88,19 @@ def deviation(eqs: Equations, h: float) -> float:
     return math.sqrt(2.0 * eqs.coloured / h * math.tanh(0.5 * h / eqs.correlation_time))
 
 
-def shaker(eqs: Equations, h: float, coarse: bool | None = None) -> tuple[Any, ...] | None:
-    """What `shaken` needs beside its states: (a11, a12, a21, a22, l11, l21, l22, gain), None where absent.
+def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | None:
+    """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
+    if eqs.density is not None:
+        return eqs.density.record(h, rng).values
+    return None if eqs.record is None else eqs.record.sampled(round(eqs.record.period / h))
+
+
+def shaker(
+    eqs: Equations, h: float, coarse: bool | None = None, samples: Floats | None = None
+) -> tuple[Any, ...] | None:
+    """What `shaken` needs beside its states: (a11, a12, a21, a22, l11, l21, l22, gain, samples), None where absent.
+
+    With ``samples`` of `samples_of`, at the steps that the filter makes, p is the present one and q its place.
 
     ``coarse``: the filter makes two steps of h/2 in each step, on the noise of both, so that the ensembles of a pair of
     steps are shaken alike.  None: there is no such shaking.
@@ -93,7 +109,9 @@ def shaker(eqs: Equations, h: float, coarse: bool | None = None) -> tuple[Any, .
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
         c, s = math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h)
-        return c, -s, s, c, None, None, None, None
+        return c, -s, s, c, None, None, None, None, None
+    if samples is not None:
+        return (0.0, *7 * [None], samples)
     if eqs.coloured is None:
         return None
     if eqs.correlation_time is not None:
@@ -101,13 +119,18 @@ def shaker(eqs: Equations, h: float, coarse: bool | None = None) -> tuple[Any, .
         spread = deviation(eqs, h)
         gain = deviation(eqs, whole) / spread if coarse else None
         innovation = spread * math.sqrt(-math.expm1(-2.0 * fading))
-        return math.exp(-fading), None, None, None, innovation, None, None, gain
+        return math.exp(-fading), None, None, None, innovation, None, None, gain, None
     a, lower = _noise_filter(eqs, h)
-    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None
+    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None, None
 
 
-def shaker_start(eqs: Equations, h: float, trajectories: int, rng: np.random.Generator) -> Floats:
-    """States (p, q) at the beginning, shape (2, trajectories): a random phase, or the stationary law of the noise."""
+def shaker_start(
+    eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
+) -> Floats:
+    """States (p, q) at first, shape (2, trajectories): a random phase or place, or the stationary law of the noise."""
+    if samples is not None:
+        places = rng.integers(0, len(samples), trajectories)
+        return np.array([samples[places], places])
     if eqs.drive is not None:
         phase = rng.uniform(0.0, 2.0 * math.pi, trajectories)
         return eqs.drive * np.array([np.cos(phase), np.sin(phase)])
@@ -115,22 +138,22 @@ def shaker_start(eqs: Equations, h: float, trajectories: int, rng: np.random.Gen
 
 
 @inlined
-def shaken(i, s0, s1, coarse, shaker):
+def shaken(i, coarse, shaker):
     """The acceleration of lane i: its mean over the coming drift, and that of the kick at its end; advances the filter.
 
-    ``shaker`` is None, then both are None, or (p, q, *`shaker`) with states of shape (lanes,).
+    ``shaker`` is None, then both are None, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,).
     """
     if shaker is None:
         return None, None
-    return _shaken(i, s0, s1, coarse, *shaker)
+    return _shaken(i, coarse, *shaker)
 
 
 @inlined
-def _shaken(i, s0, s1, coarse, p, q, a11, a12, a21, a22, l11, l21, l22, gain):
+def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     before = p[i]
-    _filtered(i, s0, s1, p, q, a11, a12, a21, a22, l11, l21, l22)
+    _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
     if coarse is not None:
-        _filtered(i, s0, s1, p, q, a11, a12, a21, a22, l11, l21, l22)
+        _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
     after = p[i]
     if gain is not None:
         before *= gain
@@ -139,8 +162,13 @@ def _shaken(i, s0, s1, coarse, p, q, a11, a12, a21, a22, l11, l21, l22, gain):
 
 
 @inlined
-def _filtered(i, s0, s1, p, q, a11, a12, a21, a22, l11, l21, l22):
-    """One step of the filter of lane i."""
+def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
+    """One step of the filter of lane i, or one sample further."""
+    if samples is not None:
+        place = int(q[i]) + 1
+        place = place if place < len(samples) else 0
+        p[i], q[i] = samples[place], place
+        return
     p1, q1 = a11 * p[i], 0.0
     if a12 is not None:
         p1 += a12 * q[i]
@@ -165,14 +193,14 @@ def held(i, shaker):
 
 
 @inlined
-def _held(i, p, q, a11, a12, a21, a22, l11, l21, l22, gain):
+def _held(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     if gain is not None:
         return gain * p[i]
     return p[i]
 
 
 @kernel
-def _coloured(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, out):  # type: ignore[no-untyped-def]
+def _coloured(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
     """Fill ``out`` with p, from variates of shape (2, n)."""
     for k in range(len(out)):
         out[k] = p
@@ -186,7 +214,7 @@ def _coloured(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, out):  # type: 
 def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
     """Accelerations at the times 0, h, ..., steps h of one path, shape (steps + 1,); None without such a shaking.
 
-    ``rng`` draws the phase, or Gaussian noise; without it the phase is 0.
+    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
 
     Raises
     ------
@@ -197,12 +225,18 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
         assert eqs.drive_frequency is not None
         phase = 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi)
         return np.asarray(eqs.drive * np.cos(eqs.drive_frequency * h * np.arange(steps + 1) + phase))
-    whole = shaker(eqs, h)
-    if whole is None:
+    if eqs.record is not None:
+        start = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
+        return eqs.record.at(start + h * np.arange(steps + 1, dtype=np.float64), h)
+    if not has_shaker(eqs):
         return None
     if rng is None:
         raise invalid("forcing", "be given where coloured noise shakes the mass", None)
+    if eqs.density is not None:
+        return eqs.density.record(h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
+    whole = shaker(eqs, h)
+    assert whole is not None
     out = np.empty(steps + 1)
     p, q = shaker_start(eqs, h, 1, rng)[:, 0]
-    _coloured(rng.standard_normal((2, steps + 1)), p, q, *whole, out)
+    _coloured(rng.standard_normal((2, steps + 1)), p, q, *whole, out)  # type: ignore[call-arg]
     return out

@@ -62,6 +62,14 @@ def _single(x, v, V, h, r, beta, n1, pull, a, speed):
 
 
 @inlined
+def mirrored(way, a):
+    """The acceleration a along the axis turned by ``way``."""
+    if a is None:
+        return None
+    return way * a
+
+
+@inlined
 def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pull_high, k, c):
     if r is None:
         return in_contact(x + gap, v, V, t, gap, mu, k, c)
@@ -74,11 +82,12 @@ def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pul
         if v > 0.0:
             way, wall, r_ahead, pull_ahead = -1.0, high, r_high, pull_high
         y, v_y, V_y = max(way * (x - wall), 0.0), way * v, way * V
-        y1, v1, V1, speed = drift_at_stop(y, v_y, V_y, h, t, e, g, mu, r_ahead, beta, n1, pull_ahead)
+        a_y = mirrored(way, a)
+        y1, v1, V1, speed = drift_at_stop(y, v_y, V_y, h, t, e, g, mu, r_ahead, beta, n1, pull_ahead, a_y)
         if speed == 0.0:
             return (min(max(x + t * v, -gap), high), v, way * V1), (0.0, 0.0, 0.0, 0.0)
         if y1 <= gap + high:
-            first, _, impacts, lost = _single(y, v_y, V_y, h, r_ahead, beta, n1, pull_ahead, speed)
+            first, _, impacts, lost = _single(y, v_y, V_y, h, r_ahead, beta, n1, pull_ahead, a_y, speed)
             return (wall + way * y1, way * v1, way * V1), (first, way * speed, impacts, lost)
     return between(x, v, V, t, mu, gap, r, high, r_high)
 
@@ -156,11 +165,11 @@ def in_contact(y, v, V, t, gap, mu, k, c):
 
 
 @inlined
-def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops):
+def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a=None):
     """`kick` that leaves a mass stuck on a rigid stop there: `kick_at_stop` for stops wherever they are."""
     if stops is None:
-        return kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2)
-    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2)
+        return kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
     return _held(x, v, v1, r, n1, *stops)
 
 

@@ -1,0 +1,156 @@
+"""Frequency response under a harmonic drive: voltage and power up the frequencies and down again.
+
+At each frequency the mass goes on from its motion, and the phase of the drive, at the one before, so that a response of
+two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
+"""
+
+import json
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester import files
+from harvester.engines.common import refuse, resistive, with_power
+from harvester.errors import InputError, UnboundedResponseError, invalid
+from harvester.estimate import Value
+from harvester.provenance import provenance
+from harvester.response_table import Point, Response
+from harvester.scaling import Equations, equations, scales
+from harvester.scene import Scene
+from harvester.sweep import axis
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble import Ensemble
+    from harvester.mechanics.moments import Moments
+
+QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
+LEAST, MOST = 3, 10_000  # frequencies
+
+
+def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
+    """``FROM:TO:COUNT``, ascending (spaced by ratio where the ends differ tenfold), in Hz, nondimensional in rad.
+
+    Raises
+    ------
+    InputError
+        for anything else.
+    """
+    parts = text.split(":")
+    if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
+        raise invalid("--sweep", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
+    key = "excitation.frequency" if scene.physical else "nondimensional.drive_frequency"
+    found = sorted(axis(f"{key}={text}").values)
+    if found[0] == found[-1]:
+        raise invalid("--sweep", "be between two different frequencies", text)
+    return tuple(found)
+
+
+def response(scene: Scene, sweep: Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None) -> Response:
+    """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
+
+    Raises
+    ------
+    InputError
+        for a scene without a harmonic drive.
+    CannotServeError
+        for a load other than a resistance.
+    UnboundedResponseError
+        where the response grows without bound.
+    """
+    from harvester.mechanics.ensemble import Ensemble
+    from harvester.mechanics.shaking import is_random
+
+    eqs = resistive(scene, "ensemble")
+    refuse(
+        eqs,
+        frozenset({"coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}),
+        "a frequency response",
+        "engine 'ensemble'",
+    )
+    key = ("excitation", "acceleration_amplitude", "frequency")
+    if not scene.physical:
+        key = ("nondimensional", "drive", "drive_frequency")
+    if eqs.drive is None:
+        raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
+    noisy, points = is_random(eqs), []
+    many = None
+    for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
+        for frequency in run:
+            here = equations(scene.vary(f"{key[0]}.{key[2]}", frequency))
+            if many is None:
+                rest = np.zeros((3, NOISY if noisy else QUIET))
+                rest[0] = _rest(here)
+                many = Ensemble(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
+            many, fine, coarse = _at(many, here)
+            points.append(_point(scene, here, direction, frequency, fine, coarse, noisy))
+            if tick is not None:
+                tick()
+    return Response(tuple(points), scene.physical)
+
+
+def _rest(eqs: Equations) -> float:
+    from harvester.mechanics.limits import resting_places
+
+    return resting_places(eqs)[0]
+
+
+def _at(before: "Ensemble", eqs: Equations) -> "tuple[Ensemble, Moments, Moments | None]":
+    """Go on from an ensemble's motion at another frequency: steady means there, and those of twice the step."""
+    from harvester.mechanics.ensemble import STEP
+    from harvester.mechanics.limits import typical_frequency
+    from harvester.mechanics.settling import until_steady
+
+    x, v, _ = before.snapshot()
+    h = STEP / typical_frequency(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
+    while True:
+        many = before.continued(eqs, h)
+        found, _ = until_steady(many)
+        frequency = typical_frequency(eqs, found.mean("x2")[0], found.mean("v2")[0])
+        if many.h * frequency < 1.5 * STEP:
+            break
+        h = STEP / frequency
+    coarse = before.continued(eqs, 2.0 * many.h)
+    time = many.time
+    try:
+        coarse.run(time)
+        return many, many.run(time), coarse.run(time)
+    except UnboundedResponseError:
+        return many, many.run(time), None
+
+
+def _point(
+    scene: Scene,
+    eqs: Equations,
+    direction: str,
+    frequency: float,
+    fine: "Moments",
+    coarse: "Moments | None",
+    noisy: bool,
+) -> Point:
+    """Means of the fine step in the scene's units; a third of the difference from twice the step is its bias."""
+    from harvester.engines.ensemble import ALIKE
+
+    value, stderr = fine.mean("V2")
+    bias = value if coarse is None else abs(coarse.mean("V2")[0] - value) / 3.0
+    alike = noisy or bool(np.ptp(fine.V2) <= ALIKE * value)
+    v2 = Value(value, None if alike and not noisy else stderr, bias)
+    power, s = with_power(v2, eqs), scales(scene)
+    if scene.physical:
+        v2, power = v2.scaled(s.volts**2), power.scaled(s.watts)
+    return Point(direction, frequency, v2, power, alike)
+
+
+def draw(scene: Scene, text: str, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> Response:
+    """`response` over ``text`` (`frequencies`); writes response.csv, response.png and provenance.json into a folder."""
+    from harvester import response_figure
+
+    sweep, folder = frequencies(scene, text), files.folder(out)
+    found = response(scene, sweep, seed, tick)
+    files.write(folder / "response.csv", found.text())
+    files.write(folder / "response.png", response_figure.response(found, scene.title))
+    whence = provenance(scene, sweep=list(sweep), seed=seed)
+    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    return found
