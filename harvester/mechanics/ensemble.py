@@ -15,11 +15,10 @@ import numpy as np
 
 from harvester.arrays import Floats, aligned
 from harvester.errors import UnboundedResponseError, invalid
-from harvester.mechanics.compiled import kernel
 from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.ideal import IdealCircuit
 from harvester.mechanics.ideal_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
-from harvester.mechanics.lanes import LANES, SUMS, advance
+from harvester.mechanics.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.limits import chatter, check_bounded, remedy, resting_places, room, typical_frequency
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
@@ -27,7 +26,6 @@ from harvester.mechanics.path import check_start, coefficients
 from harvester.mechanics.settling import until_steady
 from harvester.mechanics.shaking import (
     has_shaker,
-    held,
     is_random,
     is_shaken,
     period,
@@ -36,8 +34,7 @@ from harvester.mechanics.shaking import (
     shaker_start,
     whole_steps,
 )
-from harvester.mechanics.step import relaxation
-from harvester.mechanics.stops import loss_unit, move, stops_of
+from harvester.mechanics.stops import loss_unit, stops_of
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
@@ -180,7 +177,7 @@ class Ensemble:
             return out
         for k, state in enumerate(self.state):
             lanes = out[:, k * LANES : (k + 1) * LANES]
-            _mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self._shaker(k))
+            mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self._shaker(k))
         return out
 
     def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
@@ -248,14 +245,3 @@ class Ensemble:
         other._start(other.h)
         other.stride = self.stride // 2
         return other
-
-
-@kernel
-def _mid_drift(state, out, h, mu, r, beta, n1, stops, shaker):  # type: ignore[no-untyped-def]
-    """From states after a kick to states half a step later, shapes (3, LANES)."""
-    e, g = relaxation(0.5 * h, mu)
-    for i in range(LANES):
-        x, v, voltage = state[0, i], state[1, i], state[2, i]
-        (out[0, i], out[1, i], out[2, i]), _ = move(
-            x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops, held(i, shaker)
-        )

@@ -114,3 +114,12 @@ def advance(
             sums[8, i] += vm * Vm
             if c1 is not None or c2 is not None or c3 is not None:
                 sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
+
+
+@kernel
+def mid_drift(state, out, h, mu, r, beta, n1, stops, shaker):
+    """From states after a kick to states half a step later, shapes (3, LANES)."""
+    e, g = relaxation(0.5 * h, mu)
+    for i in range(LANES):
+        x, v, V = state[0, i], state[1, i], state[2, i]
+        (out[0, i], out[1, i], out[2, i]), _ = move(x, v, V, h, 0.5 * h, e, g, mu, r, beta, n1, stops, held(i, shaker))
