@@ -1,8 +1,8 @@
 """Accuracy on demand: is `--within` kept, and what does the control variate save?
 
-1. Over many seeds, the share of `--within 2%` that lies within 2 % of the reference, for `ensemble` (or
-   with a netlist) and `spice`, in three scenes.  The reference is the engine's own, asked for .2 %: `ideal` does not know
-   the error of its model.
+1. Over many seeds, the share of `--within 2%` that lies within 2 % of the reference: `ensemble` (with a netlist,
+   `ideal`) and `spice`, in three scenes.  The reference is the engine's own, asked for .2 %: `ideal` does not know the
+   error of its model.
 2. `spice` paired with a cheap model against `spice` alone, at the same standard error: seconds of ngspice alone scale
    with the square of its standard error; both estimates must agree.
 3. The paper's scene within 1 %, engine by engine, in seconds without compilation.

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 TOLD = 0.5  # seconds of compilation that are worth a word
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
+TRAJECTORIES, FEWEST = 4096, 256
+CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Ensemble(Sampled):
     """
 
     NAME: ClassVar[str] = "ensemble"
-    TRAJECTORIES: ClassVar[int] = 4096
+    TRAJECTORIES: ClassVar[int] = TRAJECTORIES
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
@@ -65,7 +67,7 @@ class Ensemble(Sampled):
         with compilation() as first:
             StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=circuit), 0.01)
         begin = time.perf_counter()
-        many = mc.Ensemble(eqs, self.trajectories or self.TRAJECTORIES, seed, h, circuit=circuit)
+        many = mc.Ensemble(eqs, self.trajectories or affordable(circuit), seed, h, circuit=circuit)
         warnings = many.settle()
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
         reasons = [self.REASON]
@@ -133,6 +135,12 @@ class Ensemble(Sampled):
             if progress is not None:
                 progress(min(pair.duration / needed, 1.0))
             pair.extend(more)
+
+
+def affordable(circuit: "IdealCircuit | None") -> int:
+    """Trajectories by default: fewer where each must wait long for a large capacitor."""
+    share = 1.0 if circuit is None else CHARGING / circuit.memory
+    return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
 
 
 def found(pair: "StepPair", name: str) -> Value:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import KNOWN, Ensemble, told
+from harvester.engines.ensemble import KNOWN, affordable, told
 from harvester.engines.sampled import Sampled
 from harvester.engines.target import Target, best_factor
 from harvester.errors import CannotServeError
@@ -52,7 +52,7 @@ class Prepared:
             return ""
         if self.pair is None:
             return "the bias of the step is not known for a netlist of one's own: compare with half of --dt"
-        return "the bias of the step is that of the ideal circuit"
+        return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
 
     def chosen(self, unit: float, physical: bool) -> str:
         """The step, and why."""
@@ -95,12 +95,12 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     with compilation():
         StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=ideal), 0.01)
     begin = time.perf_counter()
-    pilot = mc.Ensemble(eqs, Ensemble.TRAJECTORIES, seed, h, circuit=ideal)
+    pilot = mc.Ensemble(eqs, affordable(ideal), seed, h, circuit=ideal)
     warnings = pilot.settle()
     burn_in = pilot.time
     if circuit.storage is not None:
         charging = CHARGINGS * circuit.storage * s.frequency
-        burn_in = max(burn_in, min(charging, LONGEST_CHARGING))
+        burn_in = min(max(burn_in, charging), LONGEST_CHARGING)
         if charging > LONGEST_CHARGING:
             warnings.append(
                 f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
