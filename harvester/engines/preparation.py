@@ -90,22 +90,20 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     circuit = load_circuit(load, s.capacitance)
     if eqs.n1 is None:
         raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
-    ideal = None if circuit.linear else ideal_circuit(load, s)
+    charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
+    ideal = None if circuit.linear or charging > LONGEST_CHARGING else ideal_circuit(load, s)
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
         StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=ideal), 0.01)
     begin = time.perf_counter()
     pilot = mc.Ensemble(eqs, affordable(ideal), seed, h, circuit=ideal)
     warnings = pilot.settle()
-    burn_in = pilot.time
-    if circuit.storage is not None:
-        charging = CHARGINGS * circuit.storage * s.frequency
-        burn_in = min(max(burn_in, charging), LONGEST_CHARGING)
-        if charging > LONGEST_CHARGING:
-            warnings.append(
-                f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
-                f"Rload Csmooth = {circuit.storage:g} s"
-            )
+    burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
+    if charging > LONGEST_CHARGING:
+        warnings.append(
+            f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
+            f"Rload Csmooth = {circuit.storage:g} s"
+        )
     pair: StepPair | None = None
     if circuit.linear or ideal is not None:
         pair = StepPair(pilot, burn_in)
