@@ -135,6 +135,10 @@ def test_a_netlist_of_ones_own(tmp_path):
         hv.Ideal().run(PLATE.with_load(hv.Load(netlist=str(own))))
     with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
         hv.Ideal().run(PLATE)
+    same = hv.Spice(trajectories=8, duration=10.0).run(
+        PLATE.with_load(hv.Load(netlist="resistor", parameters={"R": "1 Mohm"}))
+    )
+    assert abs(z_score(same.mean_power, hv.Ensemble().run(PLATE).mean_power)) < 4
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ class Device:
     ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
     tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would do.
-    ``ideal`` is the netlist's circuit made of ideal elements, where there is one.
+    ``ideal`` is the load as `harvester.circuit.ideal` has it, where it does.
     """
 
     eqs: Equations
@@ -101,7 +101,7 @@ def _measure(device: Device, seed: np.random.SeedSequence, kicks: int, discard: 
 
 
 def _cheap(device: Device, noise: Floats, discard: float) -> Moments:
-    """The means without ngspice, on the same noise: the exact update of a load resistor, or the ideal circuit."""
+    """The means without ngspice, on the same noise: of the ideal circuit, or by the exact update of a load resistor."""
     if device.ideal is None:
         return from_path(device.eqs, trace(device.eqs, noise, device.h, device.stride), discard, 1)
     from harvester.mechanics.ideal_path import ideal_moments

@@ -1,5 +1,6 @@
 """What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
 
+import dataclasses
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -37,9 +38,14 @@ class Prepared:
     seconds: float
 
     @property
+    def resistive(self) -> bool:
+        """Whether the load is a resistance of the equations, and no netlist."""
+        return self.device.eqs.mu is not None
+
+    @property
     def quantity(self) -> str:
         """The moment that the power is made of."""
-        return "V2" if self.device.load.linear else "load"
+        return "V2" if self.resistive else "load"
 
     def relative_bias(self, name: str) -> float | None:
         """Of the step, as the cheap model shows it; None where there is none."""
@@ -48,7 +54,7 @@ class Prepared:
     @property
     def reason(self) -> str:
         """What is known of the bias of the step, where it is not that of the very same equations."""
-        if self.device.load.linear:
+        if self.resistive:
             return ""
         if self.pair is None:
             return "the bias of the step is not known for a netlist of one's own: compare with half of --dt"
@@ -91,12 +97,13 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     if eqs.n1 is None:
         raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
-    ideal = None if circuit.linear or charging > LONGEST_CHARGING else ideal_circuit(load, s)
+    ideal = None if charging > LONGEST_CHARGING else ideal_circuit(load, s)
+    free = eqs if ideal is None else dataclasses.replace(eqs, mu=None)
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=ideal), 0.01)
+        StepPair(mc.Ensemble(free, 1, seed, 1e-3, circuit=ideal), 0.01)
     begin = time.perf_counter()
-    pilot = mc.Ensemble(eqs, affordable(ideal), seed, h, circuit=ideal)
+    pilot = mc.Ensemble(free, affordable(ideal), seed, h, circuit=ideal)
     warnings = pilot.settle()
     burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
@@ -105,11 +112,11 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
             f"Rload Csmooth = {circuit.storage:g} s"
         )
     pair: StepPair | None = None
-    if circuit.linear or ideal is not None:
+    if eqs.mu is not None or ideal is not None:
         pair = StepPair(pilot, burn_in)
         if options.within is not None:
             target = Target(options.within, options.budget, begin)
-            pair = _with_best_step(pair, "V2" if circuit.linear else "load", target, options.dt is not None)
+            pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.many
     device = Device(
         eqs, s, circuit, pilot.h, max(1, round(READING / pilot.h)), reltol=reltol, gaussian=gaussian, ideal=ideal

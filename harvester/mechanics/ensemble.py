@@ -123,7 +123,8 @@ class Ensemble:
             if self.circuit is None:
                 advance(*state, *grid, *coefficients(self.eqs))  # type: ignore[call-arg]
             else:
-                advance_ideal(*state, *grid, *self.circuit.arguments, *coefficients(self.eqs)[1:])  # type: ignore[call-arg]
+                landed = (*grid[:3], self.time > 0.0, self.h)
+                advance_ideal(*state, *landed, *self.circuit.arguments, *coefficients(self.eqs)[1:])  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * self.reading * LANES)
 
@@ -143,6 +144,8 @@ class Ensemble:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
         eqs = self.eqs
         out = np.empty((3, self.trajectories))
+        if self.circuit is not None and self.circuit.resistor is not None:
+            return np.moveaxis(self.state[:, :3], 0, 1).reshape(3, -1).copy()
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
