@@ -69,7 +69,7 @@ def prepared(function, e, held, readings=READINGS, numbers=False):
     state, words, sums = held
     values, steps = coefficients(e), (2 * PAIRS, None)
     if numbers:
-        values, steps = tuple(0.0 if value is None else value for value in values[:-1]), (PAIRS,)
+        values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)  # the paper's scene's
     return lambda: function(*state, *words, sums, readings, *steps, H, *values)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines import Ideal, Spice, candidates, engine
+from harvester.engines import Ideal, Published, Spice, candidates, engine
 from harvester.engines.preparation import READING, prepare
 from harvester.errors import (
     CannotServeError,
@@ -85,7 +85,7 @@ class Comparison:
 
 
 def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
-    """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop.
+    """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
     ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).
 
@@ -96,17 +96,19 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
     """
     estimates: list[Estimate] = []
     refused: dict[str, str] = {}
+    drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
     last: HarvesterError | None = None
     for name in candidates(scene):
         try:
             estimates.append(engine(name, seed=seed, **options).run(scene))
         except (CannotServeError, MissingProgramError, SimulationError) as error:
             refused[name], last = str(error), error
+            drawn = drawn and not (name == Published.NAME and isinstance(error, CannotServeError))
     if not estimates:
         assert last is not None
         raise last
     paths: list[PathComparison] = []
-    if "spice" not in refused and (scene.load is None or scene.load.netlist is None):
+    if drawn and "spice" not in refused:
         bare = scene.without_stop()
         pairs = (
             [("without the stop", bare)] if bare == scene else [("with the stop", scene), ("without the stop", bare)]

@@ -16,6 +16,7 @@ from harvester.averaging import stability
 from harvester.errors import SimulationError
 from harvester.scaling import Equations, equations
 from harvester.scene import Scene
+from harvester.stability import check_rest
 
 COLUMNS = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
 LOADS = np.geomspace(0.02, 5.0, 13)
@@ -67,12 +68,13 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
 def draw(scene: Scene, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> list[Edge]:
     """Write stability.csv and stability.png for a scene, whose own mu and D22 do not matter, into a folder.
 
-    Raises InputError where the folder cannot be written.
+    Raises InputError where the folder cannot be written, and CannotServeError as `harvester.stability.check_rest`.
     """
     from harvester import figures
 
     if scene.load is not None and scene.load.netlist is not None:
         raise SimulationError("the region of stability must have a load resistance: give load.resistance")
+    check_rest(equations(scene))
     folder, points = files.folder(out), []
     for edge in edges(equations(scene), LOADS, np.random.SeedSequence(seed)):
         points.append(edge)

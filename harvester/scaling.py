@@ -1,7 +1,8 @@
 """SI <-> nondimensional, both ways (paper, the transformations before Eq. 2).
 
-    t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(stiffness/mass)
-    alpha = l^2 k3/k    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
+    t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(k/M), k = |stiffness|
+    alpha = l^2 k3/k    alpha2 = l k2/k    stops: gap/l, k_s/k and c_s/(M w0)
+    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
     beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
     white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
 
@@ -14,14 +15,16 @@ from dataclasses import dataclass
 
 from harvester.errors import InputError, invalid
 from harvester.quantity import LARGEST, SMALLEST
-from harvester.scene import Excitation, Load, Nondimensional, Oscillator, Piezo, Scene, Stop
+from harvester.scene import Excitation, Load, Nondimensional, OppositeStop, Oscillator, Piezo, Scene, Stop
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equations:
     """The coefficients of Eq. 2; None is an effect that is absent.
 
-    n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities.
+    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The stop is at x = -gap (None: at rest,
+    x = 0), rigid where ``restitution`` is given, compliant where ``stop_stiffness`` is; the opposite one is rigid,
+    at x = opposite_gap.  n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities.
     beta None is a voltage without force on the mass, mu None an open circuit, restitution None
     no stop, and so on.
     """
@@ -36,6 +39,13 @@ class Equations:
     n1: float | None = None
     n2: float | None = None
     n12: float | None = None
+    linear: float | None = None
+    alpha2: float | None = None
+    gap: float | None = None
+    opposite_restitution: float | None = None
+    opposite_gap: float | None = None
+    stop_stiffness: float | None = None
+    stop_damping: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +113,11 @@ def equations(scene: Scene, length: float | None = None) -> Equations:
 
 _SOURCES = {
     "alpha": "oscillator.cubic_stiffness",
+    "alpha2": "oscillator.quadratic_stiffness",
+    "gap": "stop.gap",
+    "opposite_gap": "opposite_stop.gap",
+    "stop_stiffness": "stop.stiffness",
+    "stop_damping": "stop.damping",
     "beta": "piezo.coupling",
     "mu": "load.resistance",
     "c1": "oscillator.damping",
@@ -119,16 +134,25 @@ def _of_device(scene: Scene, length: float | None) -> Equations:
     damping = oscillator.damping
     if oscillator.damping_ratio is not None:
         damping = 2.0 * oscillator.damping_ratio * rate
+    stiffness = abs(oscillator.stiffness)
+    stop, opposite = scene.stop or Stop(restitution=1.0), scene.opposite_stop
     excitation = scene.excitation or Excitation()
     psd, resistance = excitation.acceleration_psd, scene.load.resistance if scene.load else None
     return Equations(
-        alpha=_scaled(oscillator.cubic_stiffness, s.length**2 / oscillator.stiffness),
-        beta=piezo.coupling**2 / (oscillator.stiffness * piezo.capacitance),
+        linear=-1.0 if oscillator.stiffness < 0.0 else None,
+        alpha2=_scaled(oscillator.quadratic_stiffness, s.length / stiffness),
+        alpha=_scaled(oscillator.cubic_stiffness, s.length**2 / stiffness),
+        beta=piezo.coupling**2 / (stiffness * piezo.capacitance),
         mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * s.frequency),
         c1=_scaled(damping, -1.0 / rate),
         c2=_scaled(oscillator.damping_x2, -(s.length**2) / rate),
         c3=_scaled(oscillator.damping_x4, s.length**4 / rate),
-        restitution=None if scene.stop is None else scene.stop.restitution,
+        restitution=None if scene.stop is None else stop.restitution,
+        gap=_scaled(stop.gap, 1.0 / s.length),
+        opposite_restitution=None if opposite is None else opposite.restitution,
+        opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
+        stop_stiffness=_scaled(stop.stiffness, 1.0 / stiffness),
+        stop_damping=_scaled(stop.damping, 1.0 / rate),
         n1=_scaled(psd, 0.25 / (s.length**2 * s.frequency**3)),
         n2=excitation.stiffness_noise or None,
     )
@@ -150,7 +174,7 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
     oscillator, piezo = _device(scene)
     return Scales(
         mass=oscillator.mass,
-        frequency=math.sqrt(oscillator.stiffness / oscillator.mass),
+        frequency=math.sqrt(abs(oscillator.stiffness) / oscillator.mass),
         length=natural_length(scene) if length is None else length,
         coupling=piezo.coupling,
         capacitance=piezo.capacitance,
@@ -164,12 +188,11 @@ def natural_length(scene: Scene) -> float:
     equals the linear one, or 1 mm.
     """
     oscillator, _ = _device(scene)
+    stiffness = abs(oscillator.stiffness)
     if scene.excitation is not None and scene.excitation.acceleration_psd:
-        return (
-            0.5 * math.sqrt(scene.excitation.acceleration_psd) * math.pow(oscillator.mass / oscillator.stiffness, 0.75)
-        )
+        return 0.5 * math.sqrt(scene.excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
     if oscillator.cubic_stiffness:
-        return math.sqrt(oscillator.stiffness / oscillator.cubic_stiffness)
+        return math.sqrt(stiffness / abs(oscillator.cubic_stiffness))
     return 1e-3
 
 
@@ -188,7 +211,8 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     stiffness, rate = s.mass * s.frequency**2, s.mass * s.frequency
     oscillator = Oscillator(
         mass=s.mass,
-        stiffness=stiffness,
+        stiffness=stiffness * (eqs.linear or 1.0),
+        quadratic_stiffness=_scaled(eqs.alpha2, stiffness / s.length),
         cubic_stiffness=_scaled(eqs.alpha, stiffness / s.length**2),
         damping=_scaled(eqs.c1, -rate),
         damping_x2=_scaled(eqs.c2, -rate / s.length**2),
@@ -196,11 +220,22 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     )
     coupling = s.coupling if eqs.beta is None else math.sqrt(eqs.beta * stiffness * s.capacitance)
     noise = Excitation(acceleration_psd=_scaled(eqs.n1, 4 * s.length**2 * s.frequency**3), stiffness_noise=eqs.n2)
+    stop = opposite = None
+    if eqs.restitution is not None or eqs.stop_stiffness is not None:
+        stop = Stop(
+            restitution=eqs.restitution,
+            gap=_scaled(eqs.gap, s.length),
+            stiffness=_scaled(eqs.stop_stiffness, stiffness),
+            damping=_scaled(eqs.stop_damping, rate),
+        )
+    if eqs.opposite_restitution is not None:
+        opposite = OppositeStop(restitution=eqs.opposite_restitution, gap=_scaled(eqs.opposite_gap, s.length))
     return Scene(
         title=title,
         oscillator=oscillator,
         piezo=Piezo(coupling=coupling, capacitance=s.capacitance),
-        stop=None if eqs.restitution is None else Stop(restitution=eqs.restitution),
+        stop=stop,
+        opposite_stop=opposite,
         excitation=noise if eqs.n1 or eqs.n2 else None,
         load=None if eqs.mu is None else Load(resistance=s.resistance(eqs.mu)),
     )
@@ -209,11 +244,16 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
 def effects(eqs: Equations) -> tuple[str, ...]:
     """Names of the effects present, in the order of the equations; nothing else is computed."""
     names = {
-        "alpha": "cubic_stiffness",
+        "linear": "negative_stiffness",
+        "alpha2": "quadratic_stiffness",
+        "alpha": "softening_stiffness" if (eqs.alpha or 0.0) < 0.0 else "cubic_stiffness",
         "c1": "linear_damping",
         "c2": "damping_x2",
         "c3": "damping_x4",
         "restitution": "impact",
+        "stop_stiffness": "compliant_stop",
+        "gap": "gap",
+        "opposite_restitution": "opposite_stop",
         "n1": "external_noise",
         "n2": "parametric_noise",
         "n12": "correlated_noise",
@@ -227,6 +267,8 @@ def _of_table(table: Nondimensional) -> Equations:
     eps1 = 1.0 if table.eps1 is None else table.eps1
     eps2 = 1.0 if table.eps2 is None else table.eps2
     return Equations(
+        linear=None if table.linear == 1.0 else table.linear,
+        alpha2=table.alpha2 or None,
         alpha=table.alpha or None,
         beta=table.beta or None,
         mu=table.mu or None,
@@ -234,6 +276,11 @@ def _of_table(table: Nondimensional) -> Equations:
         c2=table.c2 or None,
         c3=table.c3 or None,
         restitution=table.restitution,
+        gap=table.gap or None,
+        opposite_restitution=table.opposite_restitution,
+        opposite_gap=None if table.opposite_restitution is None else table.opposite_gap or 0.0,
+        stop_stiffness=table.stop_stiffness or None,
+        stop_damping=table.stop_damping or None,
         n1=_scaled(table.D11, eps1**2),
         n2=_scaled(table.D22, eps2**2),
         n12=_scaled(table.D12, eps1 * eps2),

@@ -29,9 +29,13 @@ def _field(name: str, unit: str, example: str, **limits: Any) -> tuple[Kind, Bef
 
 
 _MASS = _field("a mass (kg)", "kg", "'40 g'", above=0.0)
-_STIFFNESS = _field("a stiffness (N/m)", "N/m", "'16 N/m'", above=0.0)
-_CUBIC = _field("a cubic stiffness (N/m^3)", "N/m^3", "1e5", least=0.0)
+_STIFFNESS = _field("a stiffness (N/m)", "N/m", "'16 N/m'")
+_STOP_STIFFNESS = _field("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0)
+_QUADRATIC = _field("a quadratic stiffness (N/m^2)", "N/m^2", "1e3")
+_CUBIC = _field("a cubic stiffness (N/m^3)", "N/m^3", "1e5")
 _DAMPING = _field("a damping coefficient (N s/m)", "N s/m", "'6.4e-3 N s/m'")
+_STOP_DAMPING = _field("a damping coefficient (N s/m)", "N s/m", "'1 N s/m'", least=0.0)
+_GAP = _field("a distance from rest (m)", "m", "'0.5 mm'")
 _DAMPING_X2 = _field("a damping coefficient of X^2 (N s/m^3)", "N s/m^3", "10.0")
 _DAMPING_X4 = _field("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
 _NUMBER = (NUMBER, BeforeValidator(NUMBER.read))
@@ -64,15 +68,17 @@ _FORBID = ConfigDict(extra="forbid")
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Oscillator(_Table):
-    """M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + stiffness X + cubic_stiffness X^3 = ...
+    """M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + spring = ...
 
-    SI units.  The paper's b1 = -damping, b2 = -damping_x2, b3 = damping_x4; damping_ratio is
-    damping / (2 sqrt(stiffness mass)).
+    spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
+    negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
+    b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)).
     """
 
     TABLE: ClassVar[str] = "oscillator"
     mass: Annotated[float, *_MASS]
     stiffness: Annotated[float, *_STIFFNESS]
+    quadratic_stiffness: Annotated[float, *_QUADRATIC] | None = None
     cubic_stiffness: Annotated[float, *_CUBIC] | None = None
     damping: Annotated[float, *_DAMPING] | None = None
     damping_ratio: Annotated[float, *_NUMBER] | None = None
@@ -80,6 +86,8 @@ class Oscillator(_Table):
     damping_x4: Annotated[float, *_DAMPING_X4] | None = None
 
     def __post_init__(self) -> None:
+        if self.stiffness == 0.0:
+            raise invalid("oscillator.stiffness", "be other than 0, for it sets the scale of time", self.stiffness)
         if self.damping is not None and self.damping_ratio is not None:
             raise InputError("oscillator.damping_ratio must be left out where damping is given, but both are given")
 
@@ -95,10 +103,29 @@ class Piezo(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Stop(_Table):
-    """A rigid stop at X = 0, motion on X > 0: X'+ = -restitution X'-."""
+    """A stop at X = -gap, motion on X > -gap; a negative gap presses the mass on it (preload).
+
+    Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: where X < -gap the force on the mass is
+    -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass would not come off.
+    """
 
     TABLE: ClassVar[str] = "stop"
+    restitution: Annotated[float, *_RESTITUTION] | None = None
+    gap: Annotated[float, *_GAP] | None = None
+    stiffness: Annotated[float, *_STOP_STIFFNESS] | None = None
+    damping: Annotated[float, *_STOP_DAMPING] | None = None
+
+    def __post_init__(self) -> None:
+        _rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
+class OppositeStop(_Table):
+    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-."""
+
+    TABLE: ClassVar[str] = "opposite_stop"
     restitution: Annotated[float, *_RESTITUTION]
+    gap: Annotated[float, *_GAP] | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -133,17 +160,26 @@ class Load(_Table):
 class Nondimensional(_Table):
     """The paper's parameters (Eq. 2), every one optional; N1 = eps1^2 D11, N2 = eps2^2 D22.
 
-    eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.
+    eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.  Ours: the spring is
+    linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
+    stop_damping instead of restitution) and `OppositeStop`.
     """
 
     TABLE: ClassVar[str] = "nondimensional"
     c1: Annotated[float, *_NUMBER] | None = None
     c2: Annotated[float, *_NUMBER] | None = None
     c3: Annotated[float, *_NUMBER] | None = None
-    alpha: Annotated[float, *_POSITIVE] | None = None
+    alpha: Annotated[float, *_NUMBER] | None = None
+    alpha2: Annotated[float, *_NUMBER] | None = None
+    linear: Annotated[float, *_NUMBER] | None = None
     beta: Annotated[float, *_POSITIVE] | None = None
     mu: Annotated[float, *_POSITIVE] | None = None
     restitution: Annotated[float, *_RESTITUTION] | None = None
+    gap: Annotated[float, *_NUMBER] | None = None
+    opposite_restitution: Annotated[float, *_RESTITUTION] | None = None
+    opposite_gap: Annotated[float, *_NUMBER] | None = None
+    stop_stiffness: Annotated[float, *_POSITIVE] | None = None
+    stop_damping: Annotated[float, *_POSITIVE] | None = None
     eps1: Annotated[float, *_NUMBER] | None = None
     eps2: Annotated[float, *_NUMBER] | None = None
     D11: Annotated[float, *_POSITIVE] | None = None
@@ -154,13 +190,27 @@ class Nondimensional(_Table):
         for eps, density in (("eps1", "D11"), ("eps2", "D22")):
             if getattr(self, eps) and getattr(self, density) is None:
                 raise InputError(f"nondimensional.{density} must be given with {eps}, but is left out")
+        if self.linear is not None and abs(self.linear) != 1.0:
+            raise invalid("nondimensional.linear", "be 1 or -1", self.linear)
+        self._check_stops()
         bound = ((self.D11 or 0.0) * (self.D22 or 0.0)) ** 0.5
         if abs(self.D12 or 0.0) > bound * (1 + 1e-12):
             raise invalid("nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12)
 
+    def _check_stops(self) -> None:
+        stop = self.restitution is not None or bool(self.stop_stiffness)
+        for key, whole in (("gap", stop), ("opposite_gap", self.opposite_restitution is not None)):
+            if getattr(self, key) is not None and not whole:
+                raise InputError(f"nondimensional.{key} must go with a stop, but there is none: give its restitution")
+        if stop or self.stop_damping is not None:
+            _rigid_or_compliant("nondimensional", "stop_", self.restitution, self.stop_stiffness, self.stop_damping)
+            _check_contact("nondimensional.stop_damping", self.stop_damping, self.stop_stiffness, 1.0)
+        if self.opposite_restitution is not None:
+            _check_room("nondimensional.opposite_", self.restitution is not None, self.gap, self.opposite_gap)
+
 
 TABLES: dict[str, type[_Table]] = {
-    table.TABLE: table for table in (Oscillator, Piezo, Stop, Excitation, Load, Nondimensional)
+    table.TABLE: table for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Nondimensional)
 }
 
 
@@ -178,18 +228,25 @@ class Scene(_Table):
     oscillator: Oscillator | None = None
     piezo: Piezo | None = None
     stop: Stop | None = None
+    opposite_stop: OppositeStop | None = None
     excitation: Excitation | None = None
     load: Load | None = None
     nondimensional: Nondimensional | None = None
 
     def __post_init__(self) -> None:
-        physical = [name for name in ("oscillator", "piezo", "stop", "excitation", "load") if getattr(self, name)]
+        physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given")
         if self.nondimensional is None:
             for name in ("oscillator", "piezo"):
                 if name not in physical:
                     raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
+            stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
+            if self.oscillator is not None:
+                _check_contact("stop.damping", stop.damping, stop.stiffness, self.oscillator.mass)
+            if opposite is not None:
+                rigid = self.stop is not None and self.stop.restitution is not None
+                _check_room("opposite_stop.", rigid, stop.gap, opposite.gap)
 
     @property
     def physical(self) -> bool:
@@ -201,10 +258,12 @@ class Scene(_Table):
         return dataclasses.replace(self, load=load if isinstance(load, Load) else Load(resistance=load))
 
     def without_stop(self) -> "Scene":
-        """The same scene without its stop."""
+        """The same scene without its stops."""
         if self.nondimensional is not None:
-            return dataclasses.replace(self, nondimensional=dataclasses.replace(self.nondimensional, restitution=None))
-        return dataclasses.replace(self, stop=None)
+            keys = ("restitution", "gap", "opposite_restitution", "opposite_gap", "stop_stiffness", "stop_damping")
+            bare = dataclasses.replace(self.nondimensional, **dict.fromkeys(keys))
+            return dataclasses.replace(self, nondimensional=bare)
+        return dataclasses.replace(self, stop=None, opposite_stop=None)
 
     def vary(self, key: str, value: float) -> "Scene":
         """The same scene with ``key``, such as ``load.resistance``, set to ``value`` (SI).
@@ -243,6 +302,34 @@ class Scene(_Table):
     def digest(self) -> str:
         """A short hash of all that the scene says."""
         return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
+
+
+def _rigid_or_compliant(
+    table: str, prefix: str, restitution: float | None, stiffness: float | None, damping: float | None
+) -> None:
+    """A stop has a restitution coefficient, or a stiffness and maybe a damping."""
+    soft = f"{table}.{prefix}stiffness"
+    if restitution is not None and stiffness:
+        raise InputError(f"{soft} must be left out where {table}.restitution is given, but both are given")
+    if not stiffness and damping:
+        raise InputError(f"{soft} must be given with {table}.{prefix}damping, but is left out")
+    if restitution is None and not stiffness:
+        raise InputError(f"{table}.restitution must be given, but is missing (or {soft}, for a compliant stop)")
+
+
+def _check_contact(key: str, damping: float | None, stiffness: float | None, mass: float) -> None:
+    """Less than critical damping: with more the mass would not come off the stop by itself."""
+    if damping and stiffness and damping >= (critical := 2.0 * (stiffness * mass) ** 0.5):
+        raise invalid(key, f"be below the critical damping of the contact, {critical:.6g}", damping)
+
+
+def _check_room(where: str, rigid: bool, gap: float | None, opposite_gap: float | None) -> None:
+    """An opposite stop has a rigid stop opposite, and room between them."""
+    if not rigid:
+        raise InputError(f"{where}restitution must go with a rigid stop, but there is none: turn the axis round")
+    least, given = 0.0 - (gap or 0.0), opposite_gap or 0.0
+    if not given > least:
+        raise invalid(f"{where}gap", f"be above {least:g}, so that the stops leave room", given)
 
 
 def split_key(key: str) -> tuple[str, str]:

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from harvester.engines.common import refuse
 from harvester.errors import CannotServeError
 from harvester.estimate import Value
-from harvester.scaling import equations, scales
+from harvester.scaling import Equations, equations, scales
 from harvester.scene import Scene
 
 
@@ -61,6 +62,12 @@ class Stability:
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
 
+def check_rest(eqs: Equations) -> None:
+    """CannotServeError unless the mass rests at x = 0, free or just touching one rigid stop."""
+    unserved = frozenset({"negative_stiffness", "gap", "opposite_stop", "compliant_stop"})
+    refuse(eqs, unserved, "stability, of rest at x = 0 with one rigid stop there or none,", "engine 'ensemble'")
+
+
 def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: float = 1000.0) -> Stability:
     """The top Lyapunov exponent of a scene's linearised equations without external noise.
 
@@ -69,7 +76,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
     Raises
     ------
     CannotServeError
-        for a netlist load.
+        for a netlist load, and where the linearised motion about x = 0 says nothing of rest (`check_rest`).
     SimulationError
         where the linearised motion stops dead (restitution 0 without a voltage).
     """
@@ -83,6 +90,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
             "give load.resistance, the circuit's at small signals"
         )
     eqs = equations(scene)
+    check_rest(eqs)
     unit = scales(scene).frequency if scene.physical else 1.0
     warnings = []
     if eqs.n1 is not None:

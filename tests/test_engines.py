@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.compare import compare
 from harvester.engines.preparation import prepare
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
 from harvester.estimate import Value, z_score
+from harvester.stability import stability
 from tests.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
 
 PLATE = hv.load("examples/plate.toml")
@@ -193,6 +195,68 @@ def test_refusals(monkeypatch):
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent/libngspice.so")
     with pytest.raises(MissingProgramError, match="apt-get install"):
         hv.Spice().run(PLATE)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "refusing"),
+    [
+        ({"gap": 0.2}, "gap", {"published"}),
+        ({"gap": 0.2, "opposite_restitution": 1.0, "opposite_gap": 1.0}, "gap and opposite stop", {"published"}),
+        ({"opposite_restitution": 1.0, "opposite_gap": 1.0}, "opposite stop", {"published", "averaged"}),
+        ({"restitution": None, "stop_stiffness": 1e3}, "compliant stop", {"published", "averaged", "spice"}),
+        ({"linear": -1.0}, "negative stiffness", {"published", "averaged"}),
+        ({"alpha2": 0.3}, "quadratic stiffness", {"published", "averaged"}),
+        (
+            {"alpha": -0.3, "opposite_restitution": 1.0, "opposite_gap": 1.0},
+            "softening stiffness and opposite stop",
+            {"published", "averaged"},
+        ),
+    ],
+)
+def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing):
+    """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
+    given = scene(changed(PAPER, **changes))
+    for engine in refusing:
+        with pytest.raises(CannotServeError, match=f"^engine '{engine}' does not know .*{name}: use engine 'ensemble'"):
+            hv.engines.engine(engine).run(given)
+    answer = hv.Ensemble(trajectories=64, duration=10.0).run(given)
+    assert set(name.replace(" ", "_").split("_and_")) <= set(answer.effects)
+
+
+@pytest.mark.parametrize(
+    ("changes", "side"),
+    [
+        ({"restitution": None, "alpha": -0.1}, "above"),
+        ({"alpha": -0.1}, "above"),
+        ({"alpha": None, "alpha2": -0.1}, "above"),
+        ({"restitution": None, "alpha": None, "alpha2": 0.1}, "below"),
+        ({"restitution": None, "alpha": None, "linear": -1.0}, "above"),
+        ({"alpha": None, "alpha2": 0.1, "restitution": None, "stop_stiffness": 1e3}, "below"),
+    ],
+    ids=str,
+)
+def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
+    with pytest.raises(
+        UnboundedResponseError, match=f"far {side} rest the spring pushes .*; give a cubic_stiffness above"
+    ):
+        hv.Ensemble().run(scene(changed(PAPER, **changes)))
+    held = {"alpha": None, "alpha2": 0.1, "restitution": 0.9}
+    assert hv.Ensemble(trajectories=64, duration=10.0).run(scene(changed(PAPER, **held))).mean_power.value > 0.0
+
+
+def test_stability_is_that_of_rest_at_zero():
+    for changes in ({"gap": 0.2}, {"linear": -1.0}, {"restitution": None, "stop_stiffness": 1e3}):
+        with pytest.raises(CannotServeError, match=r"^stability, of rest at x = 0 .* does not know"):
+            stability(scene(changed(PAPER, **changes)))
+    quadratic = stability(scene(changed(PAPER, alpha2=0.3)), trajectories=64, duration=50.0)
+    assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble
+
+
+def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
+    compared = compare(scene(changed(PAPER, linear=-1.0)), trajectories=64, duration=20.0)
+    assert {e.engine for e in compared.estimates} == {"ensemble", "spice"}
+    assert set(compared.refused) == {"published", "averaged"}
+    assert compared.paths == ()
 
 
 def test_json_is_the_contract():

@@ -164,7 +164,7 @@ def test_a_mean_of_windows_of_different_length():
     whole = Ensemble(PAPER, 64, SEED, 0.1).run(120.0)
     many = Ensemble(PAPER, 64, SEED, 0.1)
     first, second = many.run(40.0), many.run(80.0)
-    for name in ("V2", "impacts", "impact_v2"):
+    for name in ("V2", "impacts", "impact_loss"):
         assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(getattr(whole, name), rel=1e-12)
 
 

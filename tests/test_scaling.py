@@ -19,6 +19,7 @@ FULL = loads("""
 [oscillator]
 mass = 0.04
 stiffness = 16.0
+quadratic_stiffness = 2e3
 cubic_stiffness = 1e5
 damping = -1e-3
 damping_x2 = 2.0
@@ -33,9 +34,22 @@ stiffness_noise = 0.002
 resistance = 1e6
 [stop]
 restitution = 0.9
+gap = "-0.4 mm"
+[opposite_stop]
+restitution = 0.8
+gap = "1 mm"
 """)
 
 SIZE = st.floats(1e-6, 1e6)
+STOPS = [
+    {},
+    {"restitution": 0.0},
+    {"restitution": 0.7, "gap": 0.3},
+    {"restitution": 1.0, "gap": -2.0, "opposite_restitution": 0.2, "opposite_gap": 3.0},
+    {"restitution": 0.9, "gap": 2.0, "opposite_restitution": 0.0, "opposite_gap": 0.0},
+    {"stop_stiffness": 1e4, "stop_damping": 3.0, "gap": 0.1},
+    {"stop_stiffness": 20.0},
+]
 SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
 
 
@@ -43,21 +57,24 @@ SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
 @given(
     eqs=st.builds(
         Equations,
-        alpha=st.none() | SIZE,
+        alpha=st.none() | SIGNED,
         beta=SIZE,
         mu=st.none() | SIZE,
         c1=st.none() | SIGNED,
         c2=st.none() | SIGNED,
         c3=st.none() | SIGNED,
-        restitution=st.sampled_from([None, 0.0, 1.0]) | st.floats(1e-6, 1.0),
         n1=st.none() | SIZE,
         n2=st.none() | SIZE,
         n12=st.none(),
+        linear=st.sampled_from([None, -1.0]),
+        alpha2=st.none() | SIGNED,
     ),
+    stops=st.sampled_from(STOPS),
     device=st.builds(Scales, mass=SIZE, frequency=SIZE, length=SIZE, coupling=SIZE, capacitance=SIZE),
 )
-def test_round_trip(eqs, device):
+def test_round_trip(eqs, stops, device):
     """To a device and back at the same length: the same numbers to 1e-12, absent ones absent."""
+    eqs = dataclasses.replace(eqs, **stops)
     scene = physical(eqs, device)
     back = equations(scene, device.length)
     assert effects(back) == effects(eqs)
@@ -82,6 +99,7 @@ def test_every_coefficient_by_hand():
     """At l = 2 mm: w0 = 20, M w0 = .8."""
     eqs, s = equations(FULL, length=2e-3), scales(FULL, length=2e-3)
     by_hand = Equations(
+        alpha2=2e-3 * 2e3 / 16,
         alpha=4e-6 * 1e5 / 16,
         beta=1.25,
         mu=1.0,
@@ -89,6 +107,9 @@ def test_every_coefficient_by_hand():
         c2=-2 * 4e-6 / 0.8,
         c3=1e5 * 16e-12 / 0.8,
         restitution=0.9,
+        gap=-0.2,
+        opposite_restitution=0.8,
+        opposite_gap=0.5,
         n1=1e-4 / (4 * 4e-6 * 8000),
         n2=0.002,
     )
@@ -107,7 +128,7 @@ def test_damping_ratio():
 @pytest.mark.parametrize("factor", [1e-3, 0.5, 7.0])
 def test_coefficients_follow_the_length(factor):
     one, other = equations(FULL, length=1e-3), equations(FULL, length=1e-3 * factor)
-    powers = {"alpha": 2, "c2": 2, "c3": 4, "n1": -2}
+    powers = {"alpha2": 1, "alpha": 2, "c2": 2, "c3": 4, "n1": -2, "gap": -1, "opposite_gap": -1}
     for name, value in dataclasses.asdict(one).items():
         expected = None if value is None else value * factor ** powers.get(name, 0)
         assert getattr(other, name) == pytest.approx(expected, rel=1e-12, abs=0)
@@ -149,10 +170,10 @@ def test_zero_is_absent():
     zero = Nondimensional(alpha=0, beta=0, mu=0, c1=0, c2=0, c3=0, eps1=0, D11=1, D22=0, D12=0)
     assert equations(Scene(nondimensional=zero)) == Equations()
     text = FULL.to_toml()
-    for number in ("100000.0", "-0.001", "2.0", "0.0001", "0.002"):
+    for number in ("2000.0", "100000.0", "-0.001", "2.0", "0.0001", "0.002", "-0.0004"):
         assert f" = {number}\n" in text
         text = text.replace(f" = {number}\n", " = 0\n")
-    assert effects(equations(loads(text))) == ("impact", "back_coupling", "resistive_load")
+    assert effects(equations(loads(text))) == ("impact", "opposite_stop", "back_coupling", "resistive_load")
 
 
 def test_noise_intensities():
@@ -174,6 +195,14 @@ def test_effects():
         "damping_x4",
         "parametric_noise",
         "correlated_noise",
+    )
+    assert effects(Equations(linear=-1, alpha2=1, alpha=-1, gap=1, opposite_restitution=0.0, stop_stiffness=1)) == (
+        "negative_stiffness",
+        "quadratic_stiffness",
+        "softening_stiffness",
+        "compliant_stop",
+        "gap",
+        "opposite_stop",
     )
 
 

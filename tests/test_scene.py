@@ -124,6 +124,55 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (ND + "mu = -1", "nondimensional.mu must be a number, such as 0.05, at least 0, but is -1"),
         (ND + 'mu = "1 ohm"', "nondimensional.mu must be a number, such as 0.05, at least 0, but is '1 ohm'"),
+        (PLATE.replace("16 N/m", "0 N/m"), "oscillator.stiffness must be other than 0, for it sets the scale of time"),
+        (
+            PLATE + "[stop]\nrestitution = 1\nstiffness = 1e5",
+            "stop.stiffness must be left out where stop.restitution is given, but both are given",
+        ),
+        (PLATE + "[stop]\ndamping = 1", "stop.stiffness must be given with stop.damping, but is left out"),
+        (
+            PLATE + "[stop]\ngap = 1",
+            "stop.restitution must be given, but is missing (or stop.stiffness, for a compliant stop)",
+        ),
+        (
+            PLATE + "[stop]\nstiffness = 1e4\ndamping = 40",
+            "stop.damping must be below the critical damping of the contact, 40, but is 40.0",
+        ),
+        (
+            PLATE + "[opposite_stop]\nrestitution = 1\ngap = 1",
+            "opposite_stop.restitution must go with a rigid stop, but there is none: turn the axis round",
+        ),
+        (
+            PLATE + "[stop]\nstiffness = 1\n[opposite_stop]\nrestitution = 1\ngap = 1",
+            "opposite_stop.restitution must go with a rigid stop, but there is none",
+        ),
+        (
+            PLATE + '[stop]\nrestitution = 1\ngap = "-1 mm"\n[opposite_stop]\nrestitution = 1\ngap = "1 mm"',
+            "opposite_stop.gap must be above 0.001, so that the stops leave room, but is 0.001",
+        ),
+        (ND + "linear = -2", "nondimensional.linear must be 1 or -1, but is -2.0"),
+        (ND + "gap = 1", "nondimensional.gap must go with a stop, but there is none: give its restitution"),
+        (
+            ND + "restitution = 1\nopposite_gap = 1",
+            "nondimensional.opposite_gap must go with a stop, but there is none",
+        ),
+        (
+            ND + "restitution = 1\nopposite_restitution = 1",
+            "nondimensional.opposite_gap must be above 0, so that the stops leave room, but is 0.0",
+        ),
+        (
+            ND + "opposite_restitution = 1\nopposite_gap = 1",
+            "nondimensional.opposite_restitution must go with a rigid stop, but there is none",
+        ),
+        (
+            ND + "restitution = 1\nstop_stiffness = 4",
+            "nondimensional.stop_stiffness must be left out where nondimensional.restitution is given",
+        ),
+        (ND + "stop_damping = 1", "nondimensional.stop_stiffness must be given with nondimensional.stop_damping"),
+        (
+            ND + "stop_stiffness = 4\nstop_damping = 4",
+            "nondimensional.stop_damping must be below the critical damping of the contact, 4, but is 4.0",
+        ),
         ("\x00", "scene must be TOML, but Invalid statement (at line 1, column 1)"),
         ("a = " + "9" * 5000, "scene must be TOML, but Exceeds the limit "),
         ("a = " + "[" * 5000, "scene must be TOML, but maximum recursion depth exceeded"),
@@ -177,7 +226,11 @@ def test_changes():
     scene = loads(PLATE + "[stop]\nrestitution = 0.9\n")
     assert scene.with_load(5.0).load == Load(resistance=5.0)
     assert scene.without_stop() == loads(PLATE)
-    assert Scene(nondimensional=Nondimensional(restitution=1.0)).without_stop() == loads(ND)
+    for stops in ({"restitution": 1.0, "gap": 1.0, "opposite_restitution": 1.0}, {"stop_stiffness": 4.0, "gap": 1.0}):
+        assert Scene(nondimensional=Nondimensional(**stops)).without_stop() == loads(ND)
+    both = loads(PLATE + "[stop]\nrestitution = 0.9\n[opposite_stop]\nrestitution = 1\ngap = 1\n")
+    assert both.without_stop() == loads(PLATE)
+    assert both.vary("opposite_stop.gap", 2.0).opposite_stop.gap == 2.0
     assert scene.vary("load.resistance", 5.0) == scene.with_load(5.0)
     assert scene.vary("oscillator.mass", 1.0).oscillator.mass == 1.0
     bridge = scene.with_load(Load(netlist="bridge", parameters={"C": 1.0}))
@@ -226,13 +279,19 @@ LIKELY = st.fixed_dictionaries(
     {
         "oscillator": st.fixed_dictionaries(
             {"mass": NUMBERS.map(abs), "stiffness": NUMBERS.map(abs)},
-            optional=dict.fromkeys(("cubic_stiffness", "damping", "damping_x2", "damping_x4"), NUMBERS),
+            optional=dict.fromkeys(
+                ("quadratic_stiffness", "cubic_stiffness", "damping", "damping_x2", "damping_x4"), NUMBERS
+            ),
         ),
         "piezo": st.fixed_dictionaries({"coupling": NUMBERS.map(abs), "capacitance": NUMBERS.map(abs)}),
     },
     optional={
         "excitation": st.fixed_dictionaries({}, optional={"acceleration_psd": NUMBERS.map(abs)}),
         "load": st.fixed_dictionaries({"resistance": NUMBERS.map(abs)}),
+        "stop": st.fixed_dictionaries(
+            {}, optional=dict.fromkeys(("restitution", "gap", "stiffness", "damping"), NUMBERS)
+        ),
+        "opposite_stop": st.fixed_dictionaries({"restitution": st.just(1.0), "gap": NUMBERS}),
     },
 )
 UNIT = st.sampled_from([0, 1, 1e-50, 1e50, 1e-20, 1e20, -1e50, 0.3])

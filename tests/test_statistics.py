@@ -111,7 +111,7 @@ def test_both_noise_modes_have_the_same_law():
     weak = averages(PAPER, 4096, 0.1, 400.0, 400.0)
     paths = [trace(PAPER, gaussian_grid(np.random.SeedSequence(k), 40_000), 0.1, 4) for k in range(64)]
     strong = [from_path(PAPER, path, 400.0, 1) for path in paths]
-    for name in ("V2", "x", "x2", "v2", "xV", "impacts", "impact_v2"):
+    for name in ("V2", "x", "x2", "v2", "xV", "impacts", "impact_loss"):
         values = np.concatenate([getattr(m, name) for m in strong])
         assert abs(z(mean_and_error(values), *weak.mean(name))) < 4, name
 

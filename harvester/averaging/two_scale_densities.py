@@ -6,12 +6,14 @@ of its period T there, so that p(A) dA spreads over the plane as
     p(x, x') = p(A)/(T dk/dA),   A from k(A, x) = x'^2/2
 
 Each orbit has its own potential, bent by its own voltage: k is not an energy less a potential of x.
+With a stop at a distance `harvester.averaging.distant_densities` does the work.
 """
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from harvester.arrays import Floats
+from harvester.averaging import distant_densities
 from harvester.averaging.cycles import quarter
 from harvester.averaging.energy_law import slope_on_grid
 from harvester.averaging.two_scale import TwoScale
@@ -22,7 +24,9 @@ _POINTS = 240  # of the integrals over displacement and velocity
 
 
 def amplitude_density(A: Floats, law: TwoScale) -> Floats:
-    """p(A) at amplitudes of any shape; 0 outside those that matter."""
+    """p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
+    if law.spread is not None:
+        return distant_densities.amplitude_density(A, law.spread, law.period)
     u, at = np.log(law.A), np.log(A)
     log_p = CubicSpline(u, np.log(law.mass / (u[1] - u[0])))(at) - at
     return np.asarray(np.where((at < u[0]) | (at > u[-1]), 0.0, np.exp(log_p)))
@@ -36,6 +40,8 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
     SimulationError
         where the voltage is so strong that orbits of neighbouring amplitudes cross.
     """
+    if law.spread is not None:
+        return distant_densities.state_density(x, v, law.spread)
     u = np.log(law.A)
     du, kinetic = u[1] - u[0], _kinetic(np.abs(x), law)
     rise = slope_on_grid(np.broadcast_to(u, kinetic.shape), kinetic)
@@ -59,12 +65,16 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
 
 def displacement_density(x: Floats, law: TwoScale, stop: bool) -> Floats:
     """p(x) = int p(x, x') dx' at x of shape (m,)."""
+    if law.spread is not None:
+        return distant_densities.displacement_density(x, law.spread)
     v, dv = _velocities(law)
     return np.asarray(2.0 * dv * (state_density(x, v, law, stop).sum(axis=1)))
 
 
 def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
     """p(x') = int p(x, x') dx at x' of shape (m,)."""
+    if law.spread is not None:
+        return distant_densities.velocity_density(v, law.spread)
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     x, weights = 0.5 * law.A[-1] * (nodes + 1.0), 0.5 * law.A[-1] * weights
     p = weights @ state_density(x, np.abs(v), law, stop)

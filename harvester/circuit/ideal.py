@@ -22,8 +22,7 @@ TOPOLOGIES = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
     """The circuit of a load that is a netlist of this package, by its name.
 
-    For a load resistance, the resistor with ngspice's integration rule.  None for a netlist of one's own, and for
-    element values that are not above zero.
+    None for a resistance, for a netlist of one's own, and for element values that are not above zero.
 
     Raises
     ------
@@ -31,12 +30,9 @@ def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
         as `harvester.circuit.netlist.load_circuit`.
     """
     name = load.netlist
-    capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
-    if load.resistance is not None:
-        mu = 1.0 / (load.resistance * capacitance * w0)
-        return IdealCircuit(mu=mu, kappa=1.0, n=1.0, leak=1.0, loss=0.0, resistor=True)
     if name not in TOPOLOGIES:
         return None
+    capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
     circuit = load_circuit(load, capacitance)
     _, _, defaults = header_of(Line(name, circuit.text.split("\n", 1)[0]))
     p = {key: number(value or "") or 0.0 for key, value in defaults.items()} | circuit.parameters

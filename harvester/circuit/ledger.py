@@ -6,7 +6,7 @@
                 the change of v^2/2; noise, spring and voltage have their own J, damping has the rest
     impact      (1 - r^2) v^2/2
     terminals   integral of v i, and of the power of Rload, over ngspice's accepted points
-    stored      v^2/2 + x^2/2 + alpha x^4/4 of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
+    stored      v^2/2 and the spring's energy of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
 
 What the terminals delivered, less the load's and Csmooth's share, is the circuit's loss (diodes, switches, coils); a
 plain load resistor has none.  So the sum is a check: of the force -beta V on the mass against v i in ngspice,
@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from harvester.mechanics.compiled import inlined
-from harvester.mechanics.step import intensity
+from harvester.mechanics.step import intensity, spring
 from harvester.scaling import Scales
 
 BEFORE, DURING, AFTER = 0, 1, 2
@@ -37,25 +37,27 @@ def flow(s, t, v, power, current):
 
 
 @inlined
-def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12):
+def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None):
     """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1."""
     noise = xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12)) if n1 is not None or n2 is not None else 0.0
-    spring = -h * x if alpha is None else -h * (x + alpha * x * x * x)
+    pull = h * spring(x, alpha, linear, alpha2)
     voltage = 0.0 if beta is None else -h * beta * volts
     mean = 0.5 * (v0 + v1)
     s.noise_work += mean * noise
-    s.spring_work += mean * spring
+    s.spring_work += mean * pull
     s.voltage_work += mean * voltage
-    s.damping_work += mean * (v1 - v0 - noise - spring - voltage)
+    s.damping_work += mean * (v1 - v0 - noise - pull - voltage)
 
 
 @inlined
-def mark(s, t, v, smooth, alpha):
+def mark(s, t, v, smooth, alpha, linear=None, alpha2=None):
     """After a kick: begin once the burn-in is over, end with the last kick; either way note what is stored."""
     begins = s.measuring == BEFORE and t >= s.since
     if not begins and not (s.measuring == DURING and s.kicks == s.noise_size):
         return
-    energy = 0.5 * (s.v * s.v + s.x * s.x)
+    energy = 0.5 * s.v * s.v + (0.5 if linear is None else 0.5 * linear) * s.x * s.x
+    if alpha2 is not None:
+        energy += alpha2 / 3.0 * s.x * s.x * s.x
     if alpha is not None:
         energy += 0.25 * alpha * s.x * s.x * s.x * s.x
     if begins:

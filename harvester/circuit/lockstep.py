@@ -23,16 +23,23 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuit.ledger import DURING, flow, mark, work
+from harvester.circuit.rebuilt import interpreted
+from harvester.errors import SimulationError
 from harvester.mechanics.compiled import inlined
-from harvester.mechanics.path import COLUMNS, START, Path, room_for_impacts
+from harvester.mechanics.limits import resting_places
+from harvester.mechanics.path import COLUMNS, Path, room_for_impacts
 from harvester.mechanics.step import kick
 from harvester.scaling import Equations
 
 KICK, IMPACT, READING = 0, 1, 2
+NARROW = (
+    "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
+    "meets them more often: use engine 'ensemble'"
+)
 TINY = 1e-9  # parts of a step: landings nearer than this are one
 
-# The kernels' coefficients, in the order of `kick` and with the restitution coefficient r.
-COEFFICIENTS = ("r", "alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12")
+# The kernels' coefficients: the stops (r at x = -gap, r_high at x = high), and those of `kick` in its order.
+COEFFICIENTS = ("r", "gap", "high", "r_high", "alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12", "linear", "alpha2")
 
 # All that the mass and the coupling know.  t, leg_t, landing, since, begin, end in second; volts = theta l/Cp;
 # voltage, current, power, load, delivered, smooth_* in SI; the rest nondimensional.  *_at are addresses of the
@@ -80,26 +87,38 @@ def proposed(s, t, delta):
 
 
 @inlined
-def bounce(s, time, impacts, r):
-    """Impact law x'+ = -r x'-, with the impact on record."""
-    impacts[s.impacts, 0] = time
-    impacts[s.impacts, 1] = -s.v
-    s.impacts += 1
-    if s.measuring == DURING:
-        s.impact_work += 0.5 * (1.0 - r * r) * s.v * s.v
-    s.v = -r * s.v
+def wall(v, gap, high):
+    """Where the stop ahead of a mass of velocity v is; infinite where there is none."""
+    if v < 0.0:
+        return 0.0 if gap is None else -gap
+    return math.inf if high is None else high
 
 
 @inlined
-def aim(s, impacts, r):
+def bounce(s, time, impacts, r, r_high):
+    """Impact law x'+ = -r x'-, with the impact on record while there is room for it."""
+    if s.impacts < len(impacts):
+        impacts[s.impacts, 0] = time
+        impacts[s.impacts, 1] = -s.v
+    s.impacts += 1
+    ratio = r
+    if r_high is not None:
+        ratio = r if s.v < 0.0 else r_high
+    if s.measuring == DURING:
+        s.impact_work += 0.5 * (1.0 - ratio * ratio) * s.v * s.v
+    s.v = -ratio * s.v
+
+
+@inlined
+def aim(s, impacts, r, gap, high, r_high):
     """Choose the next landing: the kick at the end of the drift, a reading in mid-drift, or an impact."""
     target, goal = s.h, KICK
     if s.phase < 0.5 * s.h and s.kicks > 0 and s.kicks % s.stride == 0:
         target, goal = 0.5 * s.h, READING
-    if r is not None and s.v < 0.0:
-        hit = s.phase - s.x / s.v
+    if r is not None and (s.v < 0.0 or (high is not None and s.v > 0.0)):
+        hit = s.phase + (wall(s.v, gap, high) - s.x) / s.v
         if hit < s.phase + TINY * s.h:  # at the stop already
-            bounce(s, s.kicks * s.h + s.phase, impacts, r)
+            bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
         elif hit < target - TINY * s.h:
             target, goal = hit, IMPACT
     s.next_phase = target
@@ -110,8 +129,9 @@ def aim(s, impacts, r):
 
 @inlined
 def accepted(
-    s, t, v, power, current, smooth, noise, readings, impacts, charge, r, alpha, beta, c1, c2, c3, n1, n2, n12
-):
+    s, t, v, power, current, smooth, noise, readings, impacts, charge,
+    r, gap, high, r_high, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
+):  # fmt: skip
     """Take an accepted point at time t: terminal voltage, load power, terminal current and voltage of Csmooth.
 
     At a landing, act and aim anew.
@@ -124,9 +144,11 @@ def accepted(
     V = v / s.volts
     x1 = s.x + s.v * (s.next_phase - s.phase)
     s.phase = s.next_phase
-    if r is not None and (s.goal == IMPACT or x1 < 0.0):
-        bounce(s, s.kicks * s.h + s.phase, impacts, r)
-        x1 = 0.0
+    if r is not None:
+        ahead = wall(s.v, gap, high)
+        if s.goal == IMPACT or (x1 - ahead) * s.v > 0.0:
+            bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
+            x1 = ahead
     s.x = x1
     if s.goal == READING:
         row = s.kicks // s.stride - 1
@@ -135,16 +157,16 @@ def accepted(
     elif s.goal == KICK:
         if s.kicks < s.noise_size:
             before = s.v
-            s.v = kick(s.x, before, V, noise[s.kicks], s.h, alpha, beta, c1, c2, c3, n1, n2, n12)
+            s.v = kick(s.x, before, V, noise[s.kicks], s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2)
             if s.measuring == DURING:
-                work(s, before, s.v, s.x, V, noise[s.kicks], s.h, alpha, beta, n1, n2, n12)
+                work(s, before, s.v, s.x, V, noise[s.kicks], s.h, alpha, beta, n1, n2, n12, linear, alpha2)
         s.kicks += 1
         s.phase = 0.0
-        mark(s, t, v, smooth, alpha)
+        mark(s, t, v, smooth, alpha, linear, alpha2)
         if s.kicks % s.stride == 0 and s.kicks <= s.noise_size:
             row = s.kicks // s.stride - 1
             readings[row, 0], readings[row, 1] = s.x, V
-    aim(s, impacts, r)
+    aim(s, impacts, r, gap, high, r_high)
 
 
 class Drive:
@@ -161,7 +183,7 @@ class Drive:
     h, stride
         nondimensional step, and kicks between readings.
     start
-        (x, x', V) at the beginning.
+        (x, x', V) at the beginning; None: at rest in the first of `resting_places`.
     free
         whether ngspice may take smaller steps of its own between landings.
     since
@@ -178,7 +200,7 @@ class Drive:
         noise: Floats,
         h: float,
         stride: int = 1,
-        start: tuple[float, float, float] = START,
+        start: tuple[float, float, float] | None = None,
         free: bool = False,
         since: float = math.inf,
         native: bool = True,
@@ -191,18 +213,20 @@ class Drive:
         self.charge = np.zeros(readings)  # voltage of the load's Csmooth, V, with each reading
         self.impacts = room_for_impacts(eqs, len(self.noise))
         self.record = np.zeros(1, STATE).view(np.recarray)
-        given = {**vars(eqs), "r": eqs.restitution}
+        start = (resting_places(eqs)[0], 0.0, 0.0) if start is None else start
+        given = {**vars(eqs), "r": eqs.restitution, "high": eqs.opposite_gap, "r_high": eqs.opposite_restitution}
         self.given = tuple(given[name] for name in COEFFICIENTS)
         for name, value in (*((n, given[n]) for n in COEFFICIENTS), ("h", h), ("w0", w0), ("volts", volts)):
             self.record[name] = 0.0 if value is None else value
-        self.record["x"], self.record["v"] = start[:2]
+        # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
+        self.record["x"], self.record["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *self.given[4:])
         self.record["since"] = since / w0
         self.record["stride"], self.record["free"], self.record["has_beta"] = stride, free, eqs.beta is not None
         self.record["noise_at"], self.record["noise_size"] = self.noise.ctypes.data, len(self.noise)
         self.record["readings_at"] = self.readings.ctypes.data
         self.record["impacts_at"], self.record["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
         self.record["charge_at"] = self.charge.ctypes.data
-        aim(self.record[0], self.impacts, eqs.restitution)
+        aim(self.record[0], self.impacts, *self.given[:4])
 
     @property
     def duration(self) -> float:
@@ -211,6 +235,14 @@ class Drive:
         return float((s.noise_size + 0.75) * s.h / s.w0)
 
     def path(self) -> Path:
-        """The finished run as a `Path`, to be compared with `harvester.mechanics.path.trace`."""
+        """The finished run as a `Path`, to be compared with `harvester.mechanics.path.trace`.
+
+        Raises
+        ------
+        SimulationError
+            for more than two impacts a step: the stops are too near each other.
+        """
         s = self.record[0]
+        if s.impacts > len(self.impacts):
+            raise SimulationError(NARROW)
         return Path(float(s.h), int(s.stride), self.readings, self.impacts[: s.impacts].copy())

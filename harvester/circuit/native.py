@@ -94,7 +94,8 @@ def native_data(vectors, count, ident, user):
 @cache
 def native_accepted(present: tuple[bool, ...]) -> Any:
     """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`)."""
-    has_r, has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12 = present
+    has_r, has_gap, has_high, has_r_high, *others = present
+    has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
@@ -111,6 +112,9 @@ def native_accepted(present: tuple[bool, ...]) -> Any:
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
             s.r if has_r else None,
+            s.gap if has_gap else None,
+            s.high if has_high else None,
+            s.r_high if has_r_high else None,
             s.alpha if has_alpha else None,
             s.beta if has_beta else None,
             s.c1 if has_c1 else None,
@@ -119,6 +123,8 @@ def native_accepted(present: tuple[bool, ...]) -> Any:
             s.n1 if has_n1 else None,
             s.n2 if has_n2 else None,
             s.n12 if has_n12 else None,
+            s.linear if has_linear else None,
+            s.alpha2 if has_alpha2 else None,
         )
         return 0
 

@@ -1,5 +1,6 @@
 """A device's runs in ngspice, in worker processes: one ngspice each, so a crash there is an error of that run only."""
 
+import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
@@ -14,9 +15,11 @@ from harvester.circuit.library import find_library
 from harvester.circuit.netlist import LoadCircuit
 from harvester.circuit.processes import in_order, workers
 from harvester.errors import UnboundedResponseError, invalid
+from harvester.mechanics.limits import resting_places
 from harvester.mechanics.moments import Moments, from_path
 from harvester.mechanics.noise import gaussian_grid, three_point_grid
 from harvester.mechanics.path import Path, trace
+from harvester.mechanics.ruled import trace_ruled
 from harvester.scaling import Equations, Scales
 
 if TYPE_CHECKING:
@@ -31,7 +34,8 @@ class Device:
     ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
     tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would do.
-    ``ideal`` is the load as `harvester.circuit.ideal` has it, where it does.
+    ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load resistor
+    beside ngspice follows its integration rule.
     """
 
     eqs: Equations
@@ -44,6 +48,7 @@ class Device:
     reltol: float = 1e-4
     gaussian: bool = False
     ideal: "IdealCircuit | None" = None
+    ruled: bool = False
 
 
 @dataclass(frozen=True)
@@ -65,8 +70,12 @@ def record(device: Device, noise: Floats, native: bool = True) -> Path:
     return run(device, noise, native=native).path()
 
 
-def run(device: Device, noise: Floats, discard: float = math.inf, native: bool = True) -> "Drive":
+def run(
+    device: Device, noise: Floats, discard: float = math.inf, native: bool = True, place: float | None = None
+) -> "Drive":
     """A finished run on a noise grid, in this process; its ledger begins at the nondimensional time ``discard``.
+
+    The mass begins at rest at the displacement ``place``; see `harvester.circuit.lockstep.Drive` for None.
 
     Raises
     ------
@@ -80,7 +89,8 @@ def run(device: Device, noise: Floats, discard: float = math.inf, native: bool =
 
     scales, free = device.scales, not device.load.linear
     w0 = scales.frequency
-    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, free=free, since=discard, native=native)
+    begin = None if place is None else (place, 0.0, 0.0)
+    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native)
     start = scales.volts * float(drive.record["x"][0])
     whole = (device.h / w0, drive.duration, start, device.norton, scales.volts, device.reltol)
     circuit = deck(device.load, scales.capacitance, *whole)
@@ -90,20 +100,25 @@ def run(device: Device, noise: Floats, discard: float = math.inf, native: bool =
     return drive
 
 
-def _measure(device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, paired: bool) -> Measured:
+def _measure(
+    device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, paired: bool, place: float
+) -> Measured:
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
-    drive = run(device, noise, discard)
+    drive = run(device, noise, discard, place=place)
     state = drive.record[0]
     moments = from_path(device.eqs, drive.path(), discard, 1)
     balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
-    cheap = _cheap(device, noise, discard) if paired else None
+    cheap = _cheap(device, noise, discard, place) if paired else None
     return Measured(moments, balance.load, int(state.steps), balance, cheap)
 
 
-def _cheap(device: Device, noise: Floats, discard: float) -> Moments:
-    """The means without ngspice, on the same noise: of the ideal circuit, or by the exact update of a load resistor."""
+def _cheap(device: Device, noise: Floats, discard: float, place: float) -> Moments:
+    """The means without ngspice, on the same noise: of the ideal circuit, or of the load resistor."""
+    eqs, h, stride = device.eqs, device.h, device.stride
+    if device.ruled:
+        return from_path(eqs, trace_ruled(eqs, noise, h, stride), discard, 1)
     if device.ideal is None:
-        return from_path(device.eqs, trace(device.eqs, noise, device.h, device.stride), discard, 1)
+        return from_path(eqs, trace(eqs, noise, h, stride, (place, 0.0, 0.0)), discard, 1)
     from harvester.mechanics.ideal_path import ideal_moments
 
     return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, discard)
@@ -154,13 +169,15 @@ def measure_apart(
     """One trajectory of ``kicks`` steps (an even number) for each seed, in the workers; yields them in order.
 
     Time averages begin at the nondimensional time ``discard``; ``paired`` asks for the same without ngspice too.
+    Trajectories begin in each of the scene's resting places in turn.
 
     Raises
     ------
     CircuitError
         when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
-    yield from in_order(_measure, [(device, seed, kicks, discard, paired) for seed in seeds])
+    places = itertools.cycle(resting_places(device.eqs))
+    yield from in_order(_measure, [(device, seed, kicks, discard, paired, next(places)) for seed in seeds])
 
 
 def ngspice_version() -> str:

@@ -42,6 +42,13 @@ def resistive(scene: Scene, engine: str) -> Equations:
     return equations(scene)
 
 
+def refuse(eqs: Equations, unserved: frozenset[str], who: str, instead: str) -> None:
+    """CannotServeError where a scene has effects (by the names of `effects`) that ``who`` does not know."""
+    found = [name.replace("_", " ") for name in effects(eqs) if name in unserved]
+    if found:
+        raise CannotServeError(f"{who} does not know {' and '.join(found)}: use {instead}")
+
+
 def with_power(v2: Value, eqs: Equations) -> Value:
     """E[P] = beta mu E[V^2] (paper, Eq. 31), nondimensional."""
     return v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))

@@ -6,12 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from harvester.engines.common import Progress, estimate, resistive
+from harvester.engines.common import Progress, estimate, refuse, resistive
 from harvester.errors import HarvesterError
 from harvester.estimate import Estimate, Value
 from harvester.scaling import Equations
 from harvester.scene import Scene
 
+SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
+STOPS = frozenset({"compliant_stop", "opposite_stop"})
 DOUBTFUL = 0.05  # estimated model error of `averaged` that brings a warning
 STOP_WARNING = (
     "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
@@ -31,6 +33,7 @@ class _Formula:
     within: float | None = None
 
     NAME: ClassVar[str]
+    UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
@@ -54,7 +57,9 @@ class _Formula:
         for place, scene in enumerate(scenes):
             answers.append(HarvesterError())
             try:
-                served.append((place, resistive(scene, self.NAME)))
+                eqs = resistive(scene, self.NAME)
+                refuse(eqs, self.UNSERVED, f"engine {self.NAME!r}", "engine 'ensemble'")
+                served.append((place, eqs))
             except HarvesterError as error:
                 answers[place] = error
         solve = self._theory()
@@ -88,12 +93,13 @@ class Published(_Formula):
     Raises
     ------
     CannotServeError
-        for a load other than a resistance.
+        for a load other than a resistance, or a spring or stop that the theory does not know.
     SimulationError
         without external noise, or where the response grows without bound.
     """
 
     NAME: ClassVar[str] = "published"
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | {"gap"}
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.stationary import mean_square_voltages
@@ -113,12 +119,13 @@ class Averaged(_Formula):
     Raises
     ------
     CannotServeError
-        for a load other than a resistance.
+        for a load other than a resistance, or a spring or stop that the theory does not know.
     SimulationError
         without external noise, or where the response grows without bound.
     """
 
     NAME: ClassVar[str] = "averaged"
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale import solve_many

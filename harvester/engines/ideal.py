@@ -4,12 +4,15 @@ import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
-from harvester.engines.common import Progress
+from harvester.engines.common import Progress, refuse
 from harvester.engines.ensemble import Ensemble, Model
 from harvester.errors import CannotServeError
 from harvester.estimate import Estimate
 from harvester.scaling import equations, scales
 from harvester.scene import Scene
+
+# Effects that the ideal circuits' kernel does not know
+UNIDEAL = frozenset({"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +22,7 @@ class Ideal(Ensemble):
     Raises
     ------
     CannotServeError
-        for a load resistance, and for a netlist of the user's own, whose switches are not known.
+        for a load resistance, a netlist of the user's own, whose switches are not known, and the effects `UNIDEAL`.
     UnboundedResponseError
         where no stationary response exists.
     """
@@ -45,4 +48,5 @@ class Ideal(Ensemble):
                 "use engine 'spice'"
             )
         eqs = equations(scene)
+        refuse(eqs, UNIDEAL, f"engine {self.NAME!r}", "engine 'spice'")
         return Model(eqs, circuit, "load", eqs.beta or 0.0)

@@ -1,17 +1,18 @@
 """What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
 
-import dataclasses
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester.engines.common import refuse
 from harvester.engines.ensemble import KNOWN, affordable, told
+from harvester.engines.ideal import UNIDEAL
 from harvester.engines.sampled import Sampled
 from harvester.engines.target import Target, best_factor
 from harvester.errors import CannotServeError
-from harvester.scaling import equations, scales
+from harvester.scaling import effects, equations, scales
 from harvester.scene import Load, Scene
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Prepared:
     """What runs, and what is known of it before.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
-    (None for a user's own netlist, of which there is none); ``seconds`` is what all this took, without compilation.
+    (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation.
     """
 
     device: "Device"
@@ -57,7 +58,7 @@ class Prepared:
         if self.resistive:
             return ""
         if self.pair is None:
-            return "the bias of the step is not known for a netlist of one's own: compare with half of --dt"
+            return "the bias of the step is not known, as no ideal circuit serves: compare with half of --dt"
         return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
 
     def chosen(self, unit: float, physical: bool) -> str:
@@ -73,7 +74,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     Raises
     ------
     CannotServeError
-        for an open circuit, or a scene without external noise.
+        for an open circuit, a compliant stop, or a scene without external noise.
     MissingProgramError
         when ngspice is not installed.
     """
@@ -96,14 +97,16 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     circuit = load_circuit(load, s.capacitance)
     if eqs.n1 is None:
         raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
+    refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
-    ideal = None if charging > LONGEST_CHARGING else ideal_circuit(load, s)
-    free = eqs if ideal is None else dataclasses.replace(eqs, mu=None)
+    known = not UNIDEAL.intersection(effects(eqs))
+    ideal = ideal_circuit(load, s) if known and charging <= LONGEST_CHARGING else None
+    ruled = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        StepPair(mc.Ensemble(free, 1, seed, 1e-3, circuit=ideal), 0.01)
+        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3, circuit=ideal, ruled=ruled), 0.01)
     begin = time.perf_counter()
-    pilot = mc.Ensemble(free, affordable(ideal), seed, h, circuit=ideal)
+    pilot = mc.Ensemble(eqs, affordable(ideal), seed, h, circuit=ideal, ruled=ruled)
     warnings = pilot.settle()
     burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
@@ -118,9 +121,8 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
             target = Target(options.within, options.budget, begin)
             pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.many
-    device = Device(
-        eqs, s, circuit, pilot.h, max(1, round(READING / pilot.h)), reltol=reltol, gaussian=gaussian, ideal=ideal
-    )
+    stride = max(1, round(READING / pilot.h))
+    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
     return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
 
 

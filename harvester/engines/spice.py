@@ -36,6 +36,8 @@ class Spice(Sampled):
 
     Raises
     ------
+    CannotServeError
+        without a load or external noise, and for a compliant stop.
     MissingProgramError
         when ngspice is not installed.
     CircuitError

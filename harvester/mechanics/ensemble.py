@@ -18,12 +18,14 @@ from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.ideal import IdealCircuit
 from harvester.mechanics.ideal_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 from harvester.mechanics.lanes import LANES, SUMS, advance
-from harvester.mechanics.limits import check_bounded, remedy, typical_frequency
+from harvester.mechanics.limits import chatter, check_bounded, remedy, resting_places, room, typical_frequency
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
-from harvester.mechanics.path import coefficients
+from harvester.mechanics.path import check_start, coefficients
+from harvester.mechanics.ruled import advance_ruled
 from harvester.mechanics.settling import until_steady
-from harvester.mechanics.step import drift_at_stop, relaxation
+from harvester.mechanics.step import relaxation
+from harvester.mechanics.stops import loss_unit, move, stops_of
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
@@ -50,15 +52,18 @@ class Ensemble:
     h
         nondimensional step; None: `STEP` over the typical frequency, found while settling.
     start
-        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, and
-        without external noise, where rest is where it would stay, at x = 1.
+        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, in each of
+        `resting_places` in turn, and without external noise, where rest is where it would stay, off it by 1 or
+        half-way to the opposite stop.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
+    ruled
+        the load resistor by ngspice's integration rule (`harvester.mechanics.ruled`), for a stop at rest or none.
 
     Raises
     ------
     InputError
-        for a start behind the stop, a step out of range, and a circuit on a device without external noise or with mu.
+        for a start behind a stop, a step out of range, and a circuit on a device without external noise or with mu.
     """
 
     def __init__(
@@ -69,22 +74,26 @@ class Ensemble:
         h: float | None = None,
         start: Floats | None = None,
         circuit: IdealCircuit | None = None,
+        ruled: bool = False,
     ) -> None:
         check_bounded(eqs)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
             raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
         if h is not None and not 1e-6 <= h <= 1e3:
             raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
-        if start is None:
-            start = np.array([0.0 if eqs.n1 is not None else 1.0, 0.0, 0.0])
-        if eqs.restitution is not None and start[0].min() < 0.0:
-            raise invalid("start", "have x of at least 0, where the stop is", start[0].min())
-        self.eqs, self.seed, self.given_h, self.start, self.circuit = eqs, seed, h, start, circuit
-        self._coarse: bool | None = None
         self.blocks = -(-trajectories // LANES)
         self.trajectories = self.blocks * LANES
+        places = np.array(resting_places(eqs))
+        if start is None:
+            off = 0.0 if eqs.n1 is not None else np.minimum(1.0, 0.5 * (room(eqs)[1] - places))
+            start = np.zeros((3, self.trajectories))
+            start[0] = np.resize(places + off, self.trajectories)
+        check_start(eqs, start[0].min(), start[0].max())
+        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
+        self.circuit, self.ruled = circuit, ruled
+        self._coarse: bool | None = None
         self.steps = 0
-        self._start(STEP / typical_frequency(eqs, 0.0) if h is None else h)
+        self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def _start(self, h: float) -> None:
         self.h, self.time = h, 0.0
@@ -120,11 +129,13 @@ class Ensemble:
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
-            if self.circuit is None:
-                advance(*state, *grid, *coefficients(self.eqs))  # type: ignore[call-arg]
+            known = coefficients(self.eqs)
+            if self.circuit is not None:  # without mu, and what the ideal circuits do not serve
+                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10])  # type: ignore[call-arg]
+            elif self.ruled:
+                advance_ruled(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                landed = (*grid[:3], self.time > 0.0, self.h)
-                advance_ideal(*state, *landed, *self.circuit.arguments, *coefficients(self.eqs)[1:])  # type: ignore[call-arg]
+                advance(*state, *grid, *known)  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * self.reading * LANES)
 
@@ -138,18 +149,18 @@ class Ensemble:
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
-        return from_sums(sums, readings, elapsed, self.eqs.mu)
+        return from_sums(sums, readings, elapsed, loss_unit(self.eqs), self.eqs.mu)
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
         eqs = self.eqs
         out = np.empty((3, self.trajectories))
-        if self.circuit is not None and self.circuit.resistor is not None:
-            return np.moveaxis(self.state[:, :3], 0, 1).reshape(3, -1).copy()
+        if self.ruled and self.time > 0.0:
+            return np.moveaxis(self.state, 0, 1).reshape(3, -1).copy()
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
-        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1)
+        _mid_drift(self.state, out, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs))
         return out
 
     def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
@@ -187,8 +198,9 @@ class Ensemble:
                     raise
                 self._start(self.h / 8)
                 continue
-            frequency = typical_frequency(self.eqs, moments.mean("x2")[0])
+            frequency = typical_frequency(self.eqs, moments.mean("x2")[0], moments.mean("v2")[0])
             if self.given_h is not None or self.h * frequency < 1.5 * STEP:
+                frequency = max(frequency, chatter(self.eqs, moments.mean("v2")[0]))
                 if self.h * frequency > 5 * STEP:
                     warnings.append(f"step {self.h:g} is coarse for a response of frequency {frequency:.3g}")
                 return warnings
@@ -196,21 +208,21 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit)
+        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit, self.ruled)
 
     def coarser(self) -> "Ensemble":
         """A fresh ensemble of the same scene and size with twice the step, on the same noise."""
-        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit)
+        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit, self.ruled)
         other._coarse, other.stride = True, self.stride // 2
         return other
 
 
 @kernel
-def _mid_drift(state, out, h, mu, r, beta, n1):  # type: ignore[no-untyped-def]
+def _mid_drift(state, out, h, mu, r, beta, n1, stops):  # type: ignore[no-untyped-def]
     """From states after a kick, shape (blocks, 3, LANES), to states half a step later, shape (3, blocks LANES)."""
     e, g = relaxation(0.5 * h, mu)
     for k in range(len(state)):
         for i in range(LANES):
             x, v, voltage = state[k, 0, i], state[k, 1, i], state[k, 2, i]
             row = out[:, k * LANES + i]
-            row[0], row[1], row[2], _ = drift_at_stop(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1)
+            (row[0], row[1], row[2]), _ = move(x, v, voltage, h, 0.5 * h, e, g, mu, r, beta, n1, stops)

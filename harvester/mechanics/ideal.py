@@ -6,7 +6,6 @@ load across it, has kappa U' = i - mu U - loss.  Voltages are in units of theta 
     bridge       i on the side s of V through two diodes:  V = s (U + w)
     doubler      i through one diode:  V = U + w;  another one holds V > -w
     open         the piezo is open between switchings
-    resistor     V' = x' - mu V by ngspice's rule, not exactly:  V1 - V0 + mu t (w V0 + (1 - w) V1) = x' t
 
 The diodes are Shockley's (`harvester.mechanics.ideal_diode`); of the load it takes that i is uniform over a drift,
 which is exact to second order, and for every mu and h in the limits of a slow and of a fast U.
@@ -67,7 +66,6 @@ class IdealCircuit:
     loss: float
     bridge: bool | None = None
     doubler: bool | None = None
-    resistor: bool | None = None
     play: float | None = None
     parallel: Coil | None = None
     series: Coil | None = None
@@ -84,36 +82,12 @@ class IdealCircuit:
         return self.kappa / self.mu
 
 
-@inlined
-def rule_weight(h, mu, resistor):
-    """The weight w of a step's beginning in ngspice's rule, 1/z - 1/(exp(z) - 1) with z = mu h, or None.
-
-    With it the rule is exact for a whole drift (`harvester.circuit.deck.trapezoid_share`), not for the parts before and
-    after an impact.
-    """
-    if resistor is None:
-        return None
-    z = mu * h
-    if z < 1e-3:
-        return 0.5 - z / 12.0
-    return 1.0 / z - (1.0 / math.expm1(z) if z < 700.0 else 0.0)
-
-
 @vectorised
-def ruled(V, v, t, mu, w):
-    """V after a step of ngspice's of length t at constant velocity v."""
-    return ((1.0 - w * mu * t) * V + v * t) / (1.0 + (1.0 - w) * mu * t)
-
-
-@vectorised
-def conducted(V, U, v, t, mu, kappa, n, leak, loss, bridge, doubler, resistor):
+def conducted(V, U, v, t, mu, kappa, n, leak, loss, bridge, doubler):
     """(V, U) after a time t at constant velocity v, without switching.
 
     A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu t/kappa.
     """
-    if resistor is not None:
-        V1 = ruled(V, v, t, mu, resistor)
-        return V1, V1
     z = mu * t / kappa
     g = share(z) / kappa
     V1 = V + v * t
@@ -180,7 +154,7 @@ def switched(V, U, s, kappa, n, leak, parallel, series, sece):
 
 
 @inlined
-def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece):
+def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
     """(V, U, m, time left) of a motion at constant v for a time t: advanced to its switching, if there is one.
 
     On the way back from an extremum x passes m at half of the play.
@@ -191,13 +165,13 @@ def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, 
     left = t
     if before <= 0.5 * play < after:
         left = t - (0.5 * play - before) / (s * v)
-        V, U = conducted(V, U, v, t - left, mu, kappa, n, leak, loss, bridge, doubler, resistor)
+        V, U = conducted(V, U, v, t - left, mu, kappa, n, leak, loss, bridge, doubler)
         V, U = switched(V, U, -s, kappa, n, leak, parallel, series, sece)
     return V, U, m + s * max(after - play, 0.0), left
 
 
 @inlined
-def until_free(x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece):
+def until_free(x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
     """A drift of length h, the circuit advanced to its last impact or switching only.
 
     Returns x and v at the end of the drift, V, U and m, the time that V and U still have to go, and the speed of the
@@ -209,13 +183,13 @@ def until_free(x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, r
         left = h - t
         if play is not None:
             V, U, m, left = until_switched(
-                x, v, V, U, m, h - t, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece
+                x, v, V, U, m, h - t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
             )
-        V, U = conducted(V, U, v, left, mu, kappa, n, leak, loss, bridge, doubler, resistor)
+        V, U = conducted(V, U, v, left, mu, kappa, n, leak, loss, bridge, doubler)
         x, v = 0.0, -r * v
     left = t
     if play is not None:
         V, U, m, left = until_switched(
-            x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece
+            x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
         )
     return x + v * t, v, V, U, m, left, hit

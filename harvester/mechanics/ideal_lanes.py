@@ -8,7 +8,7 @@ turns into vector instructions.
 import numpy as np
 
 from harvester.mechanics.compiled import inlined, kernel
-from harvester.mechanics.ideal import conducted, rule_weight, ruled, until_free
+from harvester.mechanics.ideal import conducted, until_free
 from harvester.mechanics.lanes import LANES, SUMS
 from harvester.mechanics.noise import HALF_ROOT, shuffle, two_variates
 from harvester.mechanics.step import friction, kick
@@ -17,94 +17,38 @@ IDEAL_SUMS = (*SUMS, "load")
 
 
 @inlined
-def _drift(
-    x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece
-):
+def _drift(x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
     """Drift all lanes by h; ``left`` is scratch, ``hit`` gets the speeds of impacts."""
-    if resistor is not None and r is not None:
-        for i in range(LANES):  # without a branch: nothing is left after an impact that there is not
-            x1 = x[i] + h * v[i]
-            impact = x1 < 0.0
-            after = x1 / v[i] if impact else 0.0
-            V[i] = ruled(ruled(V[i], v[i], h - after, mu, resistor), -r * v[i], after, mu, resistor)
-            hit[i] = -v[i] if impact else 0.0
-            x[i] = -r * x1 if impact else x1
-            v[i] = -r * v[i] if impact else v[i]
-            U[i] = V[i]
-        return
     if r is None and play is None:
         for i in range(LANES):
             x[i] += h * v[i]
-            V[i], U[i] = conducted(V[i], U[i], v[i], h, mu, kappa, n, leak, loss, bridge, doubler, resistor)
+            V[i], U[i] = conducted(V[i], U[i], v[i], h, mu, kappa, n, leak, loss, bridge, doubler)
         return
     for i in range(LANES):
         x[i], v[i], V[i], U[i], m[i], left[i], hit[i] = until_free(
-            x[i],
-            v[i],
-            V[i],
-            U[i],
-            m[i],
-            h,
-            r,
-            mu,
-            kappa,
-            n,
-            leak,
-            loss,
-            bridge,
-            doubler,
-            resistor,
-            play,
-            parallel,
-            series,
-            sece,
+            x[i], v[i], V[i], U[i], m[i], h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
         )
     for i in range(LANES):
-        V[i], U[i] = conducted(V[i], U[i], v[i], left[i], mu, kappa, n, leak, loss, bridge, doubler, resistor)
+        V[i], U[i] = conducted(V[i], U[i], v[i], left[i], mu, kappa, n, leak, loss, bridge, doubler)
 
 
 @kernel
 def advance_ideal(
-    x, v, V, U, m, s0, s1, sums, readings, stride, coarse, landed, h,
-    mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece,
+    x, v, V, U, m, s0, s1, sums, readings, stride, coarse, h,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
     r, alpha, beta, c1, c2, c3, n1, n2, n12,
 ):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
     added to.  The noise is that of `harvester.mechanics.lanes.advance`.
-
-    A ``resistor`` follows ngspice, which lands on every reading: the state is then that of the reading in mid-drift,
-    and ``landed`` says that it is, from an earlier call.
     """
-    w = rule_weight(h, mu, resistor)
     left, hit, later = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     mid = np.zeros((5, LANES))
     for _ in range(readings):
         for k in range(stride):
-            t = 0.5 * h if resistor is not None and landed and k == 0 else h
             _drift(
-                x,
-                v,
-                V,
-                U,
-                m,
-                left,
-                hit,
-                t,
-                r,
-                mu,
-                kappa,
-                n,
-                leak,
-                loss,
-                bridge,
-                doubler,
-                w,
-                play,
-                parallel,
-                series,
-                sece,
+                x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
             )
             if r is not None:
                 for i in range(LANES):
@@ -123,7 +67,7 @@ def advance_ideal(
         mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
         _drift(
             mid[0], mid[1], mid[2], mid[3], mid[4], left, hit, 0.5 * h, r,
-            mu, kappa, n, leak, loss, bridge, doubler, w, play, parallel, series, sece,
+            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
         )  # fmt: skip
         for i in range(LANES):
             xi, Vi, Ui, xm, vm, Vm, Um = x[i], V[i], U[i], mid[0, i], mid[1, i], mid[2, i], mid[3, i]
@@ -139,19 +83,10 @@ def advance_ideal(
             if c1 is not None or c2 is not None or c3 is not None:
                 sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
             sums[12, i] += 0.5 * mu * (Ui * Ui + Um * Um)
-        if resistor is not None:
-            landed = True
-            x[:], v[:], V[:], U[:], m[:] = mid[0], mid[1], mid[2], mid[3], mid[4]
-            if r is not None:
-                for i in range(LANES):
-                    sums[10, i] += 1.0 if hit[i] > 0.0 else 0.0
-                    sums[11, i] += hit[i] * hit[i]
 
 
 @kernel
-def mid_drift_ideal(
-    state, out, h, r, mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece
-):
+def mid_drift_ideal(state, out, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
     """x, v and V of states after a kick, shape (blocks, 5, LANES), half a step later: shape (3, blocks LANES)."""
     left, hit = np.zeros(LANES), np.zeros(LANES)
     for k in range(len(state)):
@@ -159,7 +94,7 @@ def mid_drift_ideal(
         x, v, V, U, m = mid[0], mid[1], mid[2], mid[3], mid[4]
         _drift(
             x, v, V, U, m, left, hit, 0.5 * h, r,
-            mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece,
+            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
         )  # fmt: skip
         for i in range(LANES):
             out[0, k * LANES + i], out[1, k * LANES + i], out[2, k * LANES + i] = x[i], v[i], V[i]

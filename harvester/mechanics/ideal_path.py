@@ -8,9 +8,9 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import invalid
 from harvester.mechanics.compiled import kernel
-from harvester.mechanics.ideal import IdealCircuit, conducted, rule_weight, until_free
+from harvester.mechanics.ideal import IdealCircuit, conducted, until_free
 from harvester.mechanics.moments import Moments, from_path
-from harvester.mechanics.path import COLUMNS, START, Path, coefficients, room_for_impacts
+from harvester.mechanics.path import COLUMNS, Path, coefficients, room_for_impacts
 from harvester.mechanics.step import kick
 from harvester.scaling import Equations
 
@@ -25,37 +25,31 @@ class IdealPath(Path):
 @kernel
 def _trace(
     noise, x, v, V, h, stride, readings, charge, impacts,
-    mu, kappa, n, leak, loss, bridge, doubler, resistor, play, parallel, series, sece,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
     r, alpha, beta, c1, c2, c3, n1, n2, n12,
 ):  # fmt: skip
-    U, m, count, done = 0.0, x, 0, 0.0
-    w = rule_weight(h, mu, resistor)
+    U, m, count = 0.0, x, 0
     # From a start other than rest half a kick comes first: the force of the first half step.
     v = kick(x, v, V, 0.0, 0.5 * h, alpha, beta, c1, c2, c3, n1, n2, n12)
     for k in range(1, len(readings) * stride + 1):
         before = x, v
         x, v, V, U, m, left, hit = until_free(
-            x, v, V, U, m, h - done, r, mu, kappa, n, leak, loss, bridge, doubler, w, play, parallel, series, sece
+            x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
         )
-        V, U = conducted(V, U, v, left, mu, kappa, n, leak, loss, bridge, doubler, w)
+        V, U = conducted(V, U, v, left, mu, kappa, n, leak, loss, bridge, doubler)
         if hit > 0.0:
-            impacts[count, 0], impacts[count, 1] = (k - 1) * h + done - before[0] / before[1], hit
+            impacts[count, 0] = (k - 1) * h - before[0] / before[1]
+            impacts[count, 1] = hit
             count += 1
-        done = 0.0
         v = kick(x, v, V, noise[k - 1], h, alpha, beta, c1, c2, c3, n1, n2, n12)
         if k % stride == 0:
             row = readings[k // stride - 1]
-            xm, vm, Vm, Um, mm, left, hit = until_free(
-                x, v, V, U, m, 0.5 * h, r, mu, kappa, n, leak, loss, bridge, doubler, w, play, parallel, series, sece
+            xm, vm, Vm, Um, _m, left, _hit = until_free(
+                x, v, V, U, m, 0.5 * h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
             )
-            Vm, Um = conducted(Vm, Um, vm, left, mu, kappa, n, leak, loss, bridge, doubler, w)
+            Vm, Um = conducted(Vm, Um, vm, left, mu, kappa, n, leak, loss, bridge, doubler)
             row[0], row[1], row[2], row[3], row[4] = x, V, xm, vm, Vm
             charge[k // stride - 1, 0], charge[k // stride - 1, 1] = U, Um
-            if resistor is not None:  # ngspice lands on the reading, and goes on from there
-                if hit > 0.0:
-                    impacts[count, 0], impacts[count, 1] = k * h - x / v, hit
-                    count += 1
-                x, v, V, U, m, done = xm, vm, Vm, Um, mm, 0.5 * h
     return count
 
 
@@ -65,7 +59,7 @@ def trace_ideal(
     noise: Floats,
     h: float,
     stride: int = 1,
-    start: tuple[float, float, float] = START,
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> IdealPath:
     """The trajectory of Eq. 2 with a load circuit, its capacitor empty at first, from ``start`` = (x, x', V).
 
@@ -81,7 +75,7 @@ def trace_ideal(
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     charge = np.empty((len(readings), 2))
     impacts = room_for_impacts(eqs, len(noise))
-    count = _trace(noise, *start, h, stride, readings, charge, impacts, *circuit.arguments, *coefficients(eqs)[1:])
+    count = _trace(noise, *start, h, stride, readings, charge, impacts, *circuit.arguments, *coefficients(eqs)[1:10])
     return IdealPath(h, stride, readings, impacts[:count].copy(), charge)
 
 

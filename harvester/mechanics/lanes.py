@@ -8,27 +8,36 @@ import numpy as np
 
 from harvester.mechanics.compiled import inlined, kernel
 from harvester.mechanics.noise import HALF_ROOT, shuffle, two_variates
-from harvester.mechanics.step import drift_at_stop, friction, kick_at_stop, relaxation
+from harvester.mechanics.step import drift_at_stop, friction, relaxation
+from harvester.mechanics.stops import kick_at_stops, move
 
 LANES = 64
 
 # Rows of the sums of one lane.  At a reading, x and V are taken at the kick and in mid-drift:
 # their errors of order h^2 have opposite signs.
-SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_v2")
+SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss")
 
 
 @inlined
-def _step(i, x, v, V, xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+def _step(i, x, v, V, xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops):
     """One step of lane i, with the sums of its impacts."""
-    x, v, V, hit = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
-    if r is not None:
-        sums[10, i] += 1.0 if hit > 0.0 else 0.0
-        sums[11, i] += hit * hit
-    return x, kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12), V
+    if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
+        x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
+        if r is not None:
+            sums[10, i] += 1.0 if speed > 0.0 else 0.0
+            sums[11, i] += speed * speed
+    else:
+        (x, v, V), (_, _, impacts, lost) = move(x, v, V, h, h, e, g, mu, r, beta, n1, stops)
+        sums[10, i] += impacts
+        sums[11, i] += lost
+    return x, kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops), V
 
 
 @kernel
-def advance(x, v, V, s0, s1, sums, readings, stride, coarse, h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+def advance(
+    x, v, V, s0, s1, sums, readings, stride, coarse,
+    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
@@ -54,8 +63,9 @@ def advance(x, v, V, s0, s1, sums, readings, stride, coarse, h, mu, r, alpha, be
                         xi1, xi2 = two_variates(bits)
                         xi = (xi1 + xi2) * HALF_ROOT
                     x[i], v[i], V[i] = _step(
-                        i, x[i], v[i], V[i], xi, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
-                    )
+                        i, x[i], v[i], V[i], xi, sums,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                    )  # fmt: skip
         else:
             for _ in range(stride // 2):
                 for i in range(LANES):
@@ -64,23 +74,26 @@ def advance(x, v, V, s0, s1, sums, readings, stride, coarse, h, mu, r, alpha, be
                         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
                         xi1, xi2 = two_variates(bits)
                     xi, vi, Vi = _step(
-                        i, x[i], v[i], V[i], xi1, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
-                    )
+                        i, x[i], v[i], V[i], xi1, sums,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                    )  # fmt: skip
                     if short:
                         xi, vi, Vi = _step(
-                            i, xi, vi, Vi, xi2, sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
-                        )
+                            i, xi, vi, Vi, xi2, sums,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        )  # fmt: skip
                     elif n1 is not None or n2 is not None:
                         later[i] = xi2
                     x[i], v[i], V[i] = xi, vi, Vi
                 if not short:
                     for i in range(LANES):
                         x[i], v[i], V[i] = _step(
-                            i, x[i], v[i], V[i], later[i], sums, h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
-                        )
+                            i, x[i], v[i], V[i], later[i], sums,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops,
+                        )  # fmt: skip
         for i in range(LANES):
             xi, vi, Vi = x[i], v[i], V[i]
-            xm, vm, Vm, _hit = drift_at_stop(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1)
+            (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops)
             sums[0, i] += 0.5 * (Vi + Vm)
             sums[1, i] += Vi * Vi
             sums[2, i] += Vm * Vm

@@ -29,7 +29,7 @@ class Moments:
     vV: Floats  # noqa: N815
     damped: Floats  # f(x) x'^2
     impacts: Floats  # impacts in a unit of time
-    impact_v2: Floats  # sum of the squared impact speeds in a unit of time
+    impact_loss: Floats  # energy that the stops took in a unit of time
     load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
 
     def mean(self, name: str) -> tuple[float, float]:
@@ -54,11 +54,10 @@ class Moments:
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
 
-        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + (1 - r^2)/2 sum(v-^2)/time
+        N1 + N2 E[x^2] + 2 N12 E[x] = E[f x'^2] + beta mu E[V^2] + what the stops took, (1 - r^2)/2 v-^2 an impact
         """
-        r = 1.0 if eqs.restitution is None else eqs.restitution
         power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x
-        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + 0.5 * (1.0 - r * r) * self.impact_v2
+        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + self.impact_loss
         return np.asarray((power_in - out) / power_in.mean())
 
 
@@ -82,8 +81,11 @@ def correlation_time(means: Floats, values: Floats, length: float) -> float:
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
-def from_sums(sums: Floats, readings: int, elapsed: float, mu: float | None = None) -> Moments:
-    """One entry a trajectory, from sums over ``readings``, shape (blocks, rows, LANES): `SUMS`, and ``load`` or mu."""
+def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
+    """One entry a trajectory, from sums over ``readings``, shape (blocks, rows, LANES): `SUMS`, and ``load`` or mu.
+
+    ``loss`` is the unit of the impacts' losses.
+    """
     s = dict(zip((*SUMS, "load"), np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / readings, strict=False))
     rate = readings / elapsed
     v2 = 0.5 * (s["V2_kick"] + s["V2_mid"])
@@ -97,13 +99,13 @@ def from_sums(sums: Floats, readings: int, elapsed: float, mu: float | None = No
         vV=s["vV"],
         damped=s["fv2"],
         impacts=rate * s["impacts"],
-        impact_v2=rate * s["impact_v2"],
+        impact_loss=loss * rate * s["impact_loss"],
         load=s.get("load", (mu or 0.0) * v2),
     )
 
 
 def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
-    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts."""
+    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts.  Rigid stops only."""
     first = math.ceil(discard / (path.h * path.stride))
     rows = (len(path.readings) - first) // batches
     part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
@@ -111,6 +113,8 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
     length = rows * path.stride * path.h
     edges = first * path.stride * path.h + length * np.arange(batches + 1)
     times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
+    r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
+    lost = 0.5 * (1.0 - np.where(speeds > 0.0, r, r_high) ** 2) * speeds**2
 
     def mean(values: Floats) -> Floats:
         return np.asarray(values.mean(axis=1))
@@ -126,6 +130,6 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         vV=mean(v * V),
         damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
-        impact_v2=np.histogram(times, edges, weights=speeds**2)[0] / length,
+        impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
         load=(eqs.mu or 0.0) * v2,
     )

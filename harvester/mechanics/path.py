@@ -1,18 +1,20 @@
 """One trajectory on record: displacement, velocity, voltage and impacts on a given noise path."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import invalid
 from harvester.mechanics.compiled import kernel
-from harvester.mechanics.step import drift_at_stop, kick_at_stop, meeting, push, relaxation
+from harvester.mechanics.limits import resting_places, room
+from harvester.mechanics.step import relaxation
+from harvester.mechanics.stops import kick_at_stops, move, stops_of
 from harvester.scaling import Equations
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
 COLUMNS = ("x_kick", "V_kick", "x", "v", "V")
-START = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Path:
 
     Kick k happens at the time k h; its reading holds x and V at the kick and x, v, V half a
     step later, at ``t`` (shape (n,)).  ``impacts`` has one row an impact: its time and the
-    speed just before, shape (m, 2).
+    speed just before, negative at the opposite stop, shape (m, 2); of several within one drift only the first.
     """
 
     h: float
@@ -51,27 +53,27 @@ class Path:
 
 
 @kernel
-def _trace(noise, x, v, V, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
+def _trace(
+    noise, x, v, V, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops
+):
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
     count = 0
     # From a start other than rest half a kick comes first: the force of the first half step.
-    v = kick_at_stop(x, v, V, 0.0, 0.5 * h, r, alpha, beta, c1, c2, c3, n1, n2, n12)
+    v = kick_at_stops(x, v, V, 0.0, 0.5 * h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops)
     for k in range(1, len(readings) * stride + 1):
-        before = x, v, V
-        x, v, V, hit = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1)
-        if hit > 0.0:
-            impacts[count, 0] = (k - 1) * h + meeting(before[0], before[1], h, push(before[0], before[2], beta, n1))[0]
-            impacts[count, 1] = hit
+        (x, v, V), (first, speed, _, _) = move(x, v, V, h, h, e, g, mu, r, beta, n1, stops)
+        if speed != 0.0:
+            impacts[count, 0], impacts[count, 1] = (k - 1) * h + first, speed
             count += 1
         xi = 0.0
         if n1 is not None or n2 is not None:
             xi = noise[k - 1]
-        v = kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12)
+        v = kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops)
         if k % stride == 0:
             row = readings[k // stride - 1]
             row[0], row[1] = x, V
-            row[2], row[3], row[4], _ = drift_at_stop(x, v, V, h, 0.5 * h, e_half, g_half, mu, r, beta, n1)
+            (row[2], row[3], row[4]), _ = move(x, v, V, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops)
     return count
 
 
@@ -80,35 +82,49 @@ def trace(
     noise: Floats,
     h: float,
     stride: int = 1,
-    start: tuple[float, float, float] = START,
+    start: tuple[float, float, float] | None = None,
 ) -> Path:
     """The trajectory of Eq. 2 from ``start`` = (x, x', V) on a noise path, with the exact RC update.
 
     ``noise`` has one standard normal variate a kick (`harvester.mechanics.noise.gaussian_grid`);
     its length, rounded down to the stride, is the number of steps of length ``h``.  All nondimensional.
+    ``start`` None is at rest in the first of `resting_places`.
 
-    Without noise the path is of second order in h.  With noise, variate k belongs to the time from
+    Without noise the path is of second order in h (against a compliant stop only where h resolves the contact: else
+    of first).  With noise, variate k belongs to the time from
     (k - 1) h to k h while its kick comes at k h, half a step late: paths of different steps on one
     refined noise are compared at equal k h, and a start other than rest is half a step early.
 
     Raises
     ------
     InputError
-        for a start behind the stop.
+        for a start behind a stop.
     """
-    if eqs.restitution is not None and start[0] < 0.0:
-        raise invalid("start", "have x of at least 0, where the stop is", start[0])
+    start = (resting_places(eqs)[0], 0.0, 0.0) if start is None else start
+    check_start(eqs, start[0], start[0])
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     impacts = room_for_impacts(eqs, len(noise))
     count = _trace(noise, *start, h, stride, readings, impacts, *coefficients(eqs))
     return Path(h, stride, readings, impacts[:count].copy())
 
 
+def check_start(eqs: Equations, least: float, most: float) -> None:
+    """InputError unless all starts, x from ``least`` to ``most``, are between the stops."""
+    low, high = room(eqs)
+    if least < low:
+        raise invalid("start", f"have x of at least {low:g}, where the stop is", least)
+    if most > high:
+        raise invalid("start", f"have x of at most {high:g}, where the opposite stop is", most)
+
+
 def room_for_impacts(eqs: Equations, steps: int) -> Floats:
-    """An empty table of impacts, large enough: a drift at constant velocity has two at the most."""
-    return np.empty((2 * steps + 2 if eqs.restitution is not None else 0, 2))
+    """An empty table of impacts, large enough for two a step."""
+    stop = eqs.restitution is not None or eqs.stop_stiffness is not None
+    return np.empty((2 * steps + 2 if stop else 0, 2))
 
 
-def coefficients(eqs: Equations) -> tuple[float | None, ...]:
+def coefficients(eqs: Equations) -> tuple[Any, ...]:
     """The coefficients in the order of the kernels' arguments."""
-    return (eqs.mu, eqs.restitution, eqs.alpha, eqs.beta, eqs.c1, eqs.c2, eqs.c3, eqs.n1, eqs.n2, eqs.n12)
+    spring = eqs.linear, eqs.alpha2
+    friction_and_noise = eqs.c1, eqs.c2, eqs.c3, eqs.n1, eqs.n2, eqs.n12
+    return (eqs.mu, eqs.restitution, eqs.alpha, eqs.beta, *friction_and_noise, *spring, stops_of(eqs))

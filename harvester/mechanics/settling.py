@@ -9,7 +9,7 @@ power (found from the same window) have gone by.
 from typing import TYPE_CHECKING
 
 from harvester.errors import SimulationError, UnboundedResponseError
-from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded
+from harvester.mechanics.limits import friction_bounds, remedy, surely_bounded, unlike_wells
 from harvester.mechanics.moments import Moments, correlation_time
 
 if TYPE_CHECKING:
@@ -60,16 +60,20 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
 
 
 def memory(many: "Ensemble", window: Moments, length: float) -> float:
-    """Correlation time of energy, V^2 or load power, the longest, from a window that ends now; 0 without noise."""
+    """Correlation time of energy, V^2 or load power, the longest, from a window that ends now; 0 without noise.
+
+    Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of the wells.
+    """
     if many.eqs.n1 is None and many.eqs.n2 is None:
         return 0.0
     x, v, voltage = many.snapshot()
-    energy = correlation_time(window.x2 + window.v2, x * x + v * v, length)
-    longest = max(energy, correlation_time(window.V2, voltage * voltage, length))
+    found = [correlation_time(window.x2 + window.v2, x * x + v * v, length)]
+    found.append(correlation_time(window.V2, voltage * voltage, length))
+    if unlike_wells(many.eqs):
+        found.append(correlation_time(window.x, x, length))
     if many.circuit is not None:
-        power = many.circuit.mu * many.state[:, 3].ravel() ** 2
-        longest = max(longest, correlation_time(window.load, power, length))
-    return longest
+        found.append(correlation_time(window.load, many.circuit.mu * many.state[:, 3].ravel() ** 2, length))
+    return max(found)
 
 
 def _cut_short(many: "Ensemble", load: float, response: float) -> str:
