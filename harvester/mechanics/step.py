@@ -9,9 +9,7 @@ The equations (paper, Eq. 2; nondimensional) are
 split into two parts that are each solved in closed form and applied in turn:
 
     drift   x' = v, V' = v - mu V, with the impact         (exact for every mu and every h)
-    kick    v' = -f(x) v - x - alpha x^3 - beta V + a + noise  (x and V held)
-
-(a: other shaking, `harvester.mechanics.shaking`)
+    kick    v' = -f(x) v - x - alpha x^3 - beta V + noise  (x and V held)
 
 One drift of length h between two kicks makes a step; read half-way through a drift, the
 composition is symmetric and of second order.  During a drift the mass moves at constant
@@ -84,20 +82,18 @@ def carried(V, way, t, mu):
 
 
 @inlined
-def push(x, V, beta, n1, pull=None, a=None):
-    """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
+def push(x, V, beta, n1, pull=None):
+    """Acceleration pull - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's share, None at rest, ``a`` the shaking's.  0 where white noise drowns it.
+    ``pull`` is the spring's share, None at rest.  0 where external noise drowns it.
     """
-    total = 0.0
+    a = 0.0
     if n1 is None:
         if beta is not None:
-            total -= beta * (V - x)
+            a -= beta * (V - x)
         if pull is not None:
-            total += pull
-        if a is not None:
-            total += a
-    return total
+            a += pull
+    return a
 
 
 @inlined
@@ -113,7 +109,7 @@ def meeting(x, v, h, a):
 
 
 @inlined
-def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None):
+def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None):
     """`drift` by the first t of a step h, for a mass that may come to rest on the stop.
 
     A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
@@ -124,9 +120,9 @@ def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None)
 
     Without a stop, with external noise, or without a force at the stop, this is `drift`.
     """
-    if r is None or n1 is not None or (beta is None and pull is None and shaking is None):
+    if r is None or n1 is not None or (beta is None and pull is None):
         return drift(x, v, V, t, e, g, mu, r)
-    a = push(x, V, beta, n1, pull, shaking)
+    a = push(x, V, beta, n1, pull)
     stuck = x == 0.0 and v == 0.0
     if stuck or x + t * (v - 0.5 * a * (h - t)) >= 0.0:
         x1, v1, V1, _ = drift(x, v, V, t, e, g, mu, None)
@@ -183,8 +179,8 @@ def spring(x, alpha, linear=None, alpha2=None):
 
 
 @inlined
-def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
-    """Change of velocity in a time h at fixed x, V and shaking a; xi is a variate of mean 0 and variance 1.
+def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None):
+    """Change of velocity in a time h at fixed x and V; xi is a variate of mean 0 and variance 1.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
@@ -193,8 +189,6 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alph
     force = spring(x, alpha, linear, alpha2)
     if beta is not None:
         force -= beta * V
-    if a is not None:
-        force += a
     dv = h * force
     if n1 is not None or n2 is not None:
         dv += xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12))
@@ -205,11 +199,10 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alph
 
 
 @inlined
-def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
+def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None):
     """`kick` that leaves a mass stuck on the stop there, until the force on it points away from the stop."""
-    pressed = beta is not None or a is not None
-    stuck = r is not None and pressed and n1 is None and x == 0.0 and v == 0.0
-    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+    stuck = r is not None and beta is not None and n1 is None and x == 0.0 and v == 0.0
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2)
     return max(v1, 0.0) if stuck else v1
 
 

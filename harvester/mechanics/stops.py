@@ -40,35 +40,35 @@ def loss_unit(eqs: Equations) -> float:
 
 
 @inlined
-def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None):
+def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops):
     """The drift by the first t of a step h, whatever the stops: ((x, v, V), what the stops did).
 
     The latter is the time of the first impact, the speed just before it, negative at the opposite stop, the number of
-    impacts and the energy that they took.  ``a`` is the shaking's mean over the step.
+    impacts and the energy that they took.
     """
     if stops is None:
-        x1, v1, V1, speed = drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, None, a)
+        x1, v1, V1, speed = drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1)
         if r is None:
             return (x1, v1, V1), (0.0, 0.0, 0.0, 0.0)
-        return (x1, v1, V1), _single(x, v, V, h, r, beta, n1, None, a, speed)
-    return _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, *stops)
+        return (x1, v1, V1), _single(x, v, V, h, r, beta, n1, None, speed)
+    return _moved(x, v, V, h, t, e, g, mu, r, beta, n1, *stops)
 
 
 @inlined
-def _single(x, v, V, h, r, beta, n1, pull, a, speed):
+def _single(x, v, V, h, r, beta, n1, pull, speed):
     """What one rigid stop did in a drift that began at the distance x from it."""
-    time = meeting(x, v, h, push(x, V, beta, n1, pull, a))[0]
+    time = meeting(x, v, h, push(x, V, beta, n1, pull))[0]
     return time, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (1.0 - r * r) * speed * speed
 
 
 @inlined
-def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pull_high, k, c):
+def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, gap, pull, high, r_high, pull_high, k, c):
     if r is None:
         return in_contact(x + gap, v, V, t, gap, mu, k, c)
     if high is None:
         y = max(x + gap, 0.0)
-        y1, v1, V1, speed = drift_at_stop(y, v, V, h, t, e, g, mu, r, beta, n1, pull, a)
-        return (y1 - gap, v1, V1), _single(y, v, V, h, r, beta, n1, pull, a, speed)
+        y1, v1, V1, speed = drift_at_stop(y, v, V, h, t, e, g, mu, r, beta, n1, pull)
+        return (y1 - gap, v1, V1), _single(y, v, V, h, r, beta, n1, pull, speed)
     if n1 is None:  # the stop ahead, mirrored where it is the opposite one, unless the other one is met too
         way, wall, r_ahead, pull_ahead = 1.0, -gap, r, pull
         if v > 0.0:
