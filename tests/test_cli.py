@@ -266,9 +266,12 @@ def test_program():
     answer = program("run", PLATE, *PUBLISHED, "--json")
     assert (answer.returncode, answer.stderr) == (0, "")
     assert strict(answer.stdout)["engine"] == "published"
-    begin = time.perf_counter()
-    assert program("--help").returncode == 0
-    assert time.perf_counter() - begin < 1.0
+    took = []
+    for _ in range(5):  # the best of five: other work may run beside the tests
+        begin = time.perf_counter()
+        assert program("--help").returncode == 0
+        took.append(time.perf_counter() - begin)
+    assert min(took) < 1.0
 
 
 @pytest.mark.parametrize(("stdout", "status"), [("| true", "0"), ("> /dev/full", "3"), (">&-", "0")])

@@ -137,6 +137,10 @@ def test_a_netlist_of_ones_own(tmp_path):
         hv.Ideal().run(PLATE.with_load(hv.Load(netlist=str(own))))
     with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
         hv.Ideal().run(PLATE)
+    same = hv.Spice(trajectories=8, duration=10.0).run(
+        PLATE.with_load(hv.Load(netlist="resistor", parameters={"R": "1 Mohm"}))
+    )
+    assert abs(z_score(same.mean_power, hv.Ensemble().run(PLATE).mean_power)) < 4
 
 
 @pytest.mark.parametrize(
@@ -208,7 +212,6 @@ def test_refusals(monkeypatch):
             {"published", "averaged"},
         ),
     ],
-    ids=str,
 )
 def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing):
     """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""

@@ -294,7 +294,7 @@ def test_burn_in_waits_for_the_smoothing_capacitor():
         return ready.burn_in, ready.warnings
 
     w0 = 20.0
-    assert examined(1e-4)[0] == pytest.approx(6 * 100.0 * w0)
+    assert 6 * 100.0 * w0 <= examined(1e-4)[0] <= 4e4
     burn_in, warnings = examined(1.0)
     assert burn_in < 6e6 * w0
     assert "before the load's capacitor was charged" in warnings[-1]

@@ -19,6 +19,7 @@ from harvester.mechanics.limits import resting_places
 from harvester.mechanics.moments import Moments, from_path
 from harvester.mechanics.noise import child, gaussian_grid, three_point_grid
 from harvester.mechanics.path import Path, trace
+from harvester.mechanics.ruled import trace_ruled
 from harvester.mechanics.shaking import forcing
 from harvester.scaling import Equations, Scales
 
@@ -34,7 +35,8 @@ class Device:
     ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
     tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would do.
-    ``ideal`` is the netlist's circuit made of ideal elements, where there is one.
+    ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load resistor
+    beside ngspice follows its integration rule.
     """
 
     eqs: Equations
@@ -47,6 +49,7 @@ class Device:
     reltol: float = 1e-4
     gaussian: bool = False
     ideal: "IdealCircuit | None" = None
+    ruled: bool = False
 
 
 @dataclass(frozen=True)
@@ -117,10 +120,12 @@ def _measure(
 
 
 def _cheap(device: Device, noise: Floats, shaking: Floats | None, discard: float, place: float) -> Moments:
-    """The means without ngspice, on the same noise: the exact update of a load resistor, or the ideal circuit."""
+    """The means without ngspice, on the same noise: of the ideal circuit, or of the load resistor."""
+    eqs, h, stride = device.eqs, device.h, device.stride
+    if device.ruled:
+        return from_path(eqs, trace_ruled(eqs, noise, h, stride), discard, 1)
     if device.ideal is None:
-        path = trace(device.eqs, noise, device.h, device.stride, (place, 0.0, 0.0), shaking)
-        return from_path(device.eqs, path, discard, 1)
+        return from_path(eqs, trace(eqs, noise, h, stride, (place, 0.0, 0.0), shaking), discard, 1)
     from harvester.mechanics.ideal_path import ideal_moments
 
     return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, discard)

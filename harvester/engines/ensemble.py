@@ -23,6 +23,8 @@ TOLD = 0.5  # seconds of compilation that are worth a word
 NO_NOISE = "no sampling error: nothing is random, and all starts come to the same response"
 ALIKE = 1e-3  # relative difference of trajectories that are
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
+TRAJECTORIES, FEWEST = 4096, 256
+CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 
 
 @dataclass(frozen=True)
@@ -51,15 +53,14 @@ class Ensemble(Sampled):
     """
 
     NAME: ClassVar[str] = "ensemble"
-    TRAJECTORIES: ClassVar[int] = 4096
-    QUIET: ClassVar[int] = 256  # where nothing is random
+    TRAJECTORIES: ClassVar[int] = TRAJECTORIES
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
         from harvester.mechanics.compiled import compilation
-        from harvester.mechanics.shaking import is_random, is_shaken, period
+        from harvester.mechanics.shaking import period
         from harvester.mechanics.step_pair import StepPair
 
         what = self.model(scene)
@@ -70,8 +71,7 @@ class Ensemble(Sampled):
         with compilation() as first:
             StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if period(eqs) is None else None, circuit=circuit), 0.01)
         begin = time.perf_counter()
-        usual = self.TRAJECTORIES if is_random(eqs) or not is_shaken(eqs) else self.QUIET
-        many = mc.Ensemble(eqs, self.trajectories or usual, seed, h, circuit=circuit)
+        many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
         warnings = many.settle()
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
         reasons = [self.REASON]
@@ -142,6 +142,16 @@ class Ensemble(Sampled):
             if progress is not None:
                 progress(min(pair.duration / needed, 1.0))
             pair.extend(more)
+
+
+def affordable(eqs: Equations, circuit: "IdealCircuit | None") -> int:
+    """Trajectories by default: few where nothing is random, or each must wait long for a large capacitor."""
+    from harvester.mechanics.shaking import is_random, is_shaken
+
+    if is_shaken(eqs) and not is_random(eqs):
+        return FEWEST
+    share = 1.0 if circuit is None else CHARGING / circuit.memory
+    return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
 
 
 def found(pair: "StepPair", name: str, exact: bool = False) -> Value:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.common import refuse
-from harvester.engines.ensemble import KNOWN, Ensemble, told
+from harvester.engines.ensemble import KNOWN, affordable, told
 from harvester.engines.ideal import UNIDEAL
 from harvester.engines.sampled import Sampled
 from harvester.engines.target import Target, best_factor
@@ -40,9 +40,14 @@ class Prepared:
     seconds: float
 
     @property
+    def resistive(self) -> bool:
+        """Whether the load is a resistance of the equations, and no netlist."""
+        return self.device.eqs.mu is not None
+
+    @property
     def quantity(self) -> str:
         """The moment that the power is made of."""
-        return "V2" if self.device.load.linear else "load"
+        return "V2" if self.resistive else "load"
 
     def relative_bias(self, name: str) -> float | None:
         """Of the step, as the cheap model shows it; None where there is none."""
@@ -51,11 +56,11 @@ class Prepared:
     @property
     def reason(self) -> str:
         """What is known of the bias of the step, where it is not that of the very same equations."""
-        if self.device.load.linear:
+        if self.resistive:
             return ""
         if self.pair is None:
             return "the bias of the step is not known, as no ideal circuit serves: compare with half of --dt"
-        return "the bias of the step is that of the ideal circuit"
+        return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
 
     def chosen(self, unit: float, physical: bool) -> str:
         """The step, and why."""
@@ -101,33 +106,33 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
         )
     refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
     repeat = period(eqs)
-    ideal = None if circuit.linear or UNIDEAL.intersection(effects(eqs)) else ideal_circuit(load, s)
+    charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
+    known = not UNIDEAL.intersection(effects(eqs))
+    ideal = ideal_circuit(load, s) if known and charging <= LONGEST_CHARGING else None
+    ruled = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if repeat is None else None, circuit=ideal), 0.01)
+        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if repeat is None else None, circuit=ideal, ruled=ruled), 0.01)
     begin = time.perf_counter()
-    pilot = mc.Ensemble(eqs, Ensemble.TRAJECTORIES, seed, h, circuit=ideal)
+    pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
     warnings = pilot.settle()
-    burn_in = pilot.time
-    if circuit.storage is not None:
-        charging = CHARGINGS * circuit.storage * s.frequency
-        burn_in = max(burn_in, min(charging, LONGEST_CHARGING))
-        if charging > LONGEST_CHARGING:
-            warnings.append(
-                f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
-                f"Rload Csmooth = {circuit.storage:g} s"
-            )
+    burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
+    if charging > LONGEST_CHARGING:
+        warnings.append(
+            f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
+            f"Rload Csmooth = {circuit.storage:g} s"
+        )
     if repeat is not None:
         burn_in = repeat * math.ceil(burn_in / repeat - 1e-6)
     pair: StepPair | None = None
-    if circuit.linear or ideal is not None:
+    if eqs.mu is not None or ideal is not None:
         pair = StepPair(pilot, burn_in)
         if options.within is not None:
             target = Target(options.within, options.budget, begin)
-            pair = _with_best_step(pair, "V2" if circuit.linear else "load", target, options.dt is not None)
+            pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.many
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
-    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal)
+    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
     return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
 
 

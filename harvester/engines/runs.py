@@ -75,7 +75,7 @@ class Runs:
         """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
         device = self.ready.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
-        if device.load.linear:
+        if self.ready.resistive:
             found = self.mean_square_voltage()
             return dataclasses.replace(
                 found, value=found.value.scaled(beta * mu), residual=found.residual * (beta * mu) ** 2

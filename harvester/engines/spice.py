@@ -87,7 +87,7 @@ class Spice(Sampled):
         details["trajectories"] = len(runs.done)
         details |= runs.details() | {"warm_up_seconds": warm}
         moments = runs.moments()
-        if ready.device.load.linear:  # the balance holds for the load resistor only
+        if ready.resistive:  # the balance holds for the load resistor only
             details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
         else:
             details |= runs.ledger(1.0 if scene.physical else s.watts)
@@ -119,7 +119,7 @@ class Spice(Sampled):
             details,
             moments.V2,
         )
-        return answer if ready.device.load.linear else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
+        return answer if ready.resistive else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
 
     def _kicks(self, ready: Prepared, paired: bool, unit: float, repeat: float | None) -> int:
         """Of a trajectory, burn-in included: whole readings and periods, and an even number of steps."""

@@ -23,6 +23,7 @@ from harvester.mechanics.limits import chatter, check_bounded, remedy, resting_p
 from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import check_start, coefficients
+from harvester.mechanics.ruled import advance_ruled
 from harvester.mechanics.settling import until_steady
 from harvester.mechanics.shaking import (
     has_shaker,
@@ -66,6 +67,8 @@ class Ensemble:
         drive spread over that distance, so that several responses to it are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
+    ruled
+        the load resistor by ngspice's integration rule (`harvester.mechanics.ruled`), for a stop at rest or none.
 
     Raises
     ------
@@ -81,6 +84,7 @@ class Ensemble:
         h: float | None = None,
         start: Floats | None = None,
         circuit: IdealCircuit | None = None,
+        ruled: bool = False,
     ) -> None:
         check_bounded(eqs)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
@@ -97,7 +101,8 @@ class Ensemble:
             start = np.zeros((3, self.trajectories))
             start[0] = np.resize(places, self.trajectories) + off
         check_start(eqs, start[0].min(), start[0].max())
-        self.eqs, self.seed, self.given_h, self.start, self.circuit = eqs, seed, h, start, circuit
+        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
+        self.circuit, self.ruled = circuit, ruled
         self._coarse: bool | None = None
         self.steps = 0
         self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
@@ -149,10 +154,13 @@ class Ensemble:
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
-            if self.circuit is None:
-                advance(*state, *grid, *coefficients(self.eqs), self._shaker(k))  # type: ignore[call-arg]
+            known = coefficients(self.eqs)
+            if self.circuit is not None:  # without mu, and what the ideal circuits do not serve
+                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10])  # type: ignore[call-arg]
+            elif self.ruled:
+                advance_ruled(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                advance_ideal(*state, *grid, *self.circuit.arguments, *coefficients(self.eqs)[1:10])  # type: ignore[call-arg]
+                advance(*state, *grid, *known, self._shaker(k))  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * self.reading * LANES)
 
@@ -172,6 +180,8 @@ class Ensemble:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
         eqs = self.eqs
         out = np.empty((3, self.trajectories))
+        if self.ruled and self.time > 0.0:
+            return np.moveaxis(self.state, 0, 1).reshape(3, -1).copy()
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
@@ -225,7 +235,7 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit)
+        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit, self.ruled)
 
     def _shaker(self, k: int) -> tuple[Any, ...] | None:
         """What shakes block k beside white noise, as the kernels take it."""
@@ -240,7 +250,7 @@ class Ensemble:
 
     def coarser(self) -> "Ensemble":
         """A fresh ensemble of the same scene and size with twice the step, on the same noise."""
-        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit)
+        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit, self.ruled)
         other._coarse = True
         other._start(other.h)
         other.stride = self.stride // 2
