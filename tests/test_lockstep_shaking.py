@@ -7,7 +7,6 @@ import pytest
 
 import harvester as hv
 from harvester.circuit import worker
-from harvester.errors import CannotServeError
 from harvester.mechanics.noise import gaussian_grid
 from harvester.mechanics.path import trace
 from harvester.mechanics.shaking import forcing
@@ -81,7 +80,63 @@ def test_engine_under_filtered_noise_agrees_with_the_ensemble(eqs):
     assert a.stderr < 0.1 * a.value
 
 
-def test_rigid_stop_without_white_noise_is_refused():
-    eqs = dataclasses.replace(DRIVEN, restitution=0.9)
-    with pytest.raises(CannotServeError, match=r"white noise beside a rigid stop.*use engine 'ensemble'"):
-        hv.Spice().run(scene(eqs))
+QUIET = changed(DRIVEN, drive_frequency=0.5, restitution=0.5)
+IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under preload, and meet two stops
+    "lies": (changed(QUIET, restitution=0.0), 5e-5),
+    "chatters": (QUIET, 5e-5),
+    "bounces": (changed(QUIET, restitution=1.0), 1e-3),
+    "gap": (changed(QUIET, gap=0.3, drive_frequency=1.1), 5e-5),
+    "preload": (changed(QUIET, restitution=0.0, gap=-0.3, drive_frequency=1.1), 5e-5),
+    "two": (changed(QUIET, gap=0.3, opposite_restitution=0.6, opposite_gap=0.5, drive_frequency=1.1), 2e-4),
+    "hum": (changed(HUM, restitution=0.8), 2e-3),
+}
+
+
+@pytest.mark.parametrize("eqs, most", IMPACTING.values(), ids=IMPACTING)
+def test_impacts_without_white_noise(eqs, most):
+    """On the path of `trace`, impact by impact, chatter and rests on the stop included, whose times are exact there."""
+    noise, a = shaken(eqs, 0.05, 100.0)
+    ours, exact = worker.record_apart(device(eqs, 0.05, 4), noise, a), trace(eqs, noise, 0.05, 4, shaking=a)
+    assert rms_difference(ours, exact) < most
+    assert rms_difference(ours, exact, "x") < most
+    assert len(exact.impacts) > 10
+    assert ours.impacts == pytest.approx(exact.impacts, abs=10 * most)
+    low, high = -(eqs.gap or 0.0), np.inf if eqs.opposite_gap is None else eqs.opposite_gap
+    assert low <= ours.x.min() <= ours.x.max() <= high
+    assert ((ours.x == low) == (exact.x == low)).all()
+
+
+@pytest.mark.parametrize("name", ["lies", "chatters", "two"])
+def test_callbacks_of_impacts_without_white_noise(name):
+    """Interpreted, they give the compiled path."""
+    eqs, _ = IMPACTING[name]
+    noise, a = shaken(eqs, 0.1, 30.0)
+    compiled, plain = (worker.record(device(eqs, 0.1, 4), noise, native, a) for native in (True, False))
+    assert (compiled.readings == plain.readings).all()
+    assert (compiled.impacts == plain.impacts).all()
+
+
+@pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
+def test_ledger_of_impacts_without_white_noise(name):
+    """It closes better the finer the step, impacts and rests included."""
+    eqs, residuals = IMPACTING[name][0], []
+    for h in (0.04, 0.01):
+        steps = round(400.0 / h)
+        one = next(worker.measure_apart(device(eqs, h, 10, scales(eqs.beta)), [SEED], steps, 100.0))
+        residuals.append(abs(one.ledger.residual))
+        assert one.ledger.impacts > 0.1 * one.ledger.input
+    assert residuals[1] < 5e-3
+    assert residuals[1] < max(0.5 * residuals[0], 1e-3)
+
+
+def test_engine_with_a_stop_under_a_drive():
+    """The ensemble's answer within both steps' bias; so with a rectifier, whose ledger closes."""
+    eqs = changed(QUIET, drive_frequency=1.1)
+    few, many = hv.Spice(trajectories=2).run(scene(eqs)), hv.Ensemble(trajectories=64).run(scene(eqs))
+    a, b = few.mean_square_voltage, many.mean_square_voltage
+    assert abs(a.value - b.value) < a.bias + b.bias + 4 * np.hypot(a.stderr or 0.0, b.stderr or 0.0)
+    device = hv.load("examples/plate_harmonic.toml")
+    stopped = dataclasses.replace(device, stop=hv.Stop(restitution=0.8), load=hv.Load(netlist="bridge"))
+    answer = hv.Spice(trajectories=2, duration=20.0).run(stopped)
+    assert answer.mean_power.value > 0.0
+    assert abs(answer.details["ledger_residual"]) < 0.02

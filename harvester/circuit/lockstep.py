@@ -22,6 +22,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuit.landing import IMPACT, KICK, PLAN, READING, chord, freed, impact, landed, plan
 from harvester.circuit.ledger import DURING, flow, mark, work
 from harvester.circuit.rebuilt import interpreted
 from harvester.errors import SimulationError
@@ -32,7 +33,6 @@ from harvester.mechanics.shaking import forcing
 from harvester.mechanics.step import kick
 from harvester.scaling import Equations
 
-KICK, IMPACT, READING = 0, 1, 2
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
     "meets them more often: use engine 'ensemble'"
@@ -45,11 +45,11 @@ COEFFICIENTS = ("r", "gap", "high", "r_high", "alpha", "beta", "c1", "c2", "c3",
 # All that the mass and the coupling know.  t, leg_t, landing, since, begin, end in second; volts = theta l/Cp;
 # voltage, current, power, load, delivered, smooth_* in SI; the rest nondimensional.  *_at are addresses of the
 # arrays that the compiled path uses, *_index the places of ngspice's vectors, -1 for one that is not there.
-_REALS = ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS, "t", "leg_t", "landing")
+_REALS = ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS, *PLAN, "t", "leg_t", "landing")
 _LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "begin", "end")
 _WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
 _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
-_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "measuring", "has_beta")
+_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "measuring", "has_beta", "flown")
 _ADDRESSES = (
     "source_at",
     "step_at",
@@ -112,12 +112,19 @@ def bounce(s, time, impacts, r, r_high):
 
 
 @inlined
-def aim(s, impacts, r, gap, high, r_high):
+def aim(s, impacts, r, gap, high, r_high, n1):
     """Choose the next landing: the kick at the end of the drift, a reading in mid-drift, or an impact."""
     target, goal = s.h, KICK
     if s.phase < 0.5 * s.h and s.kicks > 0 and s.kicks % s.stride == 0:
         target, goal = 0.5 * s.h, READING
-    if r is not None and (s.v < 0.0 or (high is not None and s.v > 0.0)):
+    if r is not None and n1 is None:
+        if s.flown == 0 and s.meet < target - TINY * s.h:
+            if s.meet < s.phase + TINY * s.h:  # at the stop already
+                impact(s, impacts, gap, high)
+            else:
+                target, goal = s.meet, IMPACT
+        s.v = chord(s, target, gap, high)
+    elif r is not None and (s.v < 0.0 or (high is not None and s.v > 0.0)):
         hit = s.phase + (wall(s.v, gap, high) - s.x) / s.v
         if hit < s.phase + TINY * s.h:  # at the stop already
             bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
@@ -146,7 +153,9 @@ def accepted(
     V = v / s.volts
     x1 = s.x + s.v * (s.next_phase - s.phase)
     s.phase = s.next_phase
-    if r is not None:
+    if r is not None and n1 is None:
+        x1 = landed(s, x1, impacts, gap, high)
+    elif r is not None:
         ahead = wall(s.v, gap, high)
         if s.goal == IMPACT or (x1 - ahead) * s.v > 0.0:
             bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
@@ -160,7 +169,8 @@ def accepted(
         if s.kicks < s.noise_size:
             before = s.v
             xi, (_, a) = noise[s.kicks], between_kicks(shaking, s.kicks + 1)
-            s.v = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+            v1 = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+            s.v = freed(s.x, before, v1, r, n1, gap, high)
             if s.measuring == DURING:
                 work(s, before, s.v, s.x, V, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
         s.kicks += 1
@@ -169,7 +179,10 @@ def accepted(
         if s.kicks % s.stride == 0 and s.kicks <= s.noise_size:
             row = s.kicks // s.stride - 1
             readings[row, 0], readings[row, 1] = s.x, V
-    aim(s, impacts, r, gap, high, r_high)
+        if r is not None and n1 is None:
+            mean, _ = between_kicks(shaking, min(s.kicks + 1, s.noise_size))
+            plan(s, V, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
+    aim(s, impacts, r, gap, high, r_high, n1)
 
 
 class Drive:
@@ -235,7 +248,11 @@ class Drive:
         self.record["readings_at"] = self.readings.ctypes.data
         self.record["impacts_at"], self.record["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
         self.record["charge_at"] = self.charge.ctypes.data
-        aim(self.record[0], self.impacts, *self.given[:4])
+        given_stops, n1 = self.given[:4], eqs.n1
+        if eqs.restitution is not None and n1 is None:
+            mean, _ = interpreted(between_kicks)(self.shaking, 1)
+            interpreted(plan)(self.record[0], start[2], mean, *given_stops, eqs.alpha, eqs.beta, eqs.linear, eqs.alpha2)
+        interpreted(aim)(self.record[0], self.impacts, *given_stops, n1)
 
     @property
     def duration(self) -> float:

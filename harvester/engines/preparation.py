@@ -99,11 +99,6 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     circuit = load_circuit(load, s.capacitance)
     if not is_shaken(eqs):
         raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
-    if eqs.n1 is None and eqs.restitution is not None:
-        raise CannotServeError(
-            "engine 'spice' must have white noise beside a rigid stop, on which the mass could else come to rest: use "
-            "engine 'ensemble'"
-        )
     refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
     repeat = period(eqs)
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency

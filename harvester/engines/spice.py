@@ -38,7 +38,7 @@ class Spice(Sampled):
     Raises
     ------
     CannotServeError
-        without a load or external noise, for a compliant stop, and for a rigid one without white noise.
+        without a load or anything that shakes the mass at rest, and for a compliant stop.
     MissingProgramError
         when ngspice is not installed.
     CircuitError

@@ -127,4 +127,4 @@ def trace_ruled(eqs: Equations, noise: Floats, h: float, stride: int = 1) -> Pat
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     impacts = room_for_impacts(eqs, len(noise))
     count = _trace(noise, h, stride, readings, impacts, *coefficients(eqs)[:10])
-    return Path(h, stride, readings, impacts[:count].copy())
+    return Path(h, stride, readings, impacts[:count].copy(), None)
