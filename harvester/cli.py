@@ -207,6 +207,22 @@ def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None
 
 
 @cli.command()
+@click.argument("scene")
+@click.option("--engine", help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice.")
+@click.option("--duration", type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
+@click.option("--out", required=True, help="Folder for motion.csv, motion.png and provenance.json.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
+def motion(scene: str, engine: str | None, duration: float | None, out: str, seed: int) -> None:
+    """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
+    from harvester import motion as motions
+
+    given = _load(scene)
+    answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed)
+    click.echo(str(answer))
+    click.echo(f"written: {Path(out) / 'motion.csv'}, motion.png, provenance.json")
+
+
+@cli.command()
 @click.argument("figures", nargs=-1)
 @click.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on.")
 def paper(figures: tuple[str, ...], out: str) -> None:

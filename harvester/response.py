@@ -135,12 +135,12 @@ def _point(
 
     value, stderr = fine.mean("V2")
     bias = value if coarse is None else abs(coarse.mean("V2")[0] - value) / 3.0
-    alike = noisy or bool(np.ptp(fine.V2) <= ALIKE * value)
-    v2 = Value(value, None if alike and not noisy else stderr, bias)
+    spread = None if noisy else float(np.ptp(fine.V2) / fine.V2.max()) if value > 0.0 else 0.0
+    v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, bias)
     power, s = with_power(v2, eqs), scales(scene)
     if scene.physical:
         v2, power = v2.scaled(s.volts**2), power.scaled(s.watts)
-    return Point(direction, frequency, v2, power, alike)
+    return Point(direction, frequency, v2, power, spread)
 
 
 def draw(scene: Scene, text: str, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> Response:

@@ -11,7 +11,7 @@ _LOOKS = {"up": {"color": "#0072B2", "marker": ">"}, "down": {"color": "#D55E00"
 
 
 def response(found: "Response", title: str) -> bytes:
-    """Power and RMS voltage against the frequency, up and down; the half-power bandwidth of each is shaded."""
+    """Power and RMS voltage against the frequency, up and down; the half-power bandwidth of each is a bar."""
     figure, (top, low) = new(2, 1, (7, 6.4), sharex=True)
     for direction, look in _LOOKS.items():
         points = found.sweep(direction)
@@ -19,6 +19,10 @@ def response(found: "Response", title: str) -> bytes:
         for axes, values in ((top, [p.mean_power for p in points]), (low, [p.voltage_rms for p in points])):
             error = [v.error95 for v in values]
             axes.errorbar(f, [v.value for v in values], error, markersize=3, linewidth=1, label=direction, **look)
+        low_edge, high_edge = found.edges(direction) or (None, None)
+        if low_edge is not None:
+            half = 0.5 * found.peak(direction).mean_power.value
+            top.plot([low_edge, high_edge], [half, half], color=look["color"], linewidth=2.5, alpha=0.4)
     top.set_ylabel("mean power (W)" if found.physical else "mean power (nondimensional)")
     low.set_ylabel("RMS voltage (V)" if found.physical else "RMS voltage (nondimensional)")
     low.set_xlabel("drive frequency (Hz)" if found.physical else "drive frequency Omega")

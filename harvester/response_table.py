@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harvester.engines.ensemble import UNLIKE
 from harvester.estimate import Value
 
 
@@ -15,14 +16,14 @@ from harvester.estimate import Value
 class Point:
     """One frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 
-    ``alike``: whether all trajectories came to the same response, or noise is there.
+    ``spread``: between the trajectories in E[V^2], relative to the largest; None where there is noise.
     """
 
     direction: str
     frequency: float
     mean_square_voltage: Value
     mean_power: Value
-    alike: bool
+    spread: float | None
 
     @property
     def voltage_rms(self) -> Value:
@@ -49,7 +50,12 @@ class Response:
         return max(self.sweep(direction), key=lambda p: p.mean_power.value)
 
     def bandwidth(self, direction: str) -> float | None:
-        """Between the frequencies to either side of the peak where the power is half of it; None if one is beyond.
+        """Half-power bandwidth: between the `edges`; None without."""
+        edges = self.edges(direction)
+        return None if edges is None else edges[1] - edges[0]
+
+    def edges(self, direction: str) -> tuple[float, float] | None:
+        """The frequencies to either side of the peak where the power is half of it; None if one is beyond the sweep.
 
         Linear between the frequencies of the sweep, whose spacing is the resolution.
         """
@@ -65,8 +71,8 @@ class Response:
             if crossing is None:
                 return None
             share = (power[crossing] - half) / (power[crossing] - power[crossing + step])
-            edges.append(f[crossing] + share * (f[crossing + step] - f[crossing]))
-        return float(edges[1] - edges[0])
+            edges.append(float(f[crossing] + share * (f[crossing + step] - f[crossing])))
+        return edges[0], edges[1]
 
     @property
     def hysteresis(self) -> list[float]:
@@ -86,12 +92,12 @@ class Response:
         names = ("frequency", "voltage_rms", "mean_power")
         heads = [f"{name} ({one})" if one else name for name, one in zip(names, unit, strict=True)]
         errors = [f"{name}_{error}" for name in names[1:] for error in ("stderr", "step_bias")]
-        writer.writerow(["direction", *heads, *errors, "trajectories_agree"])
+        writer.writerow(["direction", *heads, *errors, "spread_of_trajectories"])
         for p in self.points:
             values: list[float | None] = [p.frequency, p.voltage_rms.value, p.mean_power.value]
             values += [e for v in (p.voltage_rms, p.mean_power) for e in (v.stderr, v.bias)]
             row = ["" if v is None else f"{v:.9g}" for v in values]
-            writer.writerow([p.direction, *row, "yes" if p.alike else "no"])
+            writer.writerow([p.direction, *row, "" if p.spread is None else f"{p.spread:.3g}"])
         return out.getvalue()
 
     def as_json(self) -> dict[str, object]:
@@ -112,7 +118,7 @@ class Response:
                         "frequency": p.frequency,
                         "voltage_rms": number(p.voltage_rms),
                         "mean_power": number(p.mean_power),
-                        "trajectories_agree": p.alike,
+                        "spread_of_trajectories": p.spread,
                     }
                     for p in self.sweep(direction)
                 ],
@@ -133,7 +139,7 @@ class Response:
         if self.hysteresis:
             low, high = min(self.hysteresis), max(self.hysteresis)
             lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}: hysteresis".rstrip())
-        several = [p for p in self.points if not p.alike]
+        several = [p for p in self.points if (p.spread or 0.0) > UNLIKE]
         if several:
             lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
         return "\n".join(lines)

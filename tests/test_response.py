@@ -94,7 +94,7 @@ def test_noise_beside_the_drive_has_a_sampling_error():
 
 
 def triangle(powers):
-    points = [Point("up", float(k), Value(p), Value(p), True) for k, p in enumerate(powers)]
+    points = [Point("up", float(k), Value(p), Value(p), 0.0) for k, p in enumerate(powers)]
     return Response(tuple(points), True)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TOLD = 0.5  # seconds of compilation that are worth a word
 NO_NOISE = "no sampling error: nothing is random, and all starts come to the same response"
-ALIKE = 1e-3  # relative difference of trajectories that are
+ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
@@ -167,8 +167,8 @@ def disagreement(moments: "Moments", eqs: Equations) -> str | None:
     if is_random(eqs) or not is_shaken(eqs):
         return None
     low, high = moments.V2.min(), moments.V2.max()
-    if high - low <= ALIKE * high:
-        return NO_NOISE
+    if high - low <= UNLIKE * high:
+        return NO_NOISE if high - low <= ALIKE * high else None
     low, high = (one / moments.V2.mean() for one in (low, high))
     return (
         f"trajectories differ in E[V^2], from {low:.3g} to {high:.3g} times the mean: the drive has several responses, "

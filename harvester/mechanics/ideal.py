@@ -24,8 +24,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-from harvester.mechanics.compiled import inlined
-from harvester.mechanics.ideal_diode import inlined as vectorised
+from harvester.mechanics.compiled import forced, inlined
 from harvester.mechanics.ideal_diode import lowered, share
 
 
@@ -82,7 +81,7 @@ class IdealCircuit:
         return self.kappa / self.mu
 
 
-@vectorised
+@forced
 def conducted(V, U, v, t, mu, kappa, n, leak, loss, bridge, doubler):
     """(V, U) after a time t at constant velocity v, without switching.
 

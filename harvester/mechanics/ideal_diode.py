@@ -12,17 +12,13 @@ current i.  Exponential and logarithm are polynomials without a branch or a libr
 
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba import int64, types
 from numba.extending import intrinsic
 
-from harvester.mechanics.compiled import FLAGS
+from harvester.mechanics.compiled import forced
 from harvester.mechanics.step import decayed
-
-# LLVM by itself leaves functions of this size as calls, which no loop over lanes can turn into vector instructions.
-inlined = numba.njit(forceinline=True, **FLAGS)
 
 _LOG2E, _LN2 = 1.4426950408889634, 0.6931471805599453
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
@@ -43,7 +39,7 @@ def _number(_context: Any, bits: Any) -> Any:
     return types.float64(types.int64), lambda _c, builder, _s, args: builder.bitcast(args[0], ir.DoubleType())
 
 
-@inlined
+@forced
 def exponential(z):
     """exp(z) to 1e-13 for z from -700 to 700; outside, the value at the end of that range."""
     z = min(max(z, -700.0), 700.0)
@@ -55,7 +51,7 @@ def exponential(z):
     return (even + r * odd) * _number(int64(_ONE) + (int64(k) << int64(52)))
 
 
-@inlined
+@forced
 def logarithm(y):
     """ln(y) for a normal y > 0, to 1e-13 (absolute).
 
@@ -72,13 +68,13 @@ def logarithm(y):
     return e * _LN2 + (_LN_ROOT2 + 2.0 * (s + s * tail))
 
 
-@inlined
+@forced
 def share(z):
     """(1 - exp(-z))/z, 1 at z = 0: mean of exp(-s) for s from 0 to z."""
     return decayed(z) / z if z > 1e-12 else 1.0
 
 
-@inlined
+@forced
 def lowered(w0, w1, t, n, leak):
     """N ln(1 + leak t/n <exp(w/n)>): by how much a diode keeps w below w1 in a time t."""
     top = max(w0, w1) / n

@@ -6,7 +6,7 @@ instructions; each lane keeps its own state and its own random generator.
 
 import numpy as np
 
-from harvester.mechanics.compiled import inlined, kernel
+from harvester.mechanics.compiled import forced, kernel
 from harvester.mechanics.noise import HALF_ROOT, shuffle, two_variates
 from harvester.mechanics.shaking import held, shaken
 from harvester.mechanics.step import drift_at_stop, friction, relaxation
@@ -19,7 +19,7 @@ LANES = 64
 SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss", "driven")
 
 
-@inlined
+@forced
 def _step(
     i, x, v, V, xi, sums, coarse,
     h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,

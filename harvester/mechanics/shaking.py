@@ -22,7 +22,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import invalid
-from harvester.mechanics.compiled import inlined, kernel
+from harvester.mechanics.compiled import forced, kernel
 from harvester.mechanics.noise import shuffle, two_variates
 from harvester.scaling import Equations
 
@@ -137,7 +137,7 @@ def shaker_start(
     return deviation(eqs, h) * rng.standard_normal((2, trajectories))
 
 
-@inlined
+@forced
 def shaken(i, coarse, shaker):
     """The acceleration of lane i: its mean over the coming drift, and that of the kick at its end; advances the filter.
 
@@ -148,7 +148,7 @@ def shaken(i, coarse, shaker):
     return _shaken(i, coarse, *shaker)
 
 
-@inlined
+@forced
 def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     before = p[i]
     _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
@@ -161,7 +161,7 @@ def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, sa
     return 0.5 * (before + after), after
 
 
-@inlined
+@forced
 def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
     """One step of the filter of lane i, or one sample further."""
     if samples is not None:
@@ -184,7 +184,7 @@ def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
         q[i] = q1
 
 
-@inlined
+@forced
 def held(i, shaker):
     """The acceleration of lane i at its last kick; None without a shaker."""
     if shaker is None:
@@ -192,7 +192,7 @@ def held(i, shaker):
     return _held(i, *shaker)
 
 
-@inlined
+@forced
 def _held(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     if gain is not None:
         return gain * p[i]

@@ -24,6 +24,8 @@ without it.  Called without numba (``.py_func``) the same lines are the readable
 
 import math
 
+import numpy as np
+
 from harvester.mechanics.compiled import inlined
 
 
@@ -137,7 +139,8 @@ def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None)
         if r < 1.0 or up == 0.0:
             up = left = a = 0.0
         else:
-            left %= 2.0 * up / -a
+            bounce = 2.0 * up / -a
+            left -= bounce * np.floor(left / bounce)
     x1 = max(left * (up + 0.5 * a * left), 0.0)
     V1 = carried(carried(V, -x, s, mu), x1, t - s, mu)
     return x1, up + a * (left - t + 0.5 * h), V1, speed

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from harvester.mechanics.compiled import inlined
+from harvester.mechanics.compiled import forced
 from harvester.mechanics.limits import spring_force
 from harvester.mechanics.step import carried, decayed, drift_at_stop, kick, kick_at_stop, meeting, push
 from harvester.scaling import Equations
@@ -39,7 +39,7 @@ def loss_unit(eqs: Equations) -> float:
     return 1.0 if eqs.restitution is None or stops_of(eqs) is not None else 0.5 * (1.0 - eqs.restitution**2)
 
 
-@inlined
+@forced
 def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None):
     """The drift by the first t of a step h, whatever the stops: ((x, v, V), what the stops did).
 
@@ -54,14 +54,14 @@ def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None):
     return _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, *stops)
 
 
-@inlined
+@forced
 def _single(x, v, V, h, r, beta, n1, pull, a, speed):
     """What one rigid stop did in a drift that began at the distance x from it."""
     time = meeting(x, v, h, push(x, V, beta, n1, pull, a))[0]
     return time, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (1.0 - r * r) * speed * speed
 
 
-@inlined
+@forced
 def mirrored(way, a):
     """The acceleration a along the axis turned by ``way``."""
     if a is None:
@@ -69,7 +69,7 @@ def mirrored(way, a):
     return way * a
 
 
-@inlined
+@forced
 def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pull_high, k, c):
     if r is None:
         return in_contact(x + gap, v, V, t, gap, mu, k, c)
@@ -92,7 +92,7 @@ def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pul
     return between(x, v, V, t, mu, gap, r, high, r_high)
 
 
-@inlined
+@forced
 def between(x, v, V, t, mu, gap, r, high, r_high):
     """Constant speed for a time t between two rigid stops, from one to the other as often as it takes.
 
@@ -124,7 +124,7 @@ def between(x, v, V, t, mu, gap, r, high, r_high):
     return (x1, -way * speed, carried(V1, x1 - wall, left, mu)), did
 
 
-@inlined
+@forced
 def in_contact(y, v, V, t, gap, mu, k, c):
     """Constant speed where y > 0, y'' = -k y - c y' where y < 0, for a time t; V' = y' - mu V throughout.
 
@@ -164,7 +164,7 @@ def in_contact(y, v, V, t, gap, mu, k, c):
     return (y1 - gap, v1, V), (first, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (before - after))
 
 
-@inlined
+@forced
 def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a=None):
     """`kick` that leaves a mass stuck on a rigid stop there: `kick_at_stop` for stops wherever they are."""
     if stops is None:
@@ -173,7 +173,7 @@ def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linea
     return _held(x, v, v1, r, n1, *stops)
 
 
-@inlined
+@forced
 def _held(x, v, v1, r, n1, gap, pull, high, r_high, pull_high, k, c):
     if r is not None and n1 is None and v == 0.0:
         if x == -gap:

@@ -1,0 +1,162 @@
+"""One path of a scene: displacement, velocity and voltage over time, on paper rather than in the mean.
+
+By the exact update of a load resistor (`harvester.mechanics.path`), or by ngspice in lock-step.  A path has no error of
+sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
+"""
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester import files
+from harvester.arrays import Floats
+from harvester.engines.common import resistive
+from harvester.errors import invalid, unknown
+from harvester.provenance import provenance
+from harvester.scaling import equations, scales
+from harvester.scene import Scene
+
+if TYPE_CHECKING:
+    from harvester.mechanics.path import Path
+
+PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
+ENGINES = ("ensemble", "spice")
+MOST_STEPS = 5_000_000
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A path in the scene's units (SI; nondimensional), one row a reading, shape (n,).
+
+    ``shown`` is the length of its last part, which a plot shows; ``impacts`` has a row (time, speed) each, negative at
+    the opposite stop; ``acceleration`` of the base is None under white noise alone.
+    """
+
+    t: Floats
+    x: Floats
+    v: Floats
+    voltage: Floats
+    acceleration: Floats | None
+    impacts: Floats
+    stops: tuple[float, ...]
+    shown: float
+    step: float
+    physical: bool
+    engine: str
+
+    def text(self) -> str:
+        """The CSV file."""
+        names = ["time", "displacement", "velocity", "voltage", "base_acceleration"]
+        units = ["s", "m", "m/s", "V", "m/s^2"]
+        columns = [self.t, self.x, self.v, self.voltage, *([] if self.acceleration is None else [self.acceleration])]
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        heads = [f"{name} ({unit})" if self.physical else name for name, unit in zip(names, units, strict=True)]
+        writer.writerow(heads[: len(columns)])
+        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
+        return out.getvalue()
+
+    def __str__(self) -> str:
+        unit = " s" if self.physical else ""
+        lines = [f"one path by {self.engine}: {self.t[-1]:.4g}{unit}, step {self.step:.4g}{unit}"]
+        if self.stops:
+            lines.append(f"impacts: {len(self.impacts)}")
+        lines.append("note: one path is no mean: for the power and its error, harvester run")
+        return "\n".join(lines)
+
+
+def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
+    """A path from rest; ``duration`` is what a plot shows of its end, in seconds (nondimensional scene: 1/w0).
+
+    Raises
+    ------
+    InputError
+        for an engine without paths, and a duration that is none or too long.
+    CannotServeError
+        for a netlist without engine `spice`, and what that does not know.
+    """
+    from harvester.mechanics.noise import gaussian_grid
+    from harvester.mechanics.path import trace
+    from harvester.mechanics.shaking import forcing
+
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    eqs = resistive(scene, engine) if engine == "ensemble" else equations(scene)
+    s = scales(scene)
+    unit = s.frequency if scene.physical else 1.0
+    shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
+    h = _step(scene)
+    if not h < shown < MOST_STEPS * h / (1 + LEAD):
+        raise invalid("--duration", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + LEAD):.3g}", duration)
+    sequence = np.random.SeedSequence([seed, 7])
+    noise = gaussian_grid(sequence, math.ceil((1 + LEAD) * shown / h))
+    shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
+    stride = max(1, round(0.05 / h))
+    if engine == "ensemble":
+        path = trace(eqs, noise, h, stride, shaking=shaking)
+    else:
+        path = _in_ngspice(scene, noise, h, stride, shaking)
+    a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
+    low, high = eqs.gap or 0.0, eqs.opposite_gap
+    has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
+    stops = ((-low,) if has_stop else ()) + ((high,) if high is not None else ())
+    if not scene.physical:
+        return Motion(path.t, path.x, path.v, path.V, a, path.impacts, stops, shown, h, False, engine)
+    speed = s.length * s.frequency
+    return Motion(
+        path.t / unit,
+        path.x * s.length,
+        path.v * speed,
+        path.V * s.volts,
+        None if a is None else -a * speed * s.frequency,  # the base's: the mass feels the opposite
+        path.impacts * [1.0 / unit, speed],
+        tuple(stop * s.length for stop in stops),
+        shown / unit,
+        h / unit,
+        True,
+        engine,
+    )
+
+
+def _step(scene: Scene) -> float:
+    from harvester.mechanics.ensemble import STEP
+    from harvester.mechanics.limits import check_bounded, resting_places, typical_frequency
+    from harvester.mechanics.shaking import whole_steps
+
+    eqs = equations(scene)
+    check_bounded(eqs)
+    far = max(x * x for x in resting_places(eqs))
+    return whole_steps(eqs, 0.5 * STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far)))
+
+
+def _in_ngspice(scene: Scene, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":
+    import dataclasses
+
+    from harvester.circuit import worker
+    from harvester.engines.preparation import prepare
+    from harvester.engines.spice import Spice
+
+    s = scales(scene)
+    device = prepare(scene, Spice(dt=h / (s.frequency if scene.physical else 1.0))).device
+    return worker.record_apart(dataclasses.replace(device, h=h, stride=stride), noise, shaking)
+
+
+def draw(
+    scene: Scene, out: str | File, engine: str = "ensemble", duration: float | None = None, seed: int = 0
+) -> Motion:
+    """`motion`; writes motion.csv, motion.png and provenance.json into a folder."""
+    from harvester import motion_figure
+
+    folder = files.folder(out)
+    found = motion(scene, engine, duration, seed)
+    files.write(folder / "motion.csv", found.text())
+    files.write(folder / "motion.png", motion_figure.motion(found, scene.title))
+    whence = provenance(scene, engine=engine, seed=seed, duration=found.shown, step=found.step)
+    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    return found
