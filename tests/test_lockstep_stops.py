@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+import harvester as hv
 from harvester.circuit import worker
 from harvester.errors import SimulationError
 from harvester.mechanics.limits import resting_places
 from harvester.mechanics.noise import gaussian_grid, refined
 from harvester.mechanics.path import trace
-from tests.systems import PAPER, changed
+from tests.systems import PAPER, changed, scene
 from tests.test_ledger import scales
 from tests.test_lockstep import PLATE, SEED, both, device, rms_difference
 
@@ -55,7 +56,46 @@ def test_strong_coupling_converges_at_second_order(eqs):
     assert differences[:, -1].max() < 1e-3
 
 
-@pytest.mark.parametrize("eqs", [changed(PAPER, **TWO), changed(PAPER, gap=-0.2), changed(BISTABLE, alpha2=0.1)])
+def compliant(k, **others):
+    return changed(PAPER, restitution=None, stop_stiffness=k, stop_damping=0.1 * k**0.5, **others)
+
+
+@pytest.mark.parametrize(
+    "eqs, h, duration, most",
+    [
+        (compliant(4.0), 0.05, 60.0, 2e-4),
+        (compliant(400.0), 0.1, 60.0, 2e-5),
+        (compliant(4e4), 0.05, 60.0, 5e-5),
+        (compliant(400.0, gap=0.3), 0.05, 60.0, 1e-5),
+        (compliant(400.0, gap=-0.1), 0.025, 20.0, 2e-5),
+        (compliant(400.0, n1=None, n2=None, drive=0.7, drive_frequency=1.1), 0.05, 60.0, 2e-4),
+    ],
+    ids=["soft", "stiff", "hard", "distance", "preload", "drive"],
+)
+def test_path_at_a_compliant_stop(eqs, h, duration, most):
+    """Contacts longer and shorter than a step; relative RMS difference of V and x, and impacts."""
+    ours, exact = both(eqs, h, duration)
+    assert rms_difference(ours, exact) < most
+    assert rms_difference(ours, exact, "x") < most
+    assert len(exact.impacts) > 5
+    assert ours.impacts == pytest.approx(exact.impacts, abs=5 * most)
+    assert ours.x.min() < -(eqs.gap or 0.0) - 1e-3
+
+
+def test_engine_at_a_compliant_stop_agrees_with_the_ensemble():
+    """E[V^2] within four standard errors and the bias of both steps; the ledger closes, the stop's loss in it."""
+    given = scene(compliant(400.0))
+    a, b = hv.Spice().run(given), hv.Ensemble().run(given)
+    few, many = a.mean_square_voltage, b.mean_square_voltage
+    assert abs(few.value - many.value) < 4 * np.hypot(few.stderr, many.stderr) + few.bias + many.bias
+    assert few.stderr < 0.05 * few.value
+    assert abs(a.details["ledger_residual"]) < 0.01
+    assert a.details["ledger_impacts"] > 0.2 * a.details["ledger_input"]
+
+
+@pytest.mark.parametrize(
+    "eqs", [changed(PAPER, **TWO), changed(PAPER, gap=-0.2), changed(BISTABLE, alpha2=0.1), compliant(50.0, gap=0.1)]
+)
 def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     noise = gaussian_grid(SEED, 300)
     compiled, plain = (worker.record(device(eqs, 0.1, 4), noise, native) for native in (True, False))
@@ -63,7 +103,9 @@ def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     assert (compiled.impacts == plain.impacts).all()
 
 
-@pytest.mark.parametrize("eqs", [changed(PAPER, **TWO), changed(BISTABLE, alpha2=0.1), changed(PAPER, gap=-0.2)])
+@pytest.mark.parametrize(
+    "eqs", [changed(PAPER, **TWO), changed(BISTABLE, alpha2=0.1), changed(PAPER, gap=-0.2), compliant(50.0)]
+)
 def test_ledger_closes(eqs):
     """Springs store what they take, and each stop takes (1 - r^2) v^2/2 by its own r."""
     s = scales(eqs.beta)

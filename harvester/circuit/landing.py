@@ -17,6 +17,7 @@ from harvester.mechanics.compiled import inlined
 from harvester.mechanics.step import meeting, push, spring
 
 KICK, IMPACT, READING = 0, 1, 2  # what a leg of the lock-step leads to
+TINY = 1e-9  # parts of a step: landings nearer than this are one
 
 # Of the coming drift: phase of the impact, speeds before and after it, the acceleration that presses on the stop and
 # the shaking's share of it, the time after which bounces of r = 1 repeat, which stop it is (1, -1 for the opposite

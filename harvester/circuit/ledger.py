@@ -52,12 +52,15 @@ def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alph
 
 
 @inlined
-def mark(s, t, v, smooth, alpha, linear=None, alpha2=None):
-    """After a kick: begin once the burn-in is over, end with the last kick; either way note what is stored."""
+def mark(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
+    """After a kick: begin once the burn-in is over, end with the last kick; either way note what is stored.
+
+    ``contact`` is the energy that a compliant stop stores.
+    """
     begins = s.measuring == BEFORE and t >= s.since
     if not begins and not (s.measuring == DURING and s.kicks == s.noise_size):
         return
-    energy = 0.5 * s.v * s.v + (0.5 if linear is None else 0.5 * linear) * s.x * s.x
+    energy = contact + 0.5 * s.v * s.v + (0.5 if linear is None else 0.5 * linear) * s.x * s.x
     if alpha2 is not None:
         energy += alpha2 / 3.0 * s.x * s.x * s.x
     if alpha is not None:

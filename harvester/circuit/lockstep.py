@@ -22,7 +22,8 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuit.landing import IMPACT, KICK, PLAN, READING, chord, freed, impact, landed, plan
+from harvester.circuit.contact import aim_in_contact, contact_energy, landed_in_contact
+from harvester.circuit.landing import IMPACT, KICK, PLAN, READING, TINY, chord, freed, impact, landed, plan
 from harvester.circuit.ledger import DURING, flow, mark, work
 from harvester.circuit.rebuilt import interpreted
 from harvester.errors import SimulationError
@@ -37,10 +38,13 @@ NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
     "meets them more often: use engine 'ensemble'"
 )
-TINY = 1e-9  # parts of a step: landings nearer than this are one
 
-# The kernels' coefficients: the stops (r at x = -gap, r_high at x = high), and those of `kick` in its order.
-COEFFICIENTS = ("r", "gap", "high", "r_high", "alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12", "linear", "alpha2")
+# The kernels' coefficients: the stops (r, or k and c, at x = -gap, r_high at x = high), and those of `kick` in order.
+COEFFICIENTS = (
+    *("r", "gap", "high", "r_high", "k", "c"),
+    *("alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12", "linear", "alpha2"),
+)
+STOPS = 6  # of them describe the stops
 
 # All that the mass and the coupling know.  t, leg_t, landing, since, begin, end in second; volts = theta l/Cp;
 # voltage, current, power, load, delivered, smooth_* in SI; the rest nondimensional.  *_at are addresses of the
@@ -112,12 +116,14 @@ def bounce(s, time, impacts, r, r_high):
 
 
 @inlined
-def aim(s, impacts, r, gap, high, r_high, n1):
+def aim(s, impacts, r, gap, high, r_high, k, c, n1):
     """Choose the next landing: the kick at the end of the drift, a reading in mid-drift, or an impact."""
     target, goal = s.h, KICK
     if s.phase < 0.5 * s.h and s.kicks > 0 and s.kicks % s.stride == 0:
         target, goal = 0.5 * s.h, READING
-    if r is not None and n1 is None:
+    if k is not None:
+        target, goal = aim_in_contact(s, target, goal, impacts, gap, k, c)
+    elif r is not None and n1 is None:
         if s.flown == 0 and s.meet < target - TINY * s.h:
             if s.meet < s.phase + TINY * s.h:  # at the stop already
                 impact(s, impacts, gap, high)
@@ -139,7 +145,7 @@ def aim(s, impacts, r, gap, high, r_high, n1):
 @inlined
 def accepted(
     s, t, v, power, current, smooth, noise, shaking, readings, impacts, charge,
-    r, gap, high, r_high, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
+    r, gap, high, r_high, k, c, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
 ):  # fmt: skip
     """Take an accepted point at time t: terminal voltage, load power, terminal current and voltage of Csmooth.
 
@@ -151,9 +157,12 @@ def accepted(
     if t < s.landing - TINY * s.h / s.w0:
         return
     V = v / s.volts
-    x1 = s.x + s.v * (s.next_phase - s.phase)
+    elapsed = s.next_phase - s.phase
+    x1 = s.x + s.v * elapsed
     s.phase = s.next_phase
-    if r is not None and n1 is None:
+    if k is not None:
+        x1 = landed_in_contact(s, elapsed, gap, k, c)
+    elif r is not None and n1 is None:
         x1 = landed(s, x1, impacts, gap, high)
     elif r is not None:
         ahead = wall(s.v, gap, high)
@@ -175,14 +184,14 @@ def accepted(
                 work(s, before, s.v, s.x, V, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
         s.kicks += 1
         s.phase = 0.0
-        mark(s, t, v, smooth, alpha, linear, alpha2)
+        mark(s, t, v, smooth, 0.0 if k is None else contact_energy(s.x, gap, k), alpha, linear, alpha2)
         if s.kicks % s.stride == 0 and s.kicks <= s.noise_size:
             row = s.kicks // s.stride - 1
             readings[row, 0], readings[row, 1] = s.x, V
         if r is not None and n1 is None:
             mean, _ = between_kicks(shaking, min(s.kicks + 1, s.noise_size))
             plan(s, V, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
-    aim(s, impacts, r, gap, high, r_high, n1)
+    aim(s, impacts, r, gap, high, r_high, k, c, n1)
 
 
 class Drive:
@@ -235,12 +244,13 @@ class Drive:
         self.record = np.zeros(1, STATE).view(np.recarray)
         start = (resting_places(eqs)[0], 0.0, 0.0) if start is None else start
         given = {**vars(eqs), "r": eqs.restitution, "high": eqs.opposite_gap, "r_high": eqs.opposite_restitution}
+        given |= {"k": eqs.stop_stiffness, "c": None if eqs.stop_stiffness is None else eqs.stop_damping or 0.0}
         self.given = tuple(given[name] for name in COEFFICIENTS)
         for name, value in (*((n, given[n]) for n in COEFFICIENTS), ("h", h), ("w0", w0), ("volts", volts)):
             self.record[name] = 0.0 if value is None else value
         a = None if self.shaking is None else float(self.shaking[0])
         # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
-        self.record["x"], self.record["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *self.given[4:], a)
+        self.record["x"], self.record["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *self.given[STOPS:], a)
         self.record["since"] = since / w0
         self.record["stride"], self.record["free"], self.record["has_beta"] = stride, free, eqs.beta is not None
         self.record["noise_at"], self.record["noise_size"] = self.noise.ctypes.data, len(self.noise)
@@ -248,11 +258,11 @@ class Drive:
         self.record["readings_at"] = self.readings.ctypes.data
         self.record["impacts_at"], self.record["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
         self.record["charge_at"] = self.charge.ctypes.data
-        given_stops, n1 = self.given[:4], eqs.n1
-        if eqs.restitution is not None and n1 is None:
+        stops = self.given[:STOPS]
+        if eqs.restitution is not None and eqs.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)
-            interpreted(plan)(self.record[0], start[2], mean, *given_stops, eqs.alpha, eqs.beta, eqs.linear, eqs.alpha2)
-        interpreted(aim)(self.record[0], self.impacts, *given_stops, n1)
+            interpreted(plan)(self.record[0], start[2], mean, *stops[:4], eqs.alpha, eqs.beta, eqs.linear, eqs.alpha2)
+        interpreted(aim)(self.record[0], self.impacts, *stops, eqs.n1)
 
     @property
     def duration(self) -> float:

@@ -94,7 +94,7 @@ def native_data(vectors, count, ident, user):
 @cache
 def native_accepted(present: tuple[bool, ...], shaken: bool) -> Any:
     """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`) and other shaking."""
-    has_r, has_gap, has_high, has_r_high, *others = present
+    has_r, has_gap, has_high, has_r_high, has_k, has_c, *others = present
     has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
@@ -116,6 +116,8 @@ def native_accepted(present: tuple[bool, ...], shaken: bool) -> Any:
             s.gap if has_gap else None,
             s.high if has_high else None,
             s.r_high if has_r_high else None,
+            s.k if has_k else None,
+            s.c if has_c else None,
             s.alpha if has_alpha else None,
             s.beta if has_beta else None,
             s.c1 if has_c1 else None,

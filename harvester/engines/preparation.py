@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.common import refuse
 from harvester.engines.ensemble import KNOWN, affordable, told
 from harvester.engines.ideal import UNIDEAL
 from harvester.engines.sampled import Sampled
@@ -75,7 +74,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     Raises
     ------
     CannotServeError
-        for an open circuit, a compliant stop, or a scene without external noise.
+        for an open circuit, or a scene in which nothing shakes the mass at rest.
     MissingProgramError
         when ngspice is not installed.
     """
@@ -98,8 +97,9 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
         raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
     circuit = load_circuit(load, s.capacitance)
     if not is_shaken(eqs):
-        raise CannotServeError("engine 'spice' starts at rest and needs external noise: use engine 'ensemble'")
-    refuse(eqs, frozenset({"compliant_stop"}), "engine 'spice'", "engine 'ensemble', or a rigid stop")
+        raise CannotServeError(
+            "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
+        )
     repeat = period(eqs)
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
     known = not UNIDEAL.intersection(effects(eqs))

@@ -38,7 +38,7 @@ class Spice(Sampled):
     Raises
     ------
     CannotServeError
-        without a load or anything that shakes the mass at rest, and for a compliant stop.
+        without a load or anything that shakes the mass at rest.
     MissingProgramError
         when ngspice is not installed.
     CircuitError
@@ -87,7 +87,7 @@ class Spice(Sampled):
         details["trajectories"] = len(runs.done)
         details |= runs.details() | {"warm_up_seconds": warm}
         moments = runs.moments()
-        if ready.resistive:  # the balance holds for the load resistor only
+        if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
             details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
         else:
             details |= runs.ledger(1.0 if scene.physical else s.watts)
