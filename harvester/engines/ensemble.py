@@ -95,6 +95,7 @@ class Ensemble(Sampled):
             tuple(warnings),
             details,
             pair.fine.V2,
+            getattr(pair.fine, what.name) * what.factor,
         )
 
     def model(self, scene: Scene) -> Model:
