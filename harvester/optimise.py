@@ -1,8 +1,4 @@
-"""The largest mean power over one or several keys of a scene, with intervals of both.
-
-from harvester import optimise
-print(optimise.optimise(scene, {"load.resistance": (1e3, 1e7)}, hv.Ensemble()))
-"""
+"""The largest mean power over one or several keys of a scene, with intervals of both."""
 
 import dataclasses
 import json
@@ -38,16 +34,18 @@ def optimise(
     out: str | Path | None = None,
     tick: Tick | None = None,
 ) -> Optimum:
-    """The keys' values of the largest mean power, within their ranges: a mapping of key to (low, high) in SI units.
+    """The keys' values of the largest mean power: ``optimise(scene, {"load.resistance": (1e3, 1e7)}, Ensemble())``.
 
-    ``within`` is the relative error of the power there, and of the power that is lost at the ends of the keys' intervals a
-    quarter of it; only engines that sample can work towards it.  ``budget`` is in seconds, compilation included.
-    ``out`` is a folder for optimise.csv (all evaluations), optimise.png and provenance.json.
+    ``over`` maps each key to the ends of its range in SI units.  ``within`` is the relative error of the power at the
+    optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
+    towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
+    evaluations), optimise.png and provenance.json.
 
     Raises
     ------
     InputError
-        for a range that cannot be, the engine 'cheapest', a target or a budget out of range, or a folder that cannot be written.
+        for a range that cannot be, the engine 'cheapest', a target or a budget out of range, or a folder that cannot
+        be written.
     HarvesterError
         where the engine fails everywhere, the last error.
     """
@@ -105,8 +103,9 @@ def _answer(
         if found.flat:
             low, high = r.low, r.high
         keys.append(Key(r, r.value(float(best.u[k])), low, high, None if found.flat else end(best.faces[k])))
-    failed = [p.answer for p in surface.points if not isinstance(p.answer, Estimate)]
-    told = [f"{len(failed)} of {len(surface.points)} evaluations failed, the first: {failed[0]}"] if failed else []
+    own = [p.answer for p in surface.points if p.engine == engine.NAME]
+    failed = [answer for answer in own if not isinstance(answer, Estimate)]
+    told = [f"{len(failed)} of {len(own)} evaluations failed, the first: {failed[0]}"] if failed else []
     return Optimum(
         engine=engine.NAME,
         keys=tuple(keys),

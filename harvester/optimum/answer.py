@@ -44,9 +44,9 @@ class Optimum:
 
     The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the
     surface and bias of the step), within the model's stated error for a formula; ``why`` says why there is none.
-    ``estimate`` is the engine's answer at the best place, for an engine that samples with noise that had no part in finding it:
-    the power found highest among many would be too high.  ``peaks`` are all that were found, best first, each with its keys
-    and power; ``flat`` says why no place is better than another, and is empty where one is.
+    ``estimate`` is the engine's answer at the best place; an engine that samples makes it with noise that had no part
+    in finding the place, for the highest power of many is too high.  ``peaks`` are all that were found, best first,
+    each with its keys and power; ``flat`` says why no place is better than another, and is empty where one is.
     """
 
     engine: str
@@ -72,8 +72,8 @@ class Optimum:
 
     @property
     def failed(self) -> int:
-        """Evaluations without an answer."""
-        return sum(isinstance(p.answer, HarvesterError) for p in self.points)
+        """Evaluations by the engine itself without an answer."""
+        return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

@@ -48,8 +48,7 @@ def search(surface: Surface, engine: Engine, interval: bool = True) -> Found:
         return Found((_peak(surface, begin),), "the power is the same all over the range")
     try:
         if not missing:
-            for start in peaks(u, power)[:STARTS]:
-                climbed.append(_climb(surface, engine, u[start], len(u)))
+            climbed = [_climb(surface, engine, u[start], len(u)) for start in peaks(u, power)[:STARTS]]
     except SpentError:
         missing = "the climb to the peaks"
     climbed = _apart(surface, engine, climbed) if climbed and not missing else [_peak(surface, begin)]

@@ -1,9 +1,9 @@
-"""A cubic fitted to the powers of a design in a small box, its highest place, and how well that is known.
+"""A polynomial fitted to the powers of a design in a small box, its highest place, and how well that is known.
 
 The coefficients are linear in the powers, c = L P, so their covariance is L C L' with C that of the powers.  With the
 same noise at every point of a design most of the error is common to all of it: C, measured trajectory by trajectory,
-knows that, and the error of a difference is small.  What the cubic leaves of the powers beyond their noise, s^2 =
-|P - X c|^2/(m - k) less its expectation, counts as further noise of each: it is the shape that no cubic has.
+knows that, and the error of a difference is small.  What the polynomial leaves of the powers beyond their noise, s^2 =
+|P - X c|^2/(m - k) less its expectation, counts as further noise of each: it is the shape that no such polynomial has.
 
 Where the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) = H^-1 G L C L' G' H^-1.
 """
@@ -11,33 +11,38 @@ Where the gradient vanishes, its error moves the place by -H^-1 times it (delta 
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats
 
-DEGREE = 3
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+QUADRATIC, CUBIC = 2, 3
+Q = 1.96  # standard errors to 95 %
+SEEN = 3.0  # standard errors that a curvature must have to be one
 _EDGE = 1e-6  # of the box: nearer to its face than this is on it
 
 
-def exponents(dimensions: int) -> Floats:
-    """Of the monomials up to `DEGREE`, shape (k, dimensions)."""
+def exponents(dimensions: int, most: int = CUBIC) -> Floats:
+    """Of the monomials up to a degree, shape (k, dimensions)."""
     rows = [
         np.bincount(np.array(one, dtype=int), minlength=dimensions)
-        for degree in range(DEGREE + 1)
+        for degree in range(most + 1)
         for one in itertools.combinations_with_replacement(range(dimensions), degree)
     ]
     return np.array(rows, dtype=float)
 
 
 def design_size(dimensions: int) -> int:
-    """Points of a design: twice the coefficients, and a middle."""
+    """Points of a design: twice the coefficients of a cubic, and one."""
     return 2 * len(exponents(dimensions)) + 1
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The cubic over ``x`` (m, keys), within -1 to 1, from powers (m,) with ``covariance`` (m, m).
+    """The polynomial over ``x`` (m, keys), within -1 to 1, from powers (m,) with ``covariance`` (m, m).
 
     ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) says which are ends of a range.
     """
@@ -48,15 +53,16 @@ class Fit:
     low: Floats
     high: Floats
     walls: Floats
+    degree: int = CUBIC
 
     @cached_property
     def _exponents(self) -> Floats:
-        return exponents(self.x.shape[1])
+        return exponents(self.x.shape[1], self.degree)
 
     @cached_property
     def _solver(self) -> Floats:
         """L, shape (k, m)."""
-        return np.linalg.pinv(self._rows(self.x))
+        return np.asarray(np.linalg.pinv(self._rows(self.x)), dtype=np.float64)
 
     @cached_property
     def coefficients(self) -> Floats:
@@ -65,19 +71,30 @@ class Fit:
 
     @cached_property
     def misfit(self) -> float:
-        """s^2: variance of the powers about the cubic beyond their noise."""
+        """s^2: variance of the powers about the polynomial beyond their noise."""
         matrix = self._rows(self.x)
         rest = np.eye(len(self.x)) - matrix @ self._solver
         freedom = len(self.x) - matrix.shape[1]
-        residual = rest @ self.power
+        residual: Floats = rest @ self.power
         expected = float(np.trace(rest @ self.covariance @ rest.T))
-        return max((float(residual @ residual) - expected) / freedom, 0.0)
+        return max((float(np.sum(residual**2)) - expected) / float(freedom), 0.0)
 
     @cached_property
     def _covariance(self) -> Floats:
         """Of the coefficients, shape (k, k)."""
-        whole = self.covariance + self.misfit * np.eye(len(self.x))
-        return np.asarray(self._solver @ whole @ self._solver.T)
+        return self._sampling + self.misfit * np.asarray(self._solver @ self._solver.T)
+
+    @cached_property
+    def _sampling(self) -> Floats:
+        """The part of it that is noise."""
+        return np.asarray(self._solver @ self.covariance @ self._solver.T)
+
+    @cached_property
+    def bent(self) -> bool:
+        """Whether the shape that no such polynomial has leaves the gradient more uncertain than the noise does."""
+        rows = self._gradient_rows(self.best)
+        noise = float(np.trace(rows @ self._sampling @ rows.T))
+        return float(np.trace(rows @ self._covariance @ rows.T)) > 2.0 * noise
 
     def _rows(self, x: Floats, orders: tuple[int, ...] = ()) -> Floats:
         """The monomials at places x (n, keys), or their derivative by the keys in ``orders``; shape (n, k)."""
@@ -131,18 +148,23 @@ class Fit:
         rows = [[self._rows(self.best[None], (i, j))[0] for j in range(n)] for i in range(n)]
         return np.asarray(np.array(rows) @ self.coefficients)
 
+    @property
+    def held(self) -> Flags:
+        """Keys whose highest place is on a face: of those the gradient need not vanish."""
+        return np.asarray(self.faces != 0.0)
+
     @cached_property
-    def pressed(self) -> Floats:
-        """Keys whose best value is an end of their range beyond doubt: the power still grows there, at 95 %."""
+    def pressed(self) -> Flags:
+        """Keys that are held beyond doubt: the power grows towards the face, at 95 %."""
         rows = self._gradient_rows(self.best)
         gradient = rows @ self.coefficients
         error = np.sqrt(np.maximum(np.diag(rows @ self._covariance @ rows.T), 0.0))
-        return np.asarray((self.faces * gradient > 1.96 * error) & (self.faces != 0.0))
+        return np.asarray(self.held & (self.faces * gradient > Q * error))
 
     @cached_property
     def resolution(self) -> float:
-        """The weakest curvature over its standard error, without the keys that are `pressed`; infinite if all are."""
-        free = np.flatnonzero(~self.pressed)
+        """The weakest curvature over its standard error, of the keys that are not held; infinite if all are."""
+        free = np.flatnonzero(~self.held)
         if len(free) == 0:
             return np.inf
         weakest, vectors = np.linalg.eigh(-self.hessian[np.ix_(free, free)])
@@ -155,20 +177,48 @@ class Fit:
         error = float(np.sqrt(max(row @ self._covariance @ row, 0.0)))
         return float(weakest[0]) / error if error > 0.0 else float(np.sign(weakest[0])) * np.inf
 
-    def place_covariance(self) -> Floats:
-        """Of the highest place, shape (keys, keys); keys that are `pressed` have none."""
-        n, free = len(self.best), np.flatnonzero(~self.pressed)
-        whole = np.zeros((n, n))
+    @cached_property
+    def half(self) -> Floats:
+        """Half-widths of the 95 % interval of the highest place, shape (keys,); of held keys as `_reach`.
+
+        Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors.
+        """
+        free, half = np.flatnonzero(~self.held), self._reach.copy()
         if len(free):
             rows = self._gradient_rows(self.best)[free]
             inverse = np.linalg.inv(self.hessian[np.ix_(free, free)])
-            whole[np.ix_(free, free)] = inverse @ rows @ self._covariance @ rows.T @ inverse.T
-        return whole
+            error = np.sqrt(np.diag(inverse @ rows @ self._covariance @ rows.T @ inverse.T))
+            half[free] = Q * error / max(1.0 - (Q / self.resolution) ** 2, 1e-3)
+        return half
+
+    @cached_property
+    def _reach(self) -> Floats:
+        """Of keys that are held but not `pressed`: how far inwards the power is not lower beyond doubt."""
+        found = np.zeros(len(self.best))
+        for k in np.flatnonzero(self.held & ~self.pressed):
+            steps = np.linspace(0.0, self.high[k] - self.low[k], 65)
+            places = np.repeat(self.best[None], len(steps), axis=0)
+            places[:, k] -= self.faces[k] * steps
+            rows = self._rows(self.best[None]) - self._rows(places)
+            error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, self._covariance, rows), 0.0))
+            found[k] = steps[rows @ self.coefficients <= Q * error].max()
+        return found
+
+    @property
+    def level(self) -> bool:
+        """Whether no place in the box is seen to be better than another."""
+        if not self.held.all():
+            return self.resolution < SEEN
+        return bool(np.all(self._reach >= self.high - self.low))
+
+    @property
+    def lost(self) -> float:
+        """Power that is lost at the ends of the interval of a key that is not held, the most of them."""
+        return 0.5 * float(np.max(np.where(self.held, 0.0, np.abs(np.diag(self.hessian)) * self.half**2)))
 
     def shift(self, bias: Floats) -> Floats:
         """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
-        n, free = len(self.best), np.flatnonzero(~self.pressed)
-        moved = np.zeros(n)
+        free, moved = np.flatnonzero(~self.held), np.zeros(len(self.best))
         if len(free):
             gradient = self._gradient_rows(self.best)[free] @ self._solver @ bias
             moved[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))

@@ -1,10 +1,10 @@
 """The optimum of an engine that samples.
 
 Candidates come from a scout, a cheaper engine, or from a coarse scan of its own.  From each, boxes of points with a
-cubic through them (`harvester.optimum.polynomial`) climb at a coarse accuracy, and grow or shrink until the power falls
-by `DROP` between the middle and a face: a smaller box drowns in noise, a larger one has a shape that no cubic has.  The
-last box is evaluated at full accuracy, again and again with new noise, until its curvature stands above the noise and the
-power lost at the ends of the keys' interval is small.
+polynomial through them (`harvester.optimum.polynomial`) climb at a coarse accuracy, and grow or shrink until the power
+falls by `DROP` between the middle and a face: a smaller box drowns in noise, a larger one has a shape that no cubic
+has.  The last box is evaluated at full accuracy, again and again with new noise, until its curvature stands above the
+noise and little power is lost at the ends of the keys' interval.
 """
 
 import dataclasses
@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines import Averaged, Engine, Ensemble, Ideal, Spice
-from harvester.errors import CannotServeError, HarvesterError, SimulationError
+from harvester.engines import Averaged, Ensemble, Ideal, Spice
+from harvester.errors import HarvesterError, SimulationError
 from harvester.estimate import Estimate, Value
 from harvester.optimum import certain
 from harvester.optimum.peaks import Found, Peak
-from harvester.optimum.polynomial import Fit, design_size, exponents
-from harvester.optimum.ranges import spread
+from harvester.optimum.polynomial import CUBIC, QUADRATIC, SEEN, Fit, Q, design_size, exponents
+from harvester.optimum.ranges import scene_at, spread
 from harvester.optimum.surface import Point, SpentError, Surface, peaks, served, with_options
 
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
@@ -29,11 +29,10 @@ DROP = 0.1  # of the power, between the middle of a box and its faces
 FIRST = 0.06  # half-width of the first box
 MOVES, BOXES, ROUNDS = 16, 4, 16
 COARSE, FEWEST = 8, 256  # a coarse evaluation has so many times fewer trajectories, but not fewer than that
-SEEN, RESOLVED = 3.0, 8.0  # standard errors that a curvature must have to be climbed by, to be believed
+RESOLVED = 8.0  # standard errors that a curvature must have to be believed
 LOST = 0.25  # of the target error: power that may be lost at the ends of the keys' interval
 TRUSTED = 0.05  # a scout's own error, at most
 SCOUTED = 0.5  # of the budget, for the scout at most
-_Q = 1.96
 
 
 @dataclass
@@ -41,11 +40,12 @@ class Search:
     """An engine on a surface; ``within`` is the relative error of the power that a full evaluation is to have."""
 
     surface: Surface
-    engine: Engine
+    engine: Any
     within: float
     warnings: list[str] = field(default_factory=list)
     seeds: int = 0  # used so far
     pilot: Estimate | None = None
+    rough: Peak | None = None  # what the last box shows
 
     def seed(self) -> int:
         """Another at each call."""
@@ -61,7 +61,8 @@ class Search:
         HarvesterError
             where every place fails, the last error.
         """
-        begin, found, flat = len(self.surface.points), [], ""
+        begin, flat = len(self.surface.points), ""
+        found: list[Peak] = []
         try:
             for u, width in self._scouted() or self._scan():
                 peak, flat = self._refine(u, width)
@@ -72,13 +73,15 @@ class Search:
                 if flat:
                     break
         except SpentError:
-            if not found:
+            if self.rough is not None and self.rough.low is not None and not any(p is self.rough for p in found):
+                found.append(self.rough)
+            elif not found:
                 found = [self._so_far(begin)]
-            self.warnings.append(self._missing("the climb" if len(found) > 1 else "the search for peaks"))
+            self.warnings.append(self._missing("the last box" if found[-1].low is not None else "the search for peaks"))
         found.sort(key=lambda p: -p.power.value)
         for other in found[1:]:
             error = np.hypot(other.power.stderr or 0.0, found[0].power.stderr or 0.0)
-            if found[0].power.value - other.power.value < _Q * error:
+            if found[0].power.value - other.power.value < Q * error:
                 self.warnings.append("another peak is as high within the error of sampling: see peaks")
                 break
         return Found(tuple(found), flat, tuple(self.warnings))
@@ -99,8 +102,8 @@ class Search:
             known: dict[str, Any] = {"trajectories": FEWEST} if isinstance(self.engine, Ensemble) else {}
             return with_options(self.engine, within=None, budget=None, seed=seed, **known)
         whole = self.full(seed)
-        many = getattr(whole, "trajectories", None)
-        return with_options(whole, trajectories=max((many or 0) // COARSE, FEWEST))
+        many = max((whole.trajectories or 0) // COARSE, FEWEST)
+        return with_options(whole, trajectories=many, duration=self.engine.duration)
 
     @property
     def shared(self) -> bool:
@@ -120,6 +123,7 @@ class Search:
                 found = Search(surface, cheap, max(self.within, 0.01)).find().peaks
                 return [(p.u, _box(p)) for p in found if p.width is not None][:CANDIDATES]
             if type(engine) is Ensemble:
+                Averaged().run(scene_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
                 found = certain.search(surface, Averaged(), interval=False).peaks
                 best = [p for p in found if p.power.value >= (1.0 - 2.0 * TRUSTED) * found[0].power.value]
                 if certain.trusted(surface.points[begin:], TRUSTED):
@@ -142,6 +146,7 @@ class Search:
 
     def _refine(self, u: Floats, width: Floats) -> tuple[Peak, str]:
         """The peak near a place, and what to say if there is none: it is flat."""
+        self.rough = None
         engine = with_options(self.engine, within=self.within, budget=max(0.3 * self.surface.left, 0.1))
         first = self.surface.evaluate(u[None], with_options(engine, seed=self.seed()), "pilot")[0]
         if isinstance(first.answer, HarvesterError):
@@ -153,24 +158,24 @@ class Search:
         return self._settle(u, width)
 
     def _climb(self, u: Floats, width: Floats) -> tuple[Floats, Floats]:
-        """The middle and half-widths of a box with a resolved peak in it."""
+        """The middle and half-widths of a box with a resolved peak in it, by quadratics."""
         for _ in range(MOVES):
-            fit, _ = self._fit([self._design(u, width, "climb", coarse=True)], u, width)
+            fit, _ = self._fit([self._design(u, width, "climb", coarse=True)], u, width, QUADRATIC)
             place = np.clip(u + width * fit.best, 0.0, 1.0)
-            noise = float(np.trace(fit.covariance)) / len(fit.x)
+            doubtful = fit.held & ~fit.pressed
             if fit.leaves.any():
-                grow = 1.0 if fit.resolution > SEEN else 1.5
-                u, width = place, np.minimum(grow * width, 0.5)
-            elif fit.resolution < SEEN and fit.misfit > noise:  # no cubic has this shape
-                u, width = np.clip(u + width * fit.x[int(np.argmax(fit.power))], 0.0, 1.0), 0.5 * width
-            elif fit.resolution < SEEN:
+                u, width = place, np.minimum((1.0 if fit.resolution > SEEN else 1.5) * width, 0.5)
+            elif fit.resolution < SEEN and fit.bent:
+                u = np.clip(u + width * fit.x[int(np.argmax(fit.power))], 0.0, 1.0)
+                width = np.where(fit.pressed, 1.0, 0.5) * width
+            elif fit.resolution < SEEN or np.any(doubtful & (width < 0.5)):
                 if np.all(width >= 0.5):
                     return np.full(len(u), 0.5), width
-                width = np.minimum(2.0 * width, 0.5)
-                u = np.where(width >= 0.5, 0.5, u)
+                grown = np.minimum(2.0 * width, 0.5)
+                width = grown if fit.resolution < SEEN else np.where(doubtful, grown, width)
+                u = np.where(width >= 0.5, 0.5, place)
             else:
-                size = np.clip(_size(fit, width), 0.25 * width, 4.0 * width)
-                size = np.minimum(size, 0.5)
+                size = np.minimum(np.clip(_size(fit, width), 0.25 * width, 4.0 * width), 0.5)
                 near = np.all((size < 1.5 * width) & (width < 1.5 * size))
                 u, width = place, size
                 if near:
@@ -178,45 +183,40 @@ class Search:
         return u, width
 
     def _settle(self, u: Floats, width: Floats) -> tuple[Peak, str]:
-        """The peak in a box, at full accuracy."""
-        why = "the curvature does not stand above the noise"
-        for _ in range(BOXES):
+        """The peak in a box, by cubics at full accuracy."""
+        for box in range(BOXES):
             rounds: list[list[Point]] = []
             while len(rounds) < ROUNDS:
                 rounds.append(self._design(u, width, "box"))
                 fit, bias = self._fit(rounds, u, width)
-                if fit.leaves.any() or self._known(fit) or fit.misfit > np.trace(fit.covariance) / len(fit.x):
+                if fit.leaves.any() or self._known(fit) or fit.bent:
                     break
-            place = np.clip(u + width * fit.best, 0.0, 1.0)
-            if not fit.leaves.any():
-                if self._known(fit):
-                    return self._peak(fit, bias, u, width), ""
-                if np.all(width >= 0.5) and fit.resolution < SEEN:
-                    return self._peak(
-                        fit, bias, u, width, why
-                    ), "no place in the range is seen to be better than another"
-                if fit.resolution > SEEN:
-                    width = 0.6 * width
-            u = place
-        self.warnings.append(f"no interval: {why}")
-        return self._peak(fit, bias, u, width, why), ""
+            last = box == BOXES - 1
+            if not fit.leaves.any() or last:
+                if self._known(fit) and (last or not fit.bent):
+                    break
+                whole = np.all(width >= 0.5)
+                if whole and fit.level:
+                    return self._peak(fit, bias, u, width), "no place is seen to be better than another"
+                if whole and np.ptp(fit.power) < LOST * self.within * fit.power.mean():
+                    return self._peak(fit, bias, u, width), "the power changes less than a quarter of --within"
+                width = np.where(fit.pressed, 1.0, 0.6) * width if fit.bent and not last else width
+            u = u if last else np.clip(u + width * fit.best, 0.0, 1.0)
+        return self._peak(fit, bias, u, width), ""
 
     def _known(self, fit: Fit) -> bool:
         """Whether the peak is resolved, and little is lost at the ends of the keys' interval."""
-        if fit.resolution < RESOLVED:
-            return False
-        half = _Q * np.sqrt(np.diag(fit.place_covariance()))
-        lost = 0.5 * np.max(np.abs(np.diag(fit.hessian)) * half**2)
-        return bool(lost <= LOST * self.within * abs(fit.value(fit.best)[0]))
+        return fit.resolution >= RESOLVED and fit.lost <= LOST * self.within * abs(fit.value(fit.best)[0])
 
-    def _peak(self, fit: Fit, bias: Floats, u: Floats, width: Floats, why: str = "") -> Peak:
+    def _peak(self, fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
         """The fit's highest place as a peak, with the interval that sampling and the bias of the step leave."""
         place = np.clip(u + width * fit.best, 0.0, 1.0)
         power = Value(*fit.value(fit.best))
         faces = np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0))
-        if why:
+        if fit.leaves.any() or fit.resolution < SEEN:
+            why = "the curvature does not stand above the noise"
             return Peak(place, power, faces, width=width, why=why)
-        half = width * (_Q * np.sqrt(np.diag(fit.place_covariance())) + fit.shift(bias))
+        half = width * (fit.half + fit.shift(bias))
         return Peak(place, power, faces, np.clip(place - half, 0.0, 1.0), np.clip(place + half, 0.0, 1.0), width)
 
     def _design(self, u: Floats, width: Floats, stage: str, coarse: bool = False) -> list[Point]:
@@ -229,8 +229,8 @@ class Search:
             return self.surface.evaluate(where, make(seed), stage)
         return [self.surface.evaluate(one[None], make(self.seed()), stage)[0] for one in where]
 
-    def _fit(self, rounds: list[list[Point]], u: Floats, width: Floats) -> tuple[Fit, Floats]:
-        """The cubic through the means of rounds of one design, and the bias of the step at each of its points.
+    def _fit(self, rounds: list[list[Point]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
+        """The polynomial through the means of rounds of one design, and the bias of the step at each of its points.
 
         Raises SimulationError where too many points fail for that.
         """
@@ -242,10 +242,13 @@ class Search:
         values = [[p.power for p in one if p.power is not None] for one in kept]
         power = np.mean([[v.value for v in one] for one in values], axis=0)
         bias = np.mean([[v.bias or 0.0 for v in one] for one in values], axis=0)
-        covariance = sum(_covariance(one) for one in kept) / len(rounds) ** 2
+        covariance = np.sum([_covariance(one) for one in kept], axis=0) / len(rounds) ** 2
         low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
         x = (np.array([p.u for p in kept[0]]) - u) / width
-        return Fit(x, power, covariance, (low - u) / width, (high - u) / width, np.array([low <= 0, high >= 1])), bias
+        walls = np.array([low <= 0.0, high >= 1.0])
+        fit = Fit(x, power, covariance, (low - u) / width, (high - u) / width, walls, degree)
+        self.rough = self._peak(fit, bias, u, width)
+        return fit, bias
 
     def _so_far(self, begin: int) -> Peak:
         """The best place of those seen; raises the last error where there is none."""
@@ -257,12 +260,12 @@ class Search:
         return Peak(u[best], values[best], np.zeros(len(u)), why="the budget ended before it was narrowed")
 
     def _missing(self, stage: str) -> str:
-        spent = self.surface.budget - self.surface.left
-        each = spent / len(self.surface.points)
-        more = each * 4 * design_size(self.surface.dimensions)
+        own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
+        seconds = [one.seconds for one in own if isinstance(one, Estimate)]
+        more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
         return (
-            f"the budget of {self.surface.budget:g} s ended in {stage}, after {len(self.surface.points)} evaluations: "
-            f"what is missing takes about {more:.2g} s more"
+            f"the budget of {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
+            f"{self.engine.NAME!r}: a search takes some {4 * design_size(self.surface.dimensions)}{more}"
         )
 
 
@@ -281,8 +284,7 @@ def _covariance(points: list[Point]) -> Floats:
     """Of the powers of a design, shape (m, m): from the trajectories where they share their noise."""
     answers = [p.answer for p in points if isinstance(p.answer, Estimate)]
     samples = [a.power_samples for a in answers]
-    one = samples[0]
-    if one is not None and all(s is not None and len(s) == len(one) for s in samples) and points[0].seed is not None:
-        if len({p.seed for p in points}) == 1:
-            return np.cov(np.array(samples)) / len(one)
+    known = [s for s in samples if s is not None]
+    if len(known) == len(points) and len({p.seed for p in points}) == len({len(s) for s in known}) == 1:
+        return np.asarray(np.cov(np.array(known)) / len(known[0]))
     return np.diag([(a.mean_power.stderr or 0.0) ** 2 for a in answers])
