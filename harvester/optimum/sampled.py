@@ -30,6 +30,7 @@ FIRST = 0.06  # half-width of the first box
 MOVES, BOXES, ROUNDS = 16, 4, 16
 COARSE, FEWEST = 8, 256  # a coarse evaluation has so many times fewer trajectories, but not fewer than that
 RESOLVED = 8.0  # standard errors that a curvature must have to be believed
+ROUNDING = 1e-9  # relative noise of a power that has no other
 LOST = 0.25  # of the target error: power that may be lost at the ends of the keys' interval
 TRUSTED = 0.05  # a scout's own error, at most
 SCOUTED = 0.5  # of the budget, for the scout at most
@@ -46,6 +47,7 @@ class Search:
     seeds: int = 0  # used so far
     pilot: Estimate | None = None
     rough: Peak | None = None  # what the last box shows
+    led: bool = False  # to the last box by a scout that samples, too
 
     def seed(self) -> int:
         """Another at each call."""
@@ -121,6 +123,7 @@ class Search:
                 names = {f.name for f in dataclasses.fields(kind)}
                 cheap = kind(**{k: v for k, v in vars(engine).items() if k in names})
                 found = Search(surface, cheap, max(self.within, 0.01)).find().peaks
+                self.led = any(p.width is not None for p in found)
                 return [(p.u, _box(p)) for p in found if p.width is not None][:CANDIDATES]
             if type(engine) is Ensemble:
                 Averaged().run(scene_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
@@ -154,8 +157,7 @@ class Search:
         self.pilot = first.answer
         if first.answer.mean_power.value <= 0.0:
             return Peak(u, first.answer.mean_power, np.zeros(len(u))), "the load takes no power"
-        u, width = self._climb(u, width)
-        return self._settle(u, width)
+        return self._settle(*((u, width) if self.led else self._climb(u, width)))
 
     def _climb(self, u: Floats, width: Floats) -> tuple[Floats, Floats]:
         """The middle and half-widths of a box with a resolved peak in it, by quadratics."""
@@ -168,9 +170,9 @@ class Search:
             elif fit.resolution < SEEN and fit.bent:
                 u = np.clip(u + width * fit.x[int(np.argmax(fit.power))], 0.0, 1.0)
                 width = np.where(fit.pressed, 1.0, 0.5) * width
-            elif fit.resolution < SEEN or np.any(doubtful & (width < 0.5)):
-                if np.all(width >= 0.5):
-                    return np.full(len(u), 0.5), width
+            elif fit.resolution < SEEN or (doubtful.any() and not fit.walls.all()):
+                if fit.walls.all():
+                    break
                 grown = np.minimum(2.0 * width, 0.5)
                 width = grown if fit.resolution < SEEN else np.where(doubtful, grown, width)
                 u = np.where(width >= 0.5, 0.5, place)
@@ -195,18 +197,24 @@ class Search:
             if not fit.leaves.any() or last:
                 if self._known(fit) and (last or not fit.bent):
                     break
-                whole = np.all(width >= 0.5)
+                whole = bool(fit.walls.all())
                 if whole and fit.level:
                     return self._peak(fit, bias, u, width), "no place is seen to be better than another"
                 if whole and np.ptp(fit.power) < LOST * self.within * fit.power.mean():
                     return self._peak(fit, bias, u, width), "the power changes less than a quarter of --within"
                 width = np.where(fit.pressed, 1.0, 0.6) * width if fit.bent and not last else width
-            u = u if last else np.clip(u + width * fit.best, 0.0, 1.0)
+            if not last:
+                place = np.clip(u + width * fit.best, 0.0, 1.0)
+                u = np.where((width >= 0.5) & fit.level, 0.5, place)
         return self._peak(fit, bias, u, width), ""
 
     def _known(self, fit: Fit) -> bool:
         """Whether the peak is resolved, and little is lost at the ends of the keys' interval."""
-        return fit.resolution >= RESOLVED and fit.lost <= LOST * self.within * abs(fit.value(fit.best)[0])
+        return (
+            not fit.level
+            and fit.resolution >= RESOLVED
+            and fit.lost <= LOST * self.within * abs(fit.value(fit.best)[0])
+        )
 
     def _peak(self, fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
         """The fit's highest place as a peak, with the interval that sampling and the bias of the step leave."""
@@ -243,6 +251,7 @@ class Search:
         power = np.mean([[v.value for v in one] for one in values], axis=0)
         bias = np.mean([[v.bias or 0.0 for v in one] for one in values], axis=0)
         covariance = np.sum([_covariance(one) for one in kept], axis=0) / len(rounds) ** 2
+        covariance = covariance + (ROUNDING * power.mean()) ** 2 * np.eye(len(good))
         low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
         x = (np.array([p.u for p in kept[0]]) - u) / width
         walls = np.array([low <= 0.0, high >= 1.0])
