@@ -130,6 +130,38 @@ def sweep(
 
 @cli.command()
 @click.argument("scene")
+@click.option("--over", "over", multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys.")
+@click.option(
+    "--engine", help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice."
+)
+@_sampling
+@click.option("--out", help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def optimise(
+    scene: str, over: tuple[str, ...], engine: str | None, out: str | None, as_json: bool, **options: Any
+) -> None:
+    """The largest mean power over one or several scene keys, and how well both are known.
+
+    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
+    """
+    from harvester import optimise as optimising
+    from harvester.optimum.ranges import parse
+
+    given, ranges = _load(scene), [parse(text) for text in over]
+    within, budget = options["within"] or 0.01, options["budget"] or 60.0
+    name = _default(given, options | {"within": None}) if engine is None else engine
+    chosen = _engine(name, options | {"within": None, "budget": None})
+    with _bar(1000, "optimise") as bar:
+        answer = optimising.optimise(
+            given, ranges, chosen, within, budget, out, lambda spent: bar.update(int(1000 * spent) - bar.n)
+        )
+    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    if out is not None and not as_json:
+        click.echo(f"written: {Path(out) / 'optimise.csv'}, optimise.png, provenance.json")
+
+
+@cli.command()
+@click.argument("scene")
 @_sampling
 @click.option("--out", help="Folder for compare.png: the engines, and V of one path with and without the stop.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

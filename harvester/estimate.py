@@ -94,14 +94,10 @@ class Estimate:
     warnings: tuple[str, ...] = ()
     details: dict[str, float] = field(default_factory=dict)
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
+    power_samples: Floats | None = None  # of the mean power, one a trajectory; None where it is no plain mean of them
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
-
-        def number(value: Value) -> dict[str, float | None]:
-            errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}
-            return {"value": value.value, "stderr": value.stderr, **errors}
-
         return {
             "engine": self.engine,
             "mean_square_voltage": number(self.mean_square_voltage),
@@ -127,6 +123,12 @@ class Estimate:
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+
+def number(value: Value) -> dict[str, float | None]:
+    """A value as ``--json`` prints it."""
+    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}
+    return {"value": value.value, "stderr": value.stderr, **errors}
 
 
 def z_score(a: Value, b: Value) -> float | None:

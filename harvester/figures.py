@@ -13,6 +13,8 @@ from harvester.arrays import Floats
 if TYPE_CHECKING:
     from harvester.compare import Comparison
     from harvester.cost_table import Row
+    from harvester.optimum.answer import Optimum
+    from harvester.optimum.ranges import Range
     from harvester.paper import Point
     from harvester.region import Edge
     from harvester.sweep import Table
@@ -234,3 +236,52 @@ def region(edges: "list[Edge]", title: str) -> bytes:
     here.grid(color="0.92")
     here.legend(frameon=False, fontsize=9)
     return png(figure)
+
+
+def optimum(answer: "Optimum", title: str) -> bytes:
+    """All evaluations of the engine with the optimum and its interval: contours over two keys, else a panel a key."""
+    keys = answer.keys
+    own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
+    x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
+    powers = [p.power for p in own if p.power is not None]
+    power, error = np.array([v.value for v in powers]), np.array([v.error95 for v in powers])
+    unit = " (W)" if answer.estimate.physical else ""
+    colour = STYLES.get(answer.engine, {}).get("color", "0.3")
+    plane = len(keys) == 2 and len(own) > 3
+    figure, axes = new(1, 1 if plane else len(keys), (7 if len(keys) < 3 else 3.2 * len(keys), 4.6), squeeze=False)
+    mark = {"color": "0.1", "marker": "*", "markersize": 12, "linestyle": "none", "zorder": 6, "label": "optimum"}
+    if plane:
+        here = axes[0, 0]
+        filled = here.tricontourf(x[:, 0], x[:, 1], power, levels=12, cmap="viridis")
+        figure.colorbar(filled, ax=here, label=f"mean power{unit}")
+        here.plot(x[:, 0], x[:, 1], ".", color="0.9", markersize=2, label="evaluations")
+        spans = [
+            None if k.low95 is None or k.high95 is None else [[k.value - k.low95], [k.high95 - k.value]] for k in keys
+        ]
+        if spans[0] and spans[1]:
+            here.errorbar(
+                keys[0].value, keys[1].value, spans[1], spans[0], color="0.1", capsize=3, linestyle="none", zorder=5
+            )
+        here.plot(keys[0].value, keys[1].value, **mark)
+        _axis(here.set_ylabel, here.set_yscale, keys[1].range)
+    for number, here in enumerate(axes[0]):
+        key = keys[number]
+        _axis(here.set_xlabel, here.set_xscale, key.range)
+        if not plane:
+            order = np.argsort(x[:, number])
+            style = {"color": colour, "marker": ".", "linestyle": "none", "elinewidth": 0.7, "label": answer.engine}
+            here.errorbar(x[order, number], power[order], error[order], **style)
+            if key.low95 is not None and key.high95 is not None:
+                here.axvspan(key.low95, key.high95, color="0.85", zorder=0, label="interval of the best value")
+            here.errorbar(key.value, answer.mean_power.value, answer.mean_power.error95, **mark, capsize=3)
+            here.set_ylabel(f"mean power{unit}" if number == 0 else "")
+            here.grid(color="0.92")
+    axes[0, 0].legend(frameon=plane, fontsize=9)
+    figure.suptitle(title or "Largest mean power", wrap=True, parse_math=False, fontsize=10)
+    return png(figure)
+
+
+def _axis(label: Any, scale: Any, one: "Range") -> None:
+    label(UNITS.get(one.key, one.key))
+    if one.logarithmic:
+        scale("log")

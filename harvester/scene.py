@@ -419,6 +419,13 @@ def read_value(key: str, text: str) -> float:
         raise InputError(f"{key} {error}, but is {shown(text)}") from None
 
 
+def unit_of(key: str) -> str:
+    """The SI unit of a scene key, such as ``ohm``; empty for a number, and for a netlist's parameter."""
+    table, name = split_key(key)
+    kind = next(iter(_kinds(TABLES[table]).get(name, [])), None)
+    return "" if kind is None else kind.unit
+
+
 def loads(text: str, folder: Path | None = None) -> Scene:
     """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``."""
     try:

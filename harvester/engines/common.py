@@ -66,6 +66,7 @@ def estimate(
     warnings: tuple[str, ...],
     details: dict[str, float] | None = None,
     samples: Any = None,
+    power_samples: Any = None,
 ) -> Estimate:
     """Put a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P] into the scene's units."""
     power = with_power(v2, eqs) if power is None else power
@@ -89,4 +90,5 @@ def estimate(
         warnings=warnings,
         details=details or {},
         samples=samples,
+        power_samples=power_samples if power_samples is None or not physical else power_samples * s.watts,
     )

@@ -60,8 +60,7 @@ class Ensemble(Sampled):
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics import ensemble as mc
         from harvester.mechanics.compiled import compilation
-        from harvester.mechanics.shaking import period
-        from harvester.mechanics.step_pair import StepPair
+        from harvester.mechanics.step_pair import StepPair, warm_up
 
         what = self.model(scene)
         eqs, circuit = what.eqs, what.circuit
@@ -69,7 +68,7 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
-            StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if period(eqs) is None else None, circuit=circuit), 0.01)
+            warm_up(eqs, seed, circuit)
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
         warnings = many.settle()
@@ -102,6 +101,7 @@ class Ensemble(Sampled):
             tuple(warnings),
             details,
             pair.fine.V2,
+            getattr(pair.fine, what.name) * what.factor,
         )
 
     def model(self, scene: Scene) -> Model:

@@ -85,7 +85,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     from harvester.mechanics import ensemble as mc
     from harvester.mechanics.compiled import compilation
     from harvester.mechanics.shaking import is_shaken, period
-    from harvester.mechanics.step_pair import StepPair
+    from harvester.mechanics.step_pair import StepPair, warm_up
 
     find_library()
     eqs, s = equations(scene), scales(scene)
@@ -107,7 +107,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     ruled = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        StepPair(mc.Ensemble(eqs, 1, seed, 1e-3 if repeat is None else None, circuit=ideal, ruled=ruled), 0.01)
+        warm_up(eqs, seed, ideal, ruled)
     begin = time.perf_counter()
     pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
     warnings = pilot.settle()

@@ -2,13 +2,28 @@
 
 import time
 
+import numpy as np
+
 from harvester.arrays import Floats
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble import Ensemble
+from harvester.mechanics.ideal import IdealCircuit
 from harvester.mechanics.moments import Moments, mean_and_error
 from harvester.mechanics.settling import FIRST_WINDOW
+from harvester.mechanics.shaking import period
+from harvester.scaling import Equations
 
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
+
+
+def warm_up(
+    eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ruled: bool = False
+) -> None:
+    """Compile all that a pair calls, by a few steps of a single block."""
+    one = Ensemble(eqs, 1, seed, 1e-3 if period(eqs) is None else None, circuit=circuit, ruled=ruled)
+    one.run(0.01)
+    one.snapshot()
+    StepPair(one, 0.01)
 
 
 class StepPair:
