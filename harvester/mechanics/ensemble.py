@@ -5,13 +5,13 @@ up moments afterwards.  Every trajectory gives one independent time average, so 
 need no correlation time.
 """
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from harvester.arrays import Floats, aligned
+from harvester.cores import cores
 from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.compiled import kernel
 from harvester.mechanics.densities import Density, Histogram
@@ -139,7 +139,7 @@ class Ensemble:
             if progress is not None:
                 progress(readings * self.reading * LANES)
 
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(block, range(self.blocks)))
         elapsed = readings * self.reading
         self.time += elapsed
