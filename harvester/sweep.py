@@ -88,6 +88,11 @@ def sweep(
         todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
         last = _fill(journal, points, out, _run(todo, workers, scheduler), names, tick)
         return _finished(out, points, journal, about, scene, last)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(out)!r}; "
+            "the same command with --resume goes on from there"
+        ) from None
     finally:
         journal.close()
 
@@ -131,15 +136,10 @@ def _fill(
                 _save(out, points, journal)
                 saved = time.monotonic()
                 took = saved - begin
-    except BaseException as error:
+    except BaseException:
         done.close()
         with contextlib.suppress(InputError):
             _save(out, points, journal)
-        if isinstance(error, KeyboardInterrupt):
-            raise KeyboardInterrupt(
-                f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(out)!r}; "
-                "the same command with --resume goes on from there"
-            ) from None
         raise
     return last
 
