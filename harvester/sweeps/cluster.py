@@ -2,11 +2,12 @@
 
 import itertools
 import os
+import socket
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from harvester.cores import VARIABLE
-from harvester.errors import InputError, MissingProgramError, invalid
+from harvester.errors import InputError, MissingProgramError, SimulationError, invalid
 from harvester.sweeps.runners import Done
 from harvester.sweeps.tasks import Answer, Task, compute
 
@@ -26,6 +27,8 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
         where Dask is not installed.
     InputError
         where no scheduler answers, or has no workers.
+    SimulationError
+        where it goes while it is needed.
     """
     client = _client(address)
     try:
@@ -48,6 +51,8 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
             done.update(submitted(itertools.islice(tasks, 1)))
             if future.status == "finished":
                 yield task, found
+            elif future.status != "error":
+                raise SimulationError(f"the Dask scheduler at {address} has gone: start another, and --resume")
             elif not isinstance(found[1], KilledWorker):
                 raise found[1]
             elif further := task.split():
@@ -67,14 +72,16 @@ def alone(task: Task) -> list[Answer]:
 def _client(address: str) -> Any:
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise MissingProgramError(
             "--scheduler must have Dask installed, but it is not: pip install 'harvester[dask]'"
         ) from None
     must = "be the address of a Dask scheduler that answers, such as tcp://host:8786"
-    try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, TimeoutError, ValueError):
+    try:  # Dask itself would take a minute to give up, and not in one line
+        socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError):
         raise invalid("--scheduler", must, address) from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
