@@ -72,7 +72,7 @@ def alone(task: Task) -> list[Answer]:
 def _client(address: str) -> Any:
     try:
         from distributed import Client
-        from distributed.comm import get_address_host_port
+        from distributed.comm.addressing import get_address_host_port
     except ImportError:
         raise MissingProgramError(
             "--scheduler must have Dask installed, but it is not: pip install 'harvester[dask]'"

@@ -11,7 +11,7 @@ import json
 import os
 import time
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +118,7 @@ class Journal:
         """Whether there is a row of an engine at a point."""
         return self._begins[point * self.engines + place] >= 0
 
-    def add(self, rows: Iterable[Kept]) -> None:
+    def add(self, rows: Sequence[Kept]) -> None:
         """Write rows, all at once; InputError where the disk does not take them, and then none of them."""
         whole = self.size
         try:
@@ -131,6 +131,9 @@ class Journal:
                 os.fsync(self._file)
                 self._synced = time.monotonic()
         except OSError as error:
+            for point, place, _ in rows:
+                self._begins[point * self.engines + place] = -1
+            self.size = whole
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, whole)
             raise InputError(
