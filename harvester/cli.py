@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, invalid, unknown
+from harvester.errors import HarvesterError, InputError, invalid, unknown
 
 if TYPE_CHECKING:
     from harvester.engines import Engine
@@ -89,7 +89,8 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
 
 @cli.command()
 @click.argument("scene")
-@click.option("--vary", "varied", multiple=True, required=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable.")
+@click.option("--vary", "varied", multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.")
+@click.option("--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line.")
 @click.option(
     "--engine",
     "engines",
@@ -97,35 +98,47 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     help="Repeatable.  Default: all; for a netlist, spice; with --within, see run.",
 )
 @_sampling
-@click.option("--out", required=True, help="Folder for sweep.csv, sweep.png and provenance.json.")
+@click.option("--out", required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
 @click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
+@click.option("--workers", type=int, metavar="N", help="Processes.  Default: one a core, if there are many points.")
+@click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
 def sweep(
-    scene: str, varied: tuple[str, ...], engines: tuple[str, ...], out: str, resume: bool, **options: Any
+    scene: str,
+    varied: tuple[str, ...],
+    points: str | None,
+    engines: tuple[str, ...],
+    out: str,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester import sweep as sweeps
     from harvester import tables
     from harvester.engines import candidates
 
+    if bool(varied) == (points is not None):
+        found = "both are" if varied else "neither is"
+        raise InputError(f"either --vary or --points must be given, but {found}")
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers must be left out where --scheduler is given, but both are given")
     given = _load(scene)
-    axes = [sweeps.axis(text) for text in varied]
+    where = sweeps.read_points(points) if points is not None else sweeps.grid([sweeps.axis(text) for text in varied])
     default = _default(given, options)
     names = engines or (candidates(given) if default == "ensemble" else [default])
     chosen = [_engine(name, options) for name in names]
-    points = len(chosen)
-    for a in axes:
-        points *= len(a.values)
-    with _bar(points, "sweep") as bar:
+    with _bar(len(chosen) * len(where), "sweep") as bar:
 
         def tick(engine: str) -> None:
             bar.set_postfix_str(engine, refresh=False)
             bar.update()
 
-        table = sweeps.sweep(given, axes, chosen, out, resume, tick)
+        table = sweeps.sweep(given, where, chosen, out, resume, tick, workers, scheduler)
     click.echo(tables.grid(table.rows, given.physical))
     for line in tables.warnings(table.rows):
         click.echo(line)
-    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.png, provenance.json")
+    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, sweep.png, provenance.json")
 
 
 @cli.command()
@@ -344,8 +357,8 @@ def _main() -> int:
         return _say(str(error), error.exit_status)
     except click.ClickException as error:
         return _say(error.format_message(), 2)
-    except (KeyboardInterrupt, click.Abort):
-        return _say("interrupted", 130)
+    except (KeyboardInterrupt, click.Abort) as error:  # click's own hides the other behind it
+        return _say(str(error.__cause__ or error) or "interrupted", 130)
     except SystemExit:  # click's way out when the reader of a pipe has gone
         return 0
     except OSError as error:  # such as a full disk behind stdout

@@ -1,6 +1,7 @@
 """All drawing.  One colour and one marker an engine throughout; readable in grey; error bars at 95 %."""
 
 import io
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +48,9 @@ STYLES: dict[str, dict[str, Any]] = {
         "label": "SPICE, not paired",
     },
 }
+Rows = list[dict[str, str]]
 MARKERS = {"published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o", "spice alone": "^"}
+MOST_SHOWN = 2000  # points of a curve
 UNITS = {
     "load.resistance": "load resistance (ohm)",
     "excitation.acceleration_psd": "base acceleration density ((m/s$^2$)$^2$/Hz)",
@@ -61,8 +64,11 @@ UNITS = {
 
 
 def sweep(table: "Table", title: str, physical: bool) -> bytes:
-    """Mean power against the first varied key, one curve an engine (and a value of the other keys)."""
-    first, others = table.axes[0], table.axes[1:]
+    """Mean power against the first varied key, one curve an engine (and a value of the other keys).
+
+    A list of points of several keys is markers without a line.  Of a long curve `MOST_SHOWN` points are drawn.
+    """
+    first = table.axes[0]
     engines = list(dict.fromkeys(row["engine"] for row in table.rows))
     several = len(engines) > 1
     if several:
@@ -70,33 +76,11 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     else:
         figure, top = new(1, 1, (7, 4.6))
         low = top
-    groups = list(dict.fromkeys(tuple(row[a.key] for a in others) for row in table.rows))[:6]
     reference = next((e for e in ("ensemble", "spice") if e in engines), engines[-1])
-    for number, group in enumerate(groups):
-        of_group = [row for row in table.rows if tuple(row[a.key] for a in others) == group]
-        power = {}
-        for engine in engines:
-            rows = [row for row in of_group if row["engine"] == engine and not row["error"]]
-            x = np.array([float(row[first.key]) for row in rows])
-            p = np.array([float(row["mean_power"]) for row in rows])
-            error = np.array([1.96 * float(row["mean_power_stderr"] or 0.0) for row in rows])
-            style = dict(STYLES.get(engine, {"label": engine}), alpha=1.0 - 0.12 * number)
-            if group:
-                style["label"] += " " + ", ".join(
-                    f"{a.key} = {float(v):.4g}" for a, v in zip(others, group, strict=True)
-                )
-            _curve(top, x, p, error, style)
-            bias = np.array([float(row["mean_power_bias"] or 0.0) for row in rows])
-            if engine == "averaged":
-                top.fill_between(x, p - bias, p + bias, color=style["color"], alpha=0.2, linewidth=0)
-            power[engine] = (dict(zip(x, p, strict=True)), dict(zip(x, error, strict=True)))
-        for engine in engines:
-            if engine != reference:
-                base = power[reference][0]
-                x = np.array([v for v in power[engine][0] if base.get(v)])
-                ratio = np.array([power[engine][0][v] / base[v] for v in x])
-                error = np.array([power[engine][1][v] / base[v] for v in x])
-                _curve(low, x, ratio, error, dict(STYLES.get(engine, {}), label=None))
+    for number, (label, curves) in enumerate(itertools.islice(_curves(table).items(), 6)):
+        _powers(top, table, curves, label, 1.0 - 0.12 * number)
+        if several:
+            _ratios(low, table, curves, reference)
     top.set_ylabel("mean power (W)" if physical else "mean power (nondimensional)")
     low.set_xlabel(UNITS.get(first.key, first.key))
     if several:
@@ -113,6 +97,62 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     for axes in {top, low}:
         axes.grid(color="0.92")
     return png(figure)
+
+
+def _curves(table: "Table") -> dict[str, dict[str, Rows]]:
+    """Rows with an answer along the first key: of each value of the other keys, by engine."""
+    others = () if table.listed else table.axes[1:]
+    found: dict[tuple[str, ...], dict[str, Rows]] = {}
+    for row in table.rows:
+        if not row["error"]:
+            found.setdefault(tuple(row[a.key] for a in others), {}).setdefault(row["engine"], []).append(row)
+    curves = {}
+    for group, of_engine in found.items():
+        label = ", ".join(f"{a.key} = {float(v):.4g}" for a, v in zip(others, group, strict=True))
+        curves[label] = {engine: rows[:: -(-len(rows) // MOST_SHOWN)] for engine, rows in of_engine.items()}
+        for rows in curves[label].values() if table.listed else ():
+            rows.sort(key=lambda row: float(row[table.axes[0].key]))
+    return curves
+
+
+def _powers(top: Axes, table: "Table", curves: dict[str, Rows], label: str, alpha: float) -> None:
+    """Each engine's mean power, and what `averaged` says of its own error."""
+    for engine, rows in curves.items():
+        x, p = _numbers(rows, table.axes[0].key), _numbers(rows, "mean_power")
+        style = _style(engine, table) | {"alpha": alpha}
+        style["label"] += f" {label}" if label else ""
+        _curve(top, x, p, 1.96 * _numbers(rows, "mean_power_stderr"), style)
+        if engine == "averaged" and style["linestyle"] != "none":
+            bias = _numbers(rows, "mean_power_bias")
+            top.fill_between(x, p - bias, p + bias, color=style["color"], alpha=0.2, linewidth=0)
+
+
+def _ratios(low: Axes, table: "Table", curves: dict[str, Rows], reference: str) -> None:
+    """Each engine's mean power over that of the reference at the same point."""
+
+    def at(row: dict[str, str]) -> tuple[str, ...]:
+        return tuple(row[a.key] for a in table.axes)
+
+    base = {at(row): float(row["mean_power"]) for row in curves.get(reference, [])}
+    for engine, rows in curves.items():
+        here = [row for row in rows if base.get(at(row))]
+        if engine != reference and here:
+            over = np.array([base[at(row)] for row in here])
+            error = 1.96 * _numbers(here, "mean_power_stderr") / over
+            x, ratio = _numbers(here, table.axes[0].key), _numbers(here, "mean_power") / over
+            _curve(low, x, ratio, error, _style(engine, table) | {"label": None})
+
+
+def _style(engine: str, table: "Table") -> dict[str, Any]:
+    """An engine's; a list of points of several keys lies on no line."""
+    style = STYLES.get(engine, {"label": engine})
+    if table.listed and len(table.axes) > 1:
+        style = style | {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 4}
+    return dict(style)
+
+
+def _numbers(rows: Rows, name: str) -> Floats:
+    return np.array([float(row[name] or 0.0) for row in rows])
 
 
 def _curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from harvester.errors import InputError, invalid
@@ -30,19 +31,20 @@ def folder(path: str | Path) -> Path:
     return path
 
 
-def write(path: Path, content: str | bytes) -> None:
-    """Write a file under its name only when it is complete.
+def write(path: Path, content: str | bytes | Iterable[bytes]) -> None:
+    """Write a file, from one piece or several, under its name only when it is complete.
 
     Raises
     ------
     InputError
         where the disk or the folder does not take it; an older file of that name stays as it was.
     """
-    data = content.encode() if isinstance(content, str) else content
+    if isinstance(content, str):
+        content = content.encode()
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with beside.open("wb") as file:
-            file.write(data)
+            file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)

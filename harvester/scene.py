@@ -8,6 +8,7 @@ import dataclasses
 import difflib
 import hashlib
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -307,22 +308,31 @@ class Scene(_Table):
         return dataclasses.replace(self, stop=None, opposite_stop=None)
 
     def vary(self, key: str, value: float) -> "Scene":
-        """The same scene with ``key``, such as ``load.resistance``, set to ``value`` (SI).
+        """The same scene with ``key``, such as ``load.resistance``, set to ``value`` (SI); raises as `varied`."""
+        return self.varied({key: value})
+
+    def varied(self, values: Mapping[str, float]) -> "Scene":
+        """The same scene with several keys set at once: what is checked is the scene with all of them.
 
         Raises
         ------
         InputError
             for a key that no scene has, or a value that the key cannot take.
         """
-        table, name = split_key(key)
-        if name.startswith("parameters."):
-            load = self.load or Load()
-            return self.with_load(
-                dataclasses.replace(load, parameters={**load.parameters, name.split(".", 1)[1]: value})
-            )
-        present = getattr(self, table)
-        changed: Any = dataclasses.replace(present, **{name: value}) if present else TABLES[table](**{name: value})
-        return dataclasses.replace(self, **{table: changed})
+        changes: dict[str, dict[str, Any]] = {}
+        for key, value in values.items():
+            table, name = split_key(key)
+            changed = changes.setdefault(table, {})
+            if name.startswith("parameters."):
+                given = changed.setdefault("parameters", dict(self.load.parameters) if self.load else {})
+                given[name.split(".", 1)[1]] = value
+            else:
+                changed[name] = value
+        tables: dict[str, Any] = {}
+        for table, changed in changes.items():
+            present = getattr(self, table)
+            tables[table] = dataclasses.replace(present, **changed) if present else TABLES[table](**changed)
+        return dataclasses.replace(self, **tables)
 
     def tables(self) -> dict[str, Any]:
         """The scene as nested dictionaries of the keys that are present."""
@@ -420,10 +430,11 @@ def read_value(key: str, text: str) -> float:
 
 
 def unit_of(key: str) -> str:
-    """The SI unit of a scene key, such as ``ohm``; empty for a number, and for a netlist's parameter."""
+    """The SI unit of a scene key, "1" where it is a number; "" for a netlist's parameter, whose unit is not known."""
     table, name = split_key(key)
-    kind = next(iter(_kinds(TABLES[table]).get(name, [])), None)
-    return "" if kind is None else kind.unit
+    if name.startswith("parameters."):
+        return ""
+    return next((kind.unit for kind in _kinds(TABLES[table])[name]), "") or "1"
 
 
 def loads(text: str, folder: Path | None = None) -> Scene:

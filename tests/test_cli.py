@@ -92,7 +92,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--duration", "inf"), "--duration must be above 0, but is inf"),
         (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 1000000, but is 0"),
         (("run", PLATE, *PUBLISHED, "--dt", "-1"), "--dt must be above 0, but is -1.0"),  # although it needs no step
-        (("sweep", PLATE, "--out", "x"), "Missing option '--vary'"),
+        (("sweep", PLATE, "--out", "x"), "either --vary or --points must be given, but neither is"),
         ((*SWEEP, "load.resistance=1k"), "Missing option '--out'"),
         ((*SWEEP, "load.resistance=1k", "--out", ""), "--out must be a folder, but is ''"),
         ((*SWEEP, "load.resistance=1k", "--out", PLATE), "--out must be a folder that can be written, but "),

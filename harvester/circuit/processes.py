@@ -1,10 +1,9 @@
-"""Worker processes, one job at a time each: what fails or dies there is an error of that job only.
+"""ngspice's worker processes: what fails or dies there is an error of that job only.
 
 A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice stays in
 pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new one.
 """
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -13,17 +12,19 @@ from typing import Any, TypeVar
 
 import loky
 
+from harvester.cores import cores
 from harvester.errors import CircuitError
+from harvester.processes import killed, new, submitted
 
 T = TypeVar("T")
 
 IDLE = 60.0  # seconds after which a process without a job ends
-_idle: list[loky.ProcessPoolExecutor] = []
+_idle: deque[loky.ProcessPoolExecutor] = deque()
 
 
 def workers() -> int:
     """How many ngspice run at a time: one a core."""
-    return os.cpu_count() or 1
+    return cores()
 
 
 def in_order(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
@@ -57,26 +58,29 @@ def in_order(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -
                 following += 1
     finally:
         for _, process in running.values():
-            _killed(process)
+            killed(process)
 
 
 def _started(function: Callable[..., T], given: tuple[Any, ...]) -> tuple[Future[T], loky.ProcessPoolExecutor]:
     """The job in an idle process that is well, else in a new one."""
     while True:
-        process = _idle.pop() if _idle else loky.ProcessPoolExecutor(1, timeout=IDLE)
         try:
-            return process.submit(function, *given), process
-        except BrokenProcessPool:  # died while idle
-            _killed(process)
+            process = _idle.pop()
+        except IndexError:
+            process = new(IDLE)
+        job = submitted(process, function, given)
+        if job is not None:
+            return job, process
+        killed(process)
 
 
 def _returned(job: Future[T], process: loky.ProcessPoolExecutor) -> bool:
     """Whether a job has a result; its process goes on, or is killed after a failure of its ngspice."""
     error = job.exception()
-    if isinstance(error, BrokenProcessPool | CircuitError):
-        _killed(process)
+    if isinstance(error, BrokenProcessPool | CircuitError) or len(_idle) >= workers():
+        killed(process)
     else:
-        _kept(process)
+        _idle.append(process)
     return error is None
 
 
@@ -88,18 +92,3 @@ def _result(job: Future[T]) -> T:
             "ngspice ended abruptly (crash or out of memory) in its worker process: "
             "try a shorter --duration or fewer --trajectories, and check the netlist"
         ) from None
-
-
-def _kept(process: loky.ProcessPoolExecutor) -> None:
-    if len(_idle) < workers():
-        _idle.append(process)
-    else:
-        _killed(process)
-
-
-def _killed(process: loky.ProcessPoolExecutor) -> None:
-    """End a process at once (loky's own way waits for it, and needs a program that may be missing)."""
-    for one in list((process._processes or {}).values()):
-        if one.is_alive():
-            one.terminate()
-    process.shutdown(wait=False)

@@ -6,7 +6,6 @@ need no correlation time.
 """
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats, aligned
+from harvester.cores import cores
 from harvester.errors import UnboundedResponseError, invalid
 from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.ideal import IdealCircuit
@@ -164,7 +164,7 @@ class Ensemble:
             if progress is not None:
                 progress(readings * self.reading * LANES)
 
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(block, range(self.blocks)))
         elapsed = readings * self.reading
         self.time += elapsed

@@ -10,13 +10,13 @@ load; without a load V = x is a spring; without coupling the size is that of (x,
 """
 
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.cores import cores
 from harvester.errors import SimulationError
 from harvester.mechanics.compiled import kernel
 from harvester.mechanics.lanes import LANES
@@ -135,7 +135,7 @@ def _run(
         logs[k] = 0.0
         _grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(block, range(blocks)))
     if not np.isfinite(logs).all():
         raise SimulationError(

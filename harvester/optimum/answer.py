@@ -131,7 +131,7 @@ class Optimum:
 
 
 def _shown(value: float, unit: str) -> str:
-    return Value(value).text(unit)
+    return Value(value).text("" if unit == "1" else unit)
 
 
 def end(face: float) -> str | None:
