@@ -87,8 +87,8 @@ def trial(arguments, out, who, least, rng, patience=5.0):
     program = start(arguments)
     victims = []
     while program.poll() is None and not ((rows(out) or 0) >= least and victims):
-        below = family(program.pid)
-        victims = [program.pid] if who == "program" else below[who]
+        time.sleep(0.02)
+        victims = [program.pid] if who == "program" else family(program.pid)[who]
     time.sleep(rng.uniform(0.0, 0.1))
     below = family(program.pid)
     victims = [program.pid] if who == "program" else below[who]

@@ -50,12 +50,16 @@ NO_FILE = "--points must be a readable file, but "
         ("load.resistance,load.resistance\n1k,2k\n", "--points must name each only once, but names 'load.resistance'"),
         (b"load.resistance\n\xff\n", "--points must be a CSV file in UTF-8, but "),
         ('load.resistance\n"1\n', "--points must be a CSV file in UTF-8, but "),
-        ("load.resistance\n" + "1\n" * 100_001, "--points must make at most 100000 points, but is 100001"),
     ],
 )
 def test_what_is_no_list(tmp_path, text, line):
     with pytest.raises(InputError, match=f"^{re.escape(line)}"):
         listed(tmp_path, text)
+
+
+def test_too_long_a_list(tmp_path):
+    with pytest.raises(InputError, match=r"^--points must make at most 100000 points, but is 100001$"):
+        listed(tmp_path, "load.resistance\n" + "1\n" * 100_001)
 
 
 def test_no_file(tmp_path):

@@ -10,20 +10,18 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
-
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 kills = importlib.import_module("kills")
 
 PLATE = str(Path(__file__).parents[1] / "examples" / "plate.toml")
-POINTS = 16
+POINTS = 12
 
 
 def until(condition, seconds=60.0):
     """Whether a condition became true in time."""
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
-        time.sleep(0.01)
+        time.sleep(0.05)
     return condition()
 
 
@@ -68,7 +66,7 @@ def test_kills_and_resumes(tmp_path):
     assert {p.name for p in out.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
 
 
-QUICK = ["sweep", PLATE, "--engine", "averaged", "--vary", "load.resistance=1k:10M:2000", "--workers", "1", "--out"]
+QUICK = ["sweep", PLATE, "--engine", "averaged", "--vary", "load.resistance=1k:10M:600", "--workers", "1", "--out"]
 
 
 def program(*arguments, **options):
@@ -80,7 +78,7 @@ def test_a_full_disk(tmp_path):
     """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
 
     def little():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
 
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
@@ -91,20 +89,19 @@ def test_a_full_disk(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.journal", "provenance.json"}
     kept = kills.rows(tmp_path)
     assert kept % 256 == 0
-    assert 0 < kept < 2000
+    assert 0 < kept < 600
     assert len(kills.table(tmp_path)) == kept
     before = (tmp_path / "sweep.csv").read_text()
     assert program(*QUICK, tmp_path, "--resume").returncode == 0
     assert (tmp_path / "sweep.csv").read_text().startswith(before)  # the seconds, too
-    assert len(kills.table(tmp_path)) == 2000
+    assert len(kills.table(tmp_path)) == 600
 
 
-@pytest.mark.parametrize("reader", ["head -1", "true"])
-def test_a_closed_pipe(tmp_path, reader):
-    line = f"{sys.executable} -m harvester {' '.join(QUICK)} {tmp_path} | {reader}; echo ${{PIPESTATUS[0]}}"
+def test_a_closed_pipe(tmp_path):
+    line = f"{sys.executable} -m harvester {' '.join(QUICK)} {tmp_path} | head -1; echo ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=60, check=True)
     assert (done.stdout.split()[-1], done.stderr) == ("0", "")
-    assert len(kills.table(tmp_path)) == 2000
+    assert len(kills.table(tmp_path)) == 600
 
 
 def test_memory_is_flat():
