@@ -95,7 +95,7 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     "--engine",
     "engines",
     multiple=True,
-    help="Repeatable.  Default: all; for a netlist, spice; with --within, see run.",
+    help="Repeatable.  Default: all that serve SCENE; for a netlist, spice; with --within, see run.",
 )
 @_sampling
 @click.option("--out", required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
@@ -116,7 +116,7 @@ def sweep(
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester import sweep as sweeps
     from harvester import tables
-    from harvester.engines import candidates
+    from harvester.engines import serving
 
     if bool(varied) == (points is not None):
         found = "both are" if varied else "neither is"
@@ -126,7 +126,7 @@ def sweep(
     given = _load(scene)
     where = sweeps.read_points(points) if points is not None else sweeps.grid([sweeps.axis(text) for text in varied])
     default = _default(given, options)
-    names = engines or (candidates(given) if default == "ensemble" else [default])
+    names = engines or (serving(given) if default == "ensemble" else [default])
     chosen = [_engine(name, options) for name in names]
     with _bar(len(chosen) * len(where), "sweep") as bar:
 

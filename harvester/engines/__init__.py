@@ -10,6 +10,7 @@ from harvester.engines.formulas import Averaged, Published
 from harvester.engines.ideal import Ideal
 from harvester.engines.spice import Spice
 from harvester.errors import unknown
+from harvester.scaling import effects, equations
 from harvester.scene import Scene
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Vectorised",
     "candidates",
     "engine",
+    "serving",
 ]
 
 ENGINES: dict[str, type[Published] | type[Averaged] | type[Ensemble] | type[Spice]] = {
@@ -48,3 +50,9 @@ def candidates(scene: Scene) -> list[str]:
     """Names of the engines to try on a scene: all, but `ideal` only where there is a netlist to idealise."""
     netlist = scene.load is not None and scene.load.netlist is not None
     return [name for name in ENGINES if netlist or name != Ideal.NAME]
+
+
+def serving(scene: Scene) -> list[str]:
+    """Those of the `candidates` whose theory knows all effects of a scene."""
+    present = set(effects(equations(scene)))
+    return [name for name in candidates(scene) if not present & getattr(ENGINES[name], "UNSERVED", frozenset())]
