@@ -94,7 +94,8 @@ class Estimate:
     warnings: tuple[str, ...] = ()
     details: dict[str, float] = field(default_factory=dict)
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
-    power_samples: Floats | None = None  # of the mean power, one a trajectory; None where it is no plain mean of them
+    # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
+    power_samples: Floats | None = field(default=None, compare=False)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
