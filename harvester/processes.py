@@ -18,12 +18,14 @@ import loky
 
 T = TypeVar("T")
 
+_STARTING = threading.RLock()  # what is changed while a process starts, the threads of a Dask worker have in common
 LOOK = 0.3  # seconds between two looks whether the program that started a worker still lives
 
 
 def new(idle: float | None = None, env: dict[str, str] | None = None) -> loky.ProcessPoolExecutor:
     """A process to be (it starts with its first job), that ends after ``idle`` seconds without a job."""
-    _start_the_tracker()
+    with _STARTING:
+        _start_the_tracker()
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_watch, initargs=(os.getpid(),))
 
 
@@ -69,15 +71,16 @@ def _out_of_reach_of_the_keyboard() -> Iterator[None]:
 
     A worker may start workers of its own (ngspice's), also where the one that it is in was made a daemon (by Dask).
     """
-    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    settings: dict[str, Any] = multiprocessing.process.current_process()._config  # type: ignore[attr-defined]
-    daemon = settings.pop("daemon", None)
-    try:
-        yield
-    finally:
-        if daemon is not None:
-            settings["daemon"] = daemon
-        signal.pthread_sigmask(signal.SIG_SETMASK, held)
+    with _STARTING:
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        settings: dict[str, Any] = multiprocessing.process.current_process()._config  # type: ignore[attr-defined]
+        daemon = settings.pop("daemon", None)
+        try:
+            yield
+        finally:
+            if daemon is not None:
+                settings["daemon"] = daemon
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
 
 
 def _watch(parent: int) -> None:
