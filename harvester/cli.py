@@ -4,6 +4,7 @@ import json
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -346,6 +347,8 @@ def _bar(total: int, what: str) -> Any:
 
 def main() -> NoReturn:
     """Entry point: runs a command; any failure is one line on stderr and an exit status."""
+    if not sys.warnoptions:  # what a library has to say about its own numbers is no line of ours
+        warnings.simplefilter("ignore")
     sys.exit(_main())
 
 

@@ -70,7 +70,8 @@ def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equ
         return xt, xt**2
     flow = diffusion(cycle, eqs) * mass / slope**2 / (u[:, 1:2] - u[:, :1]) ** 2
     flow = 0.5 * np.sqrt(flow[:, 1:] * flow[:, :-1])
-    mu = given(eqs.mu)
+    # Slower than rounding lets L be told from nothing, y is its mean, 0, all the same.
+    mu = np.maximum(given(eqs.mu), 1e-13 * flow.sum(axis=-1, keepdims=True))
     y = _resolvent(mu, mu * xt, flow, mass)
     y2 = _resolvent(2.0 * mu, 2.0 * mu * xt * y, flow, mass)
     return xt - y, np.maximum(xt**2 - 2.0 * xt * y + y2, (xt - y) ** 2)

@@ -49,6 +49,8 @@ def noiseless(eqs: Equations) -> float | None:
         return float(modes(eqs, m)[0].max())
     values, right = np.linalg.eig(matrix(eqs, m))
     left, q = np.linalg.inv(right), 0.0
+    growth = float(values.real.max())  # taken out of the flow, so that no exponential overflows
+    values = values - growth
     times = np.linspace(0.0, 8.0 * math.pi, 1601)[1:]
     for _ in range(2000):
         start = left @ np.array([0.0, 1.0, q])
@@ -65,5 +67,5 @@ def noiseless(eqs: Equations) -> float | None:
             return None
         before, q = q, float(state(period, 2)) / v
         if abs(q - before) <= 1e-12 * (1.0 + abs(q)):
-            return float(math.log(v) / period)
+            return float(math.log(v) / period) + growth
     return None

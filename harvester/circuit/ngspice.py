@@ -31,6 +31,9 @@ from harvester.circuit.reference import Reference  # noqa: E402
 from harvester.errors import CircuitError, MissingProgramError  # noqa: E402
 
 
+KICKS = 1.0  # a second: the least of a run that gets anywhere
+
+
 class Ngspice(NgSpiceShared):  # type: ignore[misc]
     """PySpice's handle on the library, with callbacks that need no user pointer."""
 
@@ -90,7 +93,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
-        ngspice runs in a thread of its own, so that a run without a kick for ``patience`` seconds can be given up;
+        ngspice runs in a thread of its own, so that a run without `KICKS` a second over ``patience`` seconds can be given up;
         it cannot be stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
         Raises
@@ -114,8 +117,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self._stdout.clear()  # PySpice's own list, which grows for ever
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
         run.start()
-        before, now = {"kicks": -1.0}, self._progress()
-        while run.is_alive() and now["kicks"] != before["kicks"]:
+        before, now = {"kicks": -math.inf}, self._progress()
+        while run.is_alive() and now["kicks"] - before["kicks"] >= KICKS * min(patience, 1e9):
             before = now
             run.join(min(patience, threading.TIMEOUT_MAX))
             now = self._progress()

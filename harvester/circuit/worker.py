@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 class Device:
     """What ngspice and the mass share: nondimensional equations, SI scales, the load circuit, the grid.
 
-    ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes no kick for
-    ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
+    ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes less than a
+    kick a second over ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is ngspice's
     tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would do.
     ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load resistor
     beside ngspice follows its integration rule.
@@ -44,7 +44,7 @@ class Device:
     load: LoadCircuit
     h: float
     stride: int
-    patience: float = 60.0
+    patience: float = 30.0
     norton: bool = False
     reltol: float = 1e-4
     gaussian: bool = False

@@ -71,7 +71,7 @@ class Ensemble(Sampled):
             warm_up(eqs, seed, circuit)
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
-        warnings = many.settle()
+        warnings = many.patient(self.budget).settle()
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
         reasons = [self.REASON]
         agreed = disagreement(pair.fine, eqs)

@@ -110,7 +110,7 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
         warm_up(eqs, seed, ideal, ruled)
     begin = time.perf_counter()
     pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
-    warnings = pilot.settle()
+    warnings = pilot.patient(options.budget).settle()
     burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(

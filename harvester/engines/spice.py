@@ -14,7 +14,7 @@ from harvester.engines.preparation import Prepared, prepare
 from harvester.engines.runs import FEWEST, Runs
 from harvester.engines.sampled import Sampled, balance
 from harvester.engines.target import Target
-from harvester.errors import invalid
+from harvester.errors import SimulationError, invalid
 from harvester.estimate import Estimate
 from harvester.scaling import effects, equations, scales
 from harvester.scene import Scene
@@ -54,6 +54,8 @@ class Spice(Sampled):
     NAME: ClassVar[str] = "spice"
     TRAJECTORIES: ClassVar[int] = 16
     KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
+    PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
+    STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
     WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 
     def __post_init__(self) -> None:
@@ -78,7 +80,9 @@ class Spice(Sampled):
         kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES
-        runs.more(max(count, FEWEST) if paired else count)
+        count = max(count, FEWEST) if paired else count
+        self._check_patience(kicks * count, ready.burn_in / unit)
+        runs.more(count)
         if target is not None:
             _pursue(runs, target, self.dt is not None)
         seconds = ready.seconds + runs.seconds
@@ -120,6 +124,15 @@ class Spice(Sampled):
             moments.V2,
         )
         return answer if ready.resistive else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
+
+    def _check_patience(self, kicks: int, burn_in: float) -> None:
+        """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
+        if self.duration is None and kicks > max(self.PATIENCE, self.STEPS_A_SECOND * (self.budget or 0.0)):
+            raise SimulationError(
+                f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: use "
+                f"engine 'ensemble', or give --duration, fewer --trajectories, a longer --dt or a --budget above "
+                f"{kicks / self.STEPS_A_SECOND:.2g}s"
+            )
 
     def _kicks(self, ready: Prepared, paired: bool, unit: float, repeat: float | None) -> int:
         """Of a trajectory, burn-in included: whole readings and periods, and an even number of steps."""

@@ -24,7 +24,7 @@ from harvester.mechanics.moments import Moments, from_sums
 from harvester.mechanics.noise import child, random_words
 from harvester.mechanics.path import check_start, coefficients
 from harvester.mechanics.ruled import advance_ruled
-from harvester.mechanics.settling import until_steady
+from harvester.mechanics.settling import PATIENCE, STEPS_A_SECOND, until_steady
 from harvester.mechanics.shaking import (
     has_shaker,
     is_random,
@@ -104,7 +104,7 @@ class Ensemble:
         self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
         self.circuit, self.ruled = circuit, ruled
         self._coarse: bool | None = None
-        self.steps = 0
+        self.steps, self.patience = 0, PATIENCE
         self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def _start(self, h: float) -> None:
@@ -235,7 +235,14 @@ class Ensemble:
 
     def with_step(self, h: float) -> "Ensemble":
         """A fresh ensemble of the same scene and size with another step and other noise."""
-        return Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit, self.ruled)
+        other = Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit, self.ruled)
+        other.patience = self.patience
+        return other
+
+    def patient(self, seconds: float | None) -> "Ensemble":
+        """Itself, with steps for a burn-in of about so many seconds, where that is more than `PATIENCE`."""
+        self.patience = max(PATIENCE, STEPS_A_SECOND * (seconds or 0.0))
+        return self
 
     def _shaker(self, k: int) -> tuple[Any, ...] | None:
         """What shakes block k beside white noise, as the kernels take it."""

@@ -28,6 +28,7 @@ from harvester.scaling import Equations
 STEP = 0.05  # default step, in units of 1/(frequency of the linear response + rate of its noise)
 MEMORY = 6.0  # burn-in, in units of the longest memory
 LONGEST = 2e4  # time units: the burn-in is never longer
+PATIENCE = 3e10  # trajectory-steps: a minute or so
 _SCALED = 0.4  # time units, about, between two rescalings
 
 
@@ -101,11 +102,17 @@ def exponent(
     Raises
     ------
     SimulationError
-        where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off).
+        where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or would take too long.
     """
     if h is None:
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
     burn_in = min(memory(eqs), LONGEST)
+    wanted = 1.5 * (burn_in + duration) / h * trajectories
+    if wanted > PATIENCE:
+        raise SimulationError(
+            f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
+            "strong: give fewer --trajectories"
+        )
     fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h)
     coarse, more = _run(eqs, child(seed, 1), trajectories, burn_in, duration, 2.0 * h)
     value, stderr = mean_and_error(fine)

@@ -22,6 +22,9 @@ LOADS = 5.0  # time constants of the load
 CHARGINGS = 6.0  # time constants of a smoothing capacitor
 TRANSIENTS = 1.2  # times MEMORIES: time constants of a small transient, of which e^-12 is left
 MEMORIES = 10.0  # correlation times; from a window of half the burn-in they come out too short by a quarter at worst
+PATIENCE = 2e10  # trajectory-steps of a burn-in: half a minute or so
+STEPS_A_SECOND = 3e8  # that a --budget counts for: of a slow machine
+COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks for the contact's ends
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -33,12 +36,13 @@ def until_steady(many: "Ensemble") -> tuple[Moments, list[str]]:
     UnboundedResponseError
         when the energy keeps growing.
     SimulationError
-        when it is bounded, but still changes after `LONGEST`.
+        when it is bounded, but still changes after `LONGEST`; or when that cannot be known in ``many.patience`` steps.
     """
     circuit, mu = many.circuit, many.eqs.mu
     load = CHARGINGS * circuit.memory if circuit is not None else LOADS / mu if mu is not None else 0.0
     length, before, first = FIRST_WINDOW, None, None
     while True:
+        _check_patience(many, length)
         now = many.run(length)
         energy = now.mean("x2")[0] + now.mean("v2")[0]
         first = energy if first is None else first
@@ -77,6 +81,18 @@ def memory(many: "Ensemble", window: Moments, length: float) -> float:
     if many.circuit is not None:
         found.append(correlation_time(window.load, many.circuit.mu * many.state[:, 3].ravel() ** 2, length))
     return max(found)
+
+
+def _check_patience(many: "Ensemble", length: float) -> None:
+    """Refuse a window that would take more trajectory-steps than the caller has patience for."""
+    weight = COMPLIANT if many.eqs.stop_stiffness is not None else 1.0
+    steps = weight * (many.steps + length / many.h * many.trajectories)
+    if steps > many.patience:
+        raise SimulationError(
+            f"the start is not forgotten after {many.time:g} time units, and a burn-in of {length:g} more would take "
+            f"{steps:.1e} trajectory-steps of {many.h:.2g}/w0: give a longer --dt, fewer --trajectories, or a "
+            f"--budget above {steps / STEPS_A_SECOND:.2g}s"
+        )
 
 
 def _cut_short(many: "Ensemble", load: float, response: float) -> str:
