@@ -82,14 +82,14 @@ class Oscillator(_Table):
     """
 
     TABLE: ClassVar[str] = "oscillator"
-    mass: Annotated[float, *_MASS]
-    stiffness: Annotated[float, *_STIFFNESS]
-    quadratic_stiffness: Annotated[float, *_QUADRATIC] | None = None
-    cubic_stiffness: Annotated[float, *_CUBIC] | None = None
-    damping: Annotated[float, *_DAMPING] | None = None
-    damping_ratio: Annotated[float, *_NUMBER] | None = None
-    damping_x2: Annotated[float, *_DAMPING_X2] | None = None
-    damping_x4: Annotated[float, *_DAMPING_X4] | None = None
+    mass: Annotated[float, *_MASS, "effective (modal) mass"]
+    stiffness: Annotated[float, *_STIFFNESS, "linear spring, in short circuit; negative: two wells"]
+    quadratic_stiffness: Annotated[float, *_QUADRATIC, "force of X^2"] | None = None
+    cubic_stiffness: Annotated[float, *_CUBIC, "force of X^3; negative: softening"] | None = None
+    damping: Annotated[float, *_DAMPING, "linear damping"] | None = None
+    damping_ratio: Annotated[float, *_NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"] | None = None
+    damping_x2: Annotated[float, *_DAMPING_X2, "damping of X^2 X'"] | None = None
+    damping_x4: Annotated[float, *_DAMPING_X4, "damping of X^4 X'"] | None = None
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:
@@ -103,8 +103,8 @@ class Piezo(_Table):
     """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F)."""
 
     TABLE: ClassVar[str] = "piezo"
-    coupling: Annotated[float, *_COUPLING]
-    capacitance: Annotated[float, *_CAPACITANCE]
+    coupling: Annotated[float, *_COUPLING, "force a volt, which is charge a displacement"]
+    capacitance: Annotated[float, *_CAPACITANCE, "clamped capacitance: with the mass held"]
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -116,10 +116,12 @@ class Stop(_Table):
     """
 
     TABLE: ClassVar[str] = "stop"
-    restitution: Annotated[float, *_RESTITUTION] | None = None
-    gap: Annotated[float, *_GAP] | None = None
-    stiffness: Annotated[float, *_STOP_STIFFNESS] | None = None
-    damping: Annotated[float, *_STOP_DAMPING] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "rigid stop: speed after over speed before an impact"] | None = None
+    gap: Annotated[float, *_GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"] | None = (
+        None
+    )
+    stiffness: Annotated[float, *_STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"] | None = None
+    damping: Annotated[float, *_STOP_DAMPING, "of a compliant stop"] | None = None
 
     def __post_init__(self) -> None:
         _rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
@@ -130,8 +132,8 @@ class OppositeStop(_Table):
     """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-."""
 
     TABLE: ClassVar[str] = "opposite_stop"
-    restitution: Annotated[float, *_RESTITUTION]
-    gap: Annotated[float, *_GAP] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "of a second rigid stop, at X = +gap"]
+    gap: Annotated[float, *_GAP, "its distance from rest"] | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -146,15 +148,17 @@ class Excitation(_Table):
     """
 
     TABLE: ClassVar[str] = "excitation"
-    acceleration_psd: Annotated[float, *_PSD] | None = None
-    stiffness_noise: Annotated[float, *_POSITIVE] | None = None
-    acceleration_amplitude: Annotated[float, *_ACCELERATION] | None = None
-    frequency: Annotated[float, *_FREQUENCY] | None = None
-    correlation_time: Annotated[float, *_TIME] | None = None
-    centre_frequency: Annotated[float, *_FREQUENCY] | None = None
-    bandwidth: Annotated[float, *_FREQUENCY] | None = None
-    acceleration_file: str | None = None
-    acceleration_psd_file: str | None = None
+    acceleration_psd: Annotated[float, *_PSD, "white noise of the base, one-sided density"] | None = None
+    stiffness_noise: Annotated[float, *_POSITIVE, "white noise on the stiffness, N2 = eps2^2 D22"] | None = None
+    acceleration_amplitude: Annotated[float, *_ACCELERATION, "harmonic acceleration of the base, peak"] | None = None
+    frequency: Annotated[float, *_FREQUENCY, "of the harmonic"] | None = None
+    correlation_time: Annotated[float, *_TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] | None = None
+    centre_frequency: Annotated[float, *_FREQUENCY, "the noise has a band: its centre"] | None = None
+    bandwidth: Annotated[float, *_FREQUENCY, "between the half-power points of that band"] | None = None
+    acceleration_file: (
+        Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"] | None
+    ) = None
+    acceleration_psd_file: Annotated[str, "noise of a tabulated density, a CSV file", "'psd.csv'"] | None = None
 
     def __post_init__(self) -> None:
         _check_shaking(self, "acceleration_amplitude", "frequency", "acceleration_psd")
@@ -170,9 +174,11 @@ class Load(_Table):
     """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters."""
 
     TABLE: ClassVar[str] = "load"
-    resistance: Annotated[float, *_RESISTANCE] | None = None
-    netlist: str | None = None
-    parameters: dict[str, Annotated[float, BeforeValidator(any_quantity)]] = dataclasses.field(default_factory=dict)
+    resistance: Annotated[float, *_RESISTANCE, "load resistor across the electrodes"] | None = None
+    netlist: Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"] | None = None
+    parameters: Annotated[
+        dict[str, Annotated[float, BeforeValidator(any_quantity)]], "of the netlist", "{ R = '1 Mohm' }"
+    ] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if (self.resistance is None) == (self.netlist is None):
@@ -182,6 +188,22 @@ class Load(_Table):
             raise invalid("load.netlist", "be the name of a netlist or a path", self.netlist)
         if self.parameters and self.netlist is None:
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
+
+
+def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
+    """The load of a netlist, by its name in netlists/ or its path, with its parameters (numbers are SI).
+
+    >>> import harvester as hv
+    >>> hv.Netlist("bridge", R="1 Mohm", C="10 uF").parameters
+    {'R': 1000000.0, 'C': 1e-05}
+
+    Raises
+    ------
+    InputError
+        for a parameter that is no number and no quantity.
+    """
+    given: Any = parameters  # read by `Load`
+    return Load(netlist=name, parameters=given)
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -195,30 +217,30 @@ class Nondimensional(_Table):
     """
 
     TABLE: ClassVar[str] = "nondimensional"
-    c1: Annotated[float, *_NUMBER] | None = None
-    c2: Annotated[float, *_NUMBER] | None = None
-    c3: Annotated[float, *_NUMBER] | None = None
-    alpha: Annotated[float, *_NUMBER] | None = None
-    alpha2: Annotated[float, *_NUMBER] | None = None
-    linear: Annotated[float, *_NUMBER] | None = None
-    beta: Annotated[float, *_POSITIVE] | None = None
-    mu: Annotated[float, *_POSITIVE] | None = None
-    restitution: Annotated[float, *_RESTITUTION] | None = None
-    gap: Annotated[float, *_NUMBER] | None = None
-    opposite_restitution: Annotated[float, *_RESTITUTION] | None = None
-    opposite_gap: Annotated[float, *_NUMBER] | None = None
-    stop_stiffness: Annotated[float, *_POSITIVE] | None = None
-    stop_damping: Annotated[float, *_POSITIVE] | None = None
-    eps1: Annotated[float, *_NUMBER] | None = None
-    eps2: Annotated[float, *_NUMBER] | None = None
-    D11: Annotated[float, *_POSITIVE] | None = None
-    D22: Annotated[float, *_POSITIVE] | None = None
-    D12: Annotated[float, *_NUMBER] | None = None
-    drive: Annotated[float, *_POSITIVE] | None = None
-    drive_frequency: Annotated[float, *_ABOVE] | None = None
-    correlation_time: Annotated[float, *_ABOVE] | None = None
-    centre_frequency: Annotated[float, *_ABOVE] | None = None
-    bandwidth: Annotated[float, *_ABOVE] | None = None
+    c1: Annotated[float, *_NUMBER, "linear damping is -c1"] | None = None
+    c2: Annotated[float, *_NUMBER, "damping of x^2 is -c2"] | None = None
+    c3: Annotated[float, *_NUMBER, "damping of x^4"] | None = None
+    alpha: Annotated[float, *_NUMBER, "cubic stiffness"] | None = None
+    alpha2: Annotated[float, *_NUMBER, "quadratic stiffness"] | None = None
+    linear: Annotated[float, *_NUMBER, "1, or -1 for two wells"] | None = None
+    beta: Annotated[float, *_POSITIVE, "coupling, theta^2/(K Cp)"] | None = None
+    mu: Annotated[float, *_POSITIVE, "load, 1/(R Cp w0)"] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "rigid stop"] | None = None
+    gap: Annotated[float, *_NUMBER, "the stop is at x = -gap"] | None = None
+    opposite_restitution: Annotated[float, *_RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] | None = None
+    opposite_gap: Annotated[float, *_NUMBER, "its distance from rest"] | None = None
+    stop_stiffness: Annotated[float, *_POSITIVE, "compliant stop, instead of restitution"] | None = None
+    stop_damping: Annotated[float, *_POSITIVE, "of a compliant stop"] | None = None
+    eps1: Annotated[float, *_NUMBER, "size of the external noise; 1 where left out"] | None = None
+    eps2: Annotated[float, *_NUMBER, "size of the parametric noise; 1 where left out"] | None = None
+    D11: Annotated[float, *_POSITIVE, "intensity of the external noise"] | None = None
+    D22: Annotated[float, *_POSITIVE, "intensity of the parametric noise"] | None = None
+    D12: Annotated[float, *_NUMBER, "correlation of the two"] | None = None
+    drive: Annotated[float, *_POSITIVE, "amplitude of a harmonic acceleration"] | None = None
+    drive_frequency: Annotated[float, *_ABOVE, "its frequency over w0 (rad)"] | None = None
+    correlation_time: Annotated[float, *_ABOVE, "the external noise is coloured"] | None = None
+    centre_frequency: Annotated[float, *_ABOVE, "the external noise has a band: its centre (rad)"] | None = None
+    bandwidth: Annotated[float, *_ABOVE, "between the half-power points of that band (rad)"] | None = None
 
     def __post_init__(self) -> None:
         _check_shaking(self, "drive", "drive_frequency", "D11")
@@ -417,16 +439,22 @@ def read_value(key: str, text: str) -> float:
 
     Raises InputError for an unknown key or a value that the key cannot take.
     """
-    table, name = split_key(key)
+    _, name = split_key(key)
     try:
         if name.startswith("parameters."):
             return any_quantity(text)
-        kind = next((k for k in _kinds(TABLES[table])[name]), None)
-        if kind is None:
-            raise InputError(f"{key} must be a key with a number to be varied")
-        return with_prefix(text, kind)
+        return with_prefix(text, kind_of(key))
     except ValueError as error:
         raise InputError(f"{key} {error}, but is {shown(text)}") from None
+
+
+def kind_of(key: str) -> Kind:
+    """The quantity that a scene key is; InputError for a key that no scene has, or that is no number."""
+    table, name = split_key(key)
+    kind = next((k for k in _kinds(TABLES[table]).get(name, [])), None)
+    if kind is None:
+        raise InputError(f"{key} must be a key with a number to be varied")
+    return kind
 
 
 def unit_of(key: str) -> str:
@@ -480,7 +508,7 @@ def load(path: str | Path) -> Scene:
     except FileNotFoundError:
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
-        hint = f": did you mean {beside[near[0]]!r}?" if near else ""
+        hint = f": did you mean {beside[near[0]]!r}?" if near else ": 'harvester new FILE.toml' makes one"
         raise InputError(f"scene must be a file, but there is no {shown(given)}{hint}") from None
     except OSError as error:
         raise InputError(f"scene must be a readable file, but {shown(given)} is not: {error.strerror}") from None
@@ -496,13 +524,19 @@ def _fields(table: type) -> list[str]:
     return [field.name for field in dataclasses.fields(table)]
 
 
+def metadata(table: type, name: str) -> list[Any]:
+    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
+    annotation = table.__annotations__[name]
+    return [
+        note
+        for part in (*getattr(annotation, "__args__", ()), annotation)
+        for note in getattr(part, "__metadata__", ())
+    ]
+
+
 def _kinds(table: type) -> dict[str, list[Kind]]:
     """The physical quantity of each key, out of the annotations."""
-    kinds: dict[str, list[Kind]] = {}
-    for name, annotation in table.__annotations__.items():
-        parts = (*getattr(annotation, "__args__", ()), annotation)
-        kinds[name] = [m for part in parts for m in getattr(part, "__metadata__", ()) if isinstance(m, Kind)]
-    return kinds
+    return {name: [note for note in metadata(table, name) if isinstance(note, Kind)] for name in table.__annotations__}
 
 
 def _in_one_line(error: pydantic.ValidationError, table: type[_Table]) -> InputError:

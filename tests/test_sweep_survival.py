@@ -110,7 +110,7 @@ def test_memory_is_flat():
 import os, tempfile
 from pathlib import Path
 import harvester as hv
-from harvester import sweep
+from harvester.studies import sweep
 from harvester.errors import CannotServeError
 memory = []
 def tick(_):

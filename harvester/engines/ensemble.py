@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from harvester.engines.common import Progress, estimate, resistive
+from harvester.engines.given import held
 from harvester.engines.sampled import Sampled, balance
 from harvester.engines.target import Target, best_factor, further
 from harvester.estimate import Estimate, Value
@@ -77,9 +78,10 @@ class Ensemble(Sampled):
         agreed = disagreement(pair.fine, eqs)
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
-        if self.within is not None:
-            pair = self._pursue(pair, what, Target(self.within, self.budget), warnings, progress)
-            reasons.insert(0, f"--within {self.within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
+        within = held(self.within)
+        if within is not None:
+            pair = self._pursue(pair, what, Target(within, held(self.budget)), warnings, progress)
+            reasons.insert(0, f"--within {within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")

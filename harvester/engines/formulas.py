@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.engines.common import Progress, estimate, refuse, resistive
+from harvester.engines.given import Given
 from harvester.errors import HarvesterError
 from harvester.estimate import Estimate, Value
+from harvester.quantity import fraction
 from harvester.scaling import Equations
 from harvester.scene import Scene
 
@@ -33,7 +35,7 @@ class _Formula:
     says where its own error is larger, or not known.
     """
 
-    within: float | None = None
+    within: Given = Given(fraction)  # noqa: RUF009, a descriptor: None unless it is set
 
     NAME: ClassVar[str]
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know

@@ -15,6 +15,7 @@ from harvester.sweeps.points import Axis
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 Row = dict[str, str]
 
@@ -60,6 +61,13 @@ class Table:
         from harvester.sweeps.dataset import dataset
 
         return dataset(self)
+
+    def plot(self) -> "Figure":
+        """Mean power against the first key, one curve an engine: a figure, not yet saved or shown."""
+        from harvester import figures
+
+        scene = self.about.get("scene", {})
+        return figures.sweep_figure(self, scene.get("title", ""), "nondimensional" not in scene)
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:

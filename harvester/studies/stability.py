@@ -1,5 +1,6 @@
 """Stability of a scene at rest: its top Lyapunov exponent three ways."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,7 +69,13 @@ def check_rest(eqs: Equations) -> None:
     refuse(eqs, unserved, "stability, of rest at x = 0 with one rigid stop there or none,", "engine 'ensemble'")
 
 
-def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: float = 1000.0) -> Stability:
+def stability(
+    scene: Scene,
+    seed: int = 0,
+    trajectories: int = 4096,
+    duration: float = 1000.0,
+    tick: Callable[[float], None] | None = None,
+) -> Stability:
     """The top Lyapunov exponent of a scene's linearised equations without external noise.
 
     ``duration`` of the ``trajectories`` is in units of 1/w0.
@@ -98,7 +105,7 @@ def stability(scene: Scene, seed: int = 0, trajectories: int = 4096, duration: f
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
-    growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration)
+    growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
     doubts, quiet = formula.doubts(eqs), noiseless(eqs)
     if eqs.n2 is None and quiet is not None:
         warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")

@@ -20,7 +20,7 @@ from harvester.provenance import provenance
 from harvester.response_table import Point, Response
 from harvester.scaling import Equations, equations, scales
 from harvester.scene import Scene
-from harvester.sweep import axis
+from harvester.sweeps.points import axis
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble import Ensemble
