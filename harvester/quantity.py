@@ -6,7 +6,7 @@ pint knows the units and loads (.2 s) only when a string carries one.
 import math
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", re.DOTALL)
@@ -26,6 +26,7 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
+@lru_cache(1000)
 def _factor(text: str, unit: str | None) -> float | None:
     """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
     for written, power in _POWERS.items():

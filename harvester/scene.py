@@ -79,6 +79,10 @@ class Oscillator(_Table):
     spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
     negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
     b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)).
+
+    >>> import harvester as hv
+    >>> hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004).mass
+    0.04
     """
 
     TABLE: ClassVar[str] = "oscillator"
@@ -100,7 +104,12 @@ class Oscillator(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Piezo(_Table):
-    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F)."""
+    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F).
+
+    >>> import harvester as hv
+    >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
+    0.001
+    """
 
     TABLE: ClassVar[str] = "piezo"
     coupling: Annotated[float, *_COUPLING, "force a volt, which is charge a displacement"]
@@ -113,6 +122,10 @@ class Stop(_Table):
 
     Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: where X < -gap the force on the mass is
     -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass would not come off.
+
+    >>> import harvester as hv
+    >>> hv.Stop(restitution=0.96, gap="0.5 mm").gap
+    0.0005
     """
 
     TABLE: ClassVar[str] = "stop"
@@ -129,7 +142,12 @@ class Stop(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class OppositeStop(_Table):
-    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-."""
+    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-.
+
+    >>> import harvester as hv
+    >>> hv.OppositeStop(restitution=0.9, gap="0.5 mm").gap
+    0.0005
+    """
 
     TABLE: ClassVar[str] = "opposite_stop"
     restitution: Annotated[float, *_RESTITUTION, "of a second rigid stop, at X = +gap"]
@@ -145,6 +163,10 @@ class Excitation(_Table):
     that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
     white noise may go with; so it may with a record in time, ``acceleration_file``, or a table of the density,
     ``acceleration_psd_file`` (`harvester.records`).
+
+    >>> import harvester as hv
+    >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'
+    '0.0009617 (m/s^2)^2/Hz'
     """
 
     TABLE: ClassVar[str] = "excitation"
@@ -171,7 +193,12 @@ class Excitation(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Load(_Table):
-    """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters."""
+    """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters.
+
+    >>> import harvester as hv
+    >>> hv.Load(resistance="1 Mohm").resistance
+    1000000.0
+    """
 
     TABLE: ClassVar[str] = "load"
     resistance: Annotated[float, *_RESISTANCE, "load resistor across the electrodes"] | None = None
@@ -194,7 +221,7 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
     """The load of a netlist, by its name in netlists/ or its path, with its parameters (numbers are SI).
 
     >>> import harvester as hv
-    >>> hv.Netlist("bridge", R="1 Mohm", C="10 uF").parameters
+    >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
     {'R': 1000000.0, 'C': 1e-05}
 
     Raises
@@ -214,6 +241,10 @@ class Nondimensional(_Table):
     linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
     stop_damping instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic acceleration;
     correlation_time, or centre_frequency and bandwidth (rad), filter the external noise as in `Excitation`.
+
+    >>> import harvester as hv
+    >>> hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01).beta
+    0.05
     """
 
     TABLE: ClassVar[str] = "nondimensional"
@@ -281,6 +312,11 @@ TABLES: dict[str, type[_Table]] = {
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Scene(_Table):
     """One device: physical (oscillator, piezo, ...) or nondimensional, never both.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> scene.physical, scene.vary("nondimensional.mu", 2.0).nondimensional.mu
+    (False, 2.0)
 
     Raises
     ------
@@ -371,6 +407,17 @@ class Scene(_Table):
 
         return tomli_w.dumps(self.tables())
 
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        rows = [
+            (f"[{table}]", key, str(value), "" if key in ("netlist", *FILES) else _unit(f"{table}.{key}"))
+            for table, keys in self.tables().items()
+            if isinstance(keys, dict)
+            for key, value in keys.items()
+        ]
+        return notebook.table(self.title or "scene", ("table", "key", "value", "SI unit"), rows)
+
     @property
     def digest(self) -> str:
         """A short hash of all that the scene says, the contents of its records included."""
@@ -434,6 +481,11 @@ def split_key(key: str) -> tuple[str, str]:
     return table, name
 
 
+def _unit(key: str) -> str:
+    table, name = split_key(key) if "parameters" not in key else ("", "")
+    return next((kind.unit for kind in _kinds(TABLES[table])[name]), "") if table else ""
+
+
 def read_value(key: str, text: str) -> float:
     """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
 
@@ -466,7 +518,12 @@ def unit_of(key: str) -> str:
 
 
 def loads(text: str, folder: Path | None = None) -> Scene:
-    """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``."""
+    """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``.
+
+    >>> import harvester as hv
+    >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
+    0.05
+    """
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
@@ -495,6 +552,11 @@ def _beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
 
 def load(path: str | Path) -> Scene:
     """A scene from a scene file.
+
+    >>> import harvester as hv
+    >>> hv.load("nowhere/plate.toml")
+    Traceback (most recent call last):
+    harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
 
     Raises
     ------

@@ -37,7 +37,7 @@ def sweep(
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> table = hv.sweep(scene, "nondimensional.mu", [0.5, 1.0, 2.0], engines=[hv.Averaged()])
     >>> table.column("mean_power", "averaged").round(5).tolist()
-    [0.0026, 0.00318, 0.00267]
+    [0.00274, 0.00323, 0.0028]
 
     Raises
     ------

@@ -21,6 +21,11 @@ class Cheapest(Sampled):
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
 
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.Cheapest(within="5%").run(scene).engine
+    'averaged'
+
     Raises
     ------
     InputError

@@ -45,6 +45,15 @@ class Model:
 class Ensemble(Sampled):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
 
+    >>> import harvester as hv
+    >>> engine = hv.Ensemble(within="1%", seed=1)
+    >>> engine.within
+    0.01
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> power = engine.run(scene).mean_power
+    >>> bool(power.error95 <= 0.01 * power.value)
+    True
+
     Raises
     ------
     CannotServeError

@@ -95,6 +95,11 @@ class _Formula:
 class Published(_Formula):
     """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
 
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> f"{hv.Published().run(scene).mean_power.value:.5f}"
+    '0.00331'
+
     Raises
     ------
     CannotServeError
@@ -120,6 +125,12 @@ class Published(_Formula):
 @dataclass(frozen=True, kw_only=True)
 class Averaged(_Formula):
     """Impact-aware averaging (`harvester.averaging.two_scale`): E[V^2], E[P] = beta mu E[V^2], and its own error.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> answer = hv.Averaged().run(scene)
+    >>> f"{answer.mean_power.value:.5f} +- {answer.mean_power.error95:.5f}"
+    '0.00323 +- 0.00002'
 
     Raises
     ------

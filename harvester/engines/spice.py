@@ -29,6 +29,10 @@ class Spice(Sampled):
     update of a load resistor, or the netlist's circuit made of ideal diodes and switches (`harvester.engines.pairs`).
     The mean has no bias from that, and the standard error of many more ngspice runs.
 
+    >>> import harvester as hv
+    >>> hv.Spice(within="1%", budget="30s").budget
+    30.0
+
     alone
         no cheap model: ngspice runs only.
     reltol

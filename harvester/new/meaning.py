@@ -8,13 +8,12 @@ from typing import Any
 from harvester.engines import ENGINES, Averaged, candidates
 from harvester.errors import HarvesterError
 from harvester.estimate import Value
+from harvester.new.best_load import DECADES, NEAR, best_load
 from harvester.new.stop import stop
 from harvester.scaling import Equations, effects, equations, scales
 from harvester.scene import Scene
 
 MEDIUM, STRONG = 0.5, 2.0  # of k^2 Q
-NEAR = 0.95  # of the best mean power
-DECADES = 3.0  # about 1/(Cp w0) that the best load is looked for in
 SHAKERS = frozenset({"external_noise", "harmonic_drive"})
 SOURCE = (
     "strong from beta = 2/Q + 1/Q^2 on: solve the linear equations on a harmonic base for the load and frequency of "
@@ -105,33 +104,30 @@ def _load(scene: Scene, eqs: Equations, file: str) -> tuple[list[str], dict[str,
         if not SHAKERS & set(bare):
             return ["best load: not looked for, as nothing shakes the base"], {"best_load": None}
         return [f"best load: found by: {_optimise(scene, file)}"], {"best_load": None}
-    from harvester.studies.optimise import optimise
-
-    low, high = _range(scene)
     try:
-        found = optimise(scene, {"load.resistance": (low, high)}, Averaged())
+        found = best_load(scene, _middle(scene))
     except HarvesterError as error:
         return [f"best load: not found: {error}"], {"best_load": None}
-    key, power = found.keys[0], found.mean_power
+    power = found.power
     stated = f"engine 'averaged', which states an error of {(power.model or 0.0) / (power.value or 1.0):.1%} in power"
     fact: dict[str, Any] = {
-        "resistance": key.value,
-        "resistance_low": key.low95,
-        "resistance_high": key.high95,
+        "resistance": found.resistance,
+        "near_from": found.low,
+        "near_to": found.high,
         "mean_power": power.value,
         "mean_power_model_bias": power.model,
     }
-    where = f"about {_ohm(key.value)}"
-    if key.low95 is not None and key.high95 is not None:
-        where += f" (between {_ohm(key.low95)} and {_ohm(key.high95)})"
-    best = f"the best mean power, {Value(power.value).text('W')}, at {where}"
+    best = f"the best mean power, {Value(power.value).text('W')}, at about {_ohm(found.resistance)}"
+    best += f" ({NEAR:.0%} of it from {_ohm(found.low)} to {_ohm(found.high)})"
+    if found.at_end:
+        best += ", the end of what was looked at"
     if scene.load is None or scene.load.resistance is None:
-        return [f"best load: {best}; {stated}"], {"best_load": fact}
-    own = Averaged().run(scene).mean_power.value / power.value
+        return [f"load: none yet; {best}", f"  ({stated})"], {"best_load": fact}
+    own = min(Averaged().run(scene).mean_power.value / power.value, 1.0)
     fact["share"] = own
     how = "near the best" if own >= NEAR else "far from the best"
-    told = f"load: {how}: your {_ohm(scene.load.resistance)} gives {min(own, 1.0):.0%} of {best}; {stated}"
-    return [told], {"best_load": fact}
+    told = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
+    return [told, f"  ({stated})"], {"best_load": fact}
 
 
 def _engines(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:

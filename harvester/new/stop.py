@@ -67,6 +67,7 @@ def stop(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:
         )
         rms = Value(math.sqrt(x2) * s.length).text("m")
         told = f"stop: hit {how}: without it the displacement is {rms} (RMS, linear), and it is {told_gap} away"
+        told += "" if scene.load is not None and scene.load.resistance else ", in open circuit"
         often = f"; it would be reached {rate * s.frequency:.2g} times a second" if how != "seldom or never" else ""
         return [told + often], {"stop": how, "stop_hits_a_second": rate * s.frequency}
     if peak is not None and math.isfinite(peak):

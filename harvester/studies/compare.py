@@ -54,7 +54,16 @@ class PathComparison:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Estimates of the engines that served, why the others did not, and paths with and without the stop."""
+    """Estimates of the engines that served, why the others did not, and paths with and without the stop: of `compare`.
+
+    ``found.ratio(estimate)`` is its power over that of ``found.reference``, ``found.z(estimate)`` their z-score.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> found.z(found.reference) is None, found.ratio(found.reference)
+    (True, 1.0)
+    """
 
     estimates: tuple[Estimate, ...]
     refused: dict[str, str]
@@ -101,6 +110,20 @@ class Comparison:
         ]
         return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
 
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        unit = "W" if self.reference.physical else ""
+        rows = []
+        for one in self.estimates:
+            ratio, z = self.ratio(one), self.z(one)
+            cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
+            rows.append((one.engine, one.mean_power.text(unit), *cells))
+        notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
+        notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
+        head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")
+        return notebook.table("engines side by side", head, rows, notes)
+
 
 def compare(
     scene: Scene, seed: int = 0, *, tick: Callable[[float, str], None] | None = None, **options: Any
@@ -109,6 +132,12 @@ def compare(
 
     ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).  ``tick`` is told the fraction done
     and what is at work.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> [one.engine for one in found.estimates]
+    ['published', 'averaged', 'ensemble', 'spice']
 
     Raises
     ------

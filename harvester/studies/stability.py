@@ -12,6 +12,8 @@ from harvester.estimate import Value
 from harvester.scaling import Equations, equations, scales
 from harvester.scene import Scene
 
+EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
+
 
 @dataclass(frozen=True)
 class Stability:
@@ -20,6 +22,11 @@ class Stability:
     ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its
     estimated error (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
     (None: the mass leaves the stop for good).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
+    >>> hv.stability(scene, trajectories=64, duration=50.0).verdict
+    'unstable'
     """
 
     physical: bool
@@ -55,12 +62,17 @@ class Stability:
         lines = [
             f"top Lyapunov exponent: rest is {self.verdict}",
             f"  published  {Value(self.published).text(unit)}",
-            f"  averaged   {Value(self.averaged, model=self.model).text(unit)}",
+            f"  averaged   {self._averaged(unit)}",
             f"  ensemble   {self.ensemble.text(unit)}",
         ]
         if self.noiseless is not None:
             lines.append(f"  without noise, exact  {Value(self.noiseless).text(unit)}")
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    def _averaged(self, unit: str) -> str:
+        if self.model is not None and self.model <= EXACT * abs(self.averaged):
+            return f"{Value(self.averaged).text(unit)} (exact for this scene)"
+        return Value(self.averaged, model=self.model).text(unit)
 
 
 def check_rest(eqs: Equations) -> None:
@@ -79,6 +91,12 @@ def stability(
     """The top Lyapunov exponent of a scene's linearised equations without external noise.
 
     ``duration`` of the ``trajectories`` is in units of 1/w0.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
+    >>> found = hv.stability(scene, trajectories=64, duration=50.0)
+    >>> found.verdict, f"{found.averaged:.4f}"
+    ('stable', '-0.0632')
 
     Raises
     ------
@@ -107,7 +125,7 @@ def stability(
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
     doubts, quiet = formula.doubts(eqs), noiseless(eqs)
-    if eqs.n2 is None and quiet is not None:
+    if eqs.n2 is None and eqs.restitution is not None and quiet is not None:
         warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
     return Stability(
         physical=scene.physical,
