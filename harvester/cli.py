@@ -376,7 +376,14 @@ def paper(figures: tuple[str, ...], out: str) -> None:
 )
 @click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
 @option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same answer.")
-@option("--trajectories", group=ACCURACY, type=click.IntRange(2, 1_000_000), default=4096, show_default=True)
+@option(
+    "--trajectories",
+    group=ACCURACY,
+    type=click.IntRange(2, 1_000_000),
+    default=4096,
+    show_default=True,
+    help="Independent ones.",
+)
 @option(
     "--out", group=OUTPUT, help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."
 )

@@ -1,10 +1,13 @@
 """The program on a terminal of its own (a pty), as a person sees it."""
 
+import fcntl
 import os
 import pty
 import select
+import struct
 import subprocess
 import sys
+import termios
 import time
 
 
@@ -14,7 +17,8 @@ def on_terminal(*args, answers=(), env=None, cwd=None, timeout=60.0):
     ``answers`` are typed one after another, each when the program has been silent after a question (": ").
     """
     master, slave = pty.openpty()
-    full = {**os.environ, "COLUMNS": "100", "LINES": "40", "TERM": "xterm", **(env or {})}
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 100, 0, 0))  # without a size no bar is drawn
+    full = {**os.environ, "TERM": "xterm", **(env or {})}
     if "NO_COLOR" not in (env or {}):
         full.pop("NO_COLOR", None)
     process = subprocess.Popen(

@@ -69,10 +69,10 @@ def test_time_left_of_rows(clock):
 
 COMMANDS = [
     ("run", PLATE, "--engine", "ensemble", "--within", "0.2%"),
-    ("sweep", PLATE, "--vary", "load.resistance=100k:1M:4", "--engine", "ensemble", "--out", "out"),
-    ("cost", FIGURE, "--budget", "2s", "--out", "out"),
+    ("sweep", PLATE, "--vary", "load.resistance=100k,1M", "--engine", "ensemble", "--out", "out"),
+    ("cost", FIGURE, "--budget", "0.5s", "--out", "out"),
     ("optimise", FIGURE, "--over", "nondimensional.mu=.1:10", "--within", "3%"),
-    ("compare", PLATE, "--out", "out"),
+    ("compare", PLATE, "--trajectories", "64", "--duration", "5", "--out", "out"),
     ("stability", FIGURE),
     ("paper", "3", "--out", "out"),
     ("response", DRIVEN, "--sweep", "4Hz:5Hz:5", "--out", "out"),
