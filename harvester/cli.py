@@ -248,7 +248,7 @@ def optimise(
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
     name = _default(given, options | {"within": None}) if engine is None else engine
     chosen = _engine(name, options | {"within": None, "budget": None})
-    with _bar("optimise") as bar:
+    with _bar("optimise", most=True) as bar:
         answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell)
     _answer(answer, as_json)
     if out is not None and not as_json:
@@ -440,11 +440,11 @@ def _answer(answer: Any, as_json: bool) -> None:
         echo(str(answer))
 
 
-def _bar(what: str, known: bool = True) -> "Bar":
+def _bar(what: str, known: bool = True, most: bool = False) -> "Bar":
     """A progress bar on a terminal, and none in a pipe."""
     from harvester.progress import Bar
 
-    return Bar(what, known=known)
+    return Bar(what, known=known, most=most)
 
 
 def _rows(what: str, rows: dict[str, int]) -> "Rows":

@@ -15,9 +15,14 @@ UNKNOWN = "{desc}: {elapsed}"  # where nobody knows how much there is to do
 
 
 class Bar(tqdm):  # type: ignore[misc]
-    """A bar that is told the fraction done, and what is at work."""
+    """A bar that is told the fraction done, and what is at work.
 
-    def __init__(self, what: str, file: Any = None, known: bool = True) -> None:
+    ``known`` is False where nobody knows how much there is to do; ``most``: the fraction is of a budget, which need not
+    be spent.
+    """
+
+    def __init__(self, what: str, file: Any = None, known: bool = True, most: bool = False) -> None:
+        self.most = most
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
         self.last = (time.monotonic(), 0.0)
         self.seconds: float | None = None  # left at the last report
@@ -37,16 +42,14 @@ class Bar(tqdm):  # type: ignore[misc]
         left, seconds = "?", self.seconds
         if seconds is not None:
             passed = time.monotonic() - self.last[0]
-            left = self.format_interval(round(max(seconds - passed, 0.0)))
+            left = ("at most " if self.most else "") + self.format_interval(round(max(seconds - passed, 0.0)))
         return {**super().format_dict, "left": left}
 
     def tell(self, fraction: float, what: str = "") -> None:
         """So much is done, at work is ``what``; the rest should take as long for its size as what was reported."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
-            self.first = (now, fraction)
-            begun = now - self.last[0]
-            self.seconds = begun * (1.0 / fraction - 1.0) if fraction > 0.0 and self.last[1] == 0.0 else None
+            self.first, self.seconds = (now, fraction), None
         elif fraction > self.first[1]:
             self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
         self._show(fraction, what)

@@ -14,7 +14,7 @@ from tests.terminal import on_terminal
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PLATE, FIGURE, DRIVEN = (str(EXAMPLES / f"{name}.toml") for name in ("plate", "paper_figure3", "plate_harmonic"))
-LEFT = re.compile(r"(\d+)%\|[^|]*\| [\d:]+, ([\d:?]+) left")
+LEFT = re.compile(r"(\d+)%\|[^|]*\| [\d:]+, (?:at most )?([\d:?]+) left")
 
 
 class Screen(io.StringIO):
@@ -87,7 +87,8 @@ def test_on_a_terminal(args, tmp_path):
     reports = LEFT.findall(screen)
     fractions = [int(done) for done, _ in reports]
     assert fractions, screen
-    assert fractions == sorted(fractions)
+    if args[0] not in ("run", "compare"):  # where another step is chosen, or more runs, all begins anew
+        assert fractions == sorted(fractions)
     last = screen.rsplit("left", 1)[1]
     assert last.strip("\r\n \x1b[A")  # the answer stands after the bar
     assert "left" not in last

@@ -82,6 +82,8 @@ class Ensemble(Sampled):
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
         warnings = many.settle()
+        if progress is not None:
+            progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
         reasons = [self.REASON]
         agreed = disagreement(pair.fine, eqs)
@@ -140,7 +142,10 @@ class Ensemble(Sampled):
                 if target.seconds_left < seconds / factor:
                     warnings.append(target.missed(value))
                     return pair
-                pair = StepPair(pair.many.with_step(factor * pair.many.h), pair.duration)
+                many = pair.many.with_step(factor * pair.many.h)
+                if progress is not None:
+                    progress(0.0)
+                pair = StepPair(many, pair.duration)
                 continue
             if bias_error < KNOWN * target.within:
                 pair.rest()
