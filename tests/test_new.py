@@ -17,7 +17,7 @@ from harvester.errors import HarvesterError
 from harvester.new.best_load import best_load
 from harvester.new.device import device
 from harvester.new.file import text
-from harvester.new.meaning import engines, meaning
+from harvester.new.meaning import engines, meaning, noise_share
 from harvester.new.stop import amplitude, variances
 from harvester.scaling import Equations, equations
 from tests.terminal import on_terminal
@@ -311,6 +311,14 @@ def test_best_load(stop):
         assert found.resistance == pytest.approx(exact, rel=0.02)
     share = meaning(scene, "a.toml").facts["best_load"]["share"]
     assert share == pytest.approx(hv.Averaged().run(scene).mean_power.value / found.power.value)
+
+
+def test_share_of_white_noise():
+    """The most that beta mu S/N1 is over all loads."""
+    for beta, c in ((1.25, 0.008), (0.01, 0.1)):
+        mu = np.geomspace(0.01, 100.0, 20001)
+        share = beta * mu / (c * (1.0 + beta + mu**2 + c * mu) + beta * mu)
+        assert noise_share(beta, c) == pytest.approx(share.max(), rel=1e-6)
 
 
 def test_stop_without_noise_or_with():

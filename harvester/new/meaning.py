@@ -13,12 +13,12 @@ from harvester.new.stop import stop
 from harvester.scaling import Equations, effects, equations, scales
 from harvester.scene import Scene
 
-MEDIUM, STRONG = 0.5, 2.0  # of k^2 Q
+WEAK = 0.2  # of the power that white noise gives, at the best load
 SHAKERS = frozenset({"external_noise", "harmonic_drive"})
 SOURCE = (
     "strong from beta = 2/Q + 1/Q^2 on: solve the linear equations on a harmonic base for the load and frequency of "
     "most power; from there on a resistor damps as much as the mechanics do and takes the most that any load can, "
-    "(mass acceleration)^2/(8 damping), with the acceleration's peak)"
+    "(mass acceleration)^2/(8 damping), with the acceleration's peak"
 )
 
 
@@ -81,18 +81,28 @@ def _coupling(eqs: Equations) -> tuple[list[str], dict[str, Any]]:
         return ["coupling: k^2 Q has no meaning without damping: damping_ratio must be above 0"], {}
     merit = beta / c
     exact = 2.0 * c + c * c
-    how = "strong" if beta >= exact else "medium" if merit >= MEDIUM else "weak"
+    share = noise_share(beta, c)
+    how = "strong" if beta >= exact else "medium" if share >= WEAK else "weak"
     means = {
         "strong": "the load damps the mass and shifts its resonance",
         "medium": "the mass feels the load",
         "weak": "the mass hardly feels the load; circuits like SSHI or SECE may bring more",
     }[how]
     told = f"coupling: {how}, k^2 Q = {merit:.3g} (strong from {exact / c:.3g}): {means}"
-    return [told, *textwrap.wrap(SOURCE, 100, initial_indent="  (", subsequent_indent="  ")], {
-        "figure_of_merit": merit,
-        "coupling": how,
-        "strong_from": exact / c,
-    }
+    taken = (
+        f"linear and under white noise, the best resistor takes {share:.0%} of what the shaking gives; weak: below 20%)"
+    )
+    reasons = textwrap.wrap(f"{SOURCE}; {taken}", 100, initial_indent="  (", subsequent_indent="  ")
+    facts = {"figure_of_merit": merit, "coupling": how, "strong_from": exact / c, "noise_share": share}
+    return [told, *reasons], facts
+
+
+def noise_share(beta: float, c: float) -> float:
+    """Of N1, the power that white noise gives a linear device without a stop, what the best resistor takes.
+
+    beta mu S/N1 of the Lyapunov equation (see `harvester.new.stop`) at mu = sqrt(1 + beta).
+    """
+    return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 
 
 def _load(scene: Scene, eqs: Equations, file: str) -> tuple[list[str], dict[str, Any]]:
