@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import sys
 import warnings
 from collections.abc import Callable
@@ -11,98 +10,179 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, InputError, invalid, unknown
+from harvester.errors import HarvesterError, InputError, shown, unknown
+from harvester.help import WIDTH, Group, coloured, complain, echo, option
+from harvester.new.command import new
+from harvester.quantity import fraction, seconds
 
 if TYPE_CHECKING:
     from harvester.engines import Engine
+    from harvester.progress import Bar, Rows
     from harvester.scene import Scene
 
 
 def _percent(text: str) -> float:
     """1% or .01."""
-    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", text)
-    fraction = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
-    if not 0.0 < fraction < 1.0:
-        raise invalid("--within", "be a percentage between 0% and 100%, such as 1%", text)
-    return fraction
+    return _read("--within", fraction, text)
 
 
 def _seconds(text: str) -> float:
     """30s, 2min, 1h or a number of seconds."""
-    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", text)
-    if match is None or float(match[1]) == 0.0:
-        raise invalid("--budget", "be a time above 0, such as 30s or 2min", text)
-    return float(match[1]) * {"s": 1.0, "min": 60.0, "h": 3600.0}[match[2] or "s"]
+    return _read("--budget", seconds, text)
+
+
+def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
+    try:
+        return reader(text)
+    except ValueError as error:
+        raise InputError(f"{argument} {error}, but is {shown(text)}") from None
+
+
+ACCURACY, EFFORT, OUTPUT = "Accuracy", "Effort by hand (engines that sample)", "Output"
+WHAT, GRID, RUNNERS = "What to compute", "Where", "Who computes"
+SEED = click.IntRange(min=0)
 
 
 def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options of the engines that sample."""
-    for option in (
-        click.option("--dt", type=float, help="Step: seconds (nondimensional scene: 1/w0).  Default: from the scene."),
-        click.option("--alone", is_flag=True, help="spice: ngspice runs only, not paired with a cheap model."),
-        click.option("--trajectories", type=int, help="Independent trajectories.  Default: 4096 (spice: 16)."),
-        click.option("--duration", type=float, help="Time of a trajectory after its burn-in, in the unit of --dt."),
-        click.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
-        click.option(
-            "--budget", type=_seconds, metavar="TIME", help="Time that reaching --within may take, such as 30s."
+    for one in (
+        option("--alone", is_flag=True, group=EFFORT, help="spice: ngspice runs only, not paired with a cheap model."),
+        option(
+            "--dt", type=float, group=EFFORT, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."
         ),
-        click.option(
+        option("--duration", type=float, group=EFFORT, help="Of a trajectory after its burn-in, in the unit of --dt."),
+        option("--trajectories", type=int, group=EFFORT, help="Independent ones.  Default: 4096 (spice: 16)."),
+        option(
+            "--seed", type=int, default=0, group=ACCURACY, show_default=True, help="The same seed, the same answer."
+        ),
+        option(
+            "--budget",
+            type=_seconds,
+            metavar="TIME",
+            group=ACCURACY,
+            help="Time that reaching --within may take, such as 30s.  Default: what it takes.",
+        ),
+        option(
             "--within",
             type=_percent,
             metavar="PERCENT",
+            group=ACCURACY,
             help="Error to reach in the mean power, such as 1%: sampling (95 %) plus bias.",
         ),
     ):
-        command = option(command)
+        command = one(command)
     return command
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def _json(command: Callable[..., Any]) -> Callable[..., Any]:
+    made: Callable[..., Any] = option("--json", "as_json", is_flag=True, group=OUTPUT, help="Print one JSON object.")(
+        command
+    )
+    return made
+
+
+HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
+
+A scene file says what the device is; engines compute it, from formulas in milliseconds to ngspice in lock-step with
+the mass.
+
+\b
+A first session:
+  harvester new mine.toml                                  your device, from questions; what its numbers mean
+  harvester run mine.toml --within 1%                      its mean power, with the error
+  harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep          against the load, with a plot
+  harvester optimise mine.toml --over load.resistance=1k:10M                      the best load
+  harvester compare mine.toml                              all engines side by side, ngspice among them
+"""
+
+
+@click.group(
+    cls=Group,
+    help=HELP,
+    sections={
+        "Your device": ("new", "keys"),
+        "Its power": ("run", "sweep", "optimise", "compare"),
+        "A closer look": ("cost", "motion", "response", "stability"),
+        "The paper, this machine": ("paper", "doctor"),
+    },
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDTH},
+    epilog="""\b
+Exit status: 0 done; 2 bad input, one line on stderr says what must be what; 3 a named simulation error;
+130 interrupted.  Colours and progress are for terminals; NO_COLOR=1: no colours.
+A scene file's keys, with units and examples: harvester keys.  A command's options: harvester COMMAND --help.""",
+)
 @click.version_option(package_name="harvester", prog_name="harvester")
 def cli() -> None:
-    r"""How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
-
-    SCENE is a TOML file: examples/plate_with_stop.toml is one.
-
-    \b
-      harvester run examples/plate_with_stop.toml --engine ensemble
-      harvester sweep examples/plate.toml --vary load.resistance=1k:10M:13 --out sweep
-    """
+    """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is."""
 
 
-@cli.command()
-@click.argument("scene")
-@click.option(
+cli.add_command(new)
+
+
+@cli.command(examples=("harvester keys", "harvester keys excitation", "harvester keys load.resistance --json"))
+@click.argument("what", required=False, metavar="[TABLE|KEY]", help="Such as load or load.resistance.  Default: all.")
+@_json
+def keys(what: str | None, as_json: bool) -> None:
+    """All keys of a scene file: unit, example, meaning."""
+    from harvester import keys as everything
+
+    found = everything.chosen(what)
+    if as_json:
+        click.echo(json.dumps([vars(key) for key in found]))
+        return
+    click.echo(everything.text(found))
+
+
+@cli.command(
+    examples=(
+        "harvester run mine.toml",
+        "harvester run mine.toml --within 1%",
+        "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
+    )
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
     "--engine",
+    group=WHAT,
     help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice; with --within, "
     "the cheapest that is known to reach it.",
 )
 @_sampling
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@_json
 def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     given = _load(scene)
     chosen = _engine(_default(given, options) if engine is None else engine, options)
-    with _bar(1000, chosen.NAME) as bar:
-        answer = chosen.run(given, lambda fraction: bar.update(int(1000 * fraction) - bar.n))
-    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    with _bar(chosen.NAME) as bar:
+        answer = chosen.run(given, bar.tell)
+    _answer(answer, as_json)
 
 
-@cli.command()
-@click.argument("scene")
-@click.option("--vary", "varied", multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.")
-@click.option("--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line.")
-@click.option(
+@cli.command(
+    examples=(
+        "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
+        "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
+    )
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--vary", "varied", group=GRID, multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.")
+@option(
+    "--points", group=GRID, metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
+)
+@option(
     "--engine",
     "engines",
+    group=WHAT,
     multiple=True,
     help="Repeatable.  Default: all that serve SCENE; for a netlist, spice; with --within, see run.",
 )
 @_sampling
-@click.option("--out", required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
-@click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
-@click.option("--workers", type=int, metavar="N", help="Processes.  Default: one a core, if there are many points.")
-@click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
+@option("--out", group=OUTPUT, required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
+@option("--resume", group=RUNNERS, is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
+@option(
+    "--workers", group=RUNNERS, type=int, metavar="N", help="Processes.  Default: one a core, if there are many points."
+)
+@option("--scheduler", group=RUNNERS, metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
 def sweep(
     scene: str,
     varied: tuple[str, ...],
@@ -115,13 +195,15 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester import sweep as sweeps
     from harvester import tables
     from harvester.engines import serving
+    from harvester.studies import sweep as sweeps
 
     if bool(varied) == (points is not None):
         found = "both are" if varied else "neither is"
-        raise InputError(f"either --vary or --points must be given, but {found}")
+        raise InputError(
+            f"either --vary or --points must be given, but {found} (such as --vary load.resistance=1k:10M:25)"
+        )
     if workers is not None and scheduler is not None:
         raise InputError("--workers must be left out where --scheduler is given, but both are given")
     given = _load(scene)
@@ -129,28 +211,30 @@ def sweep(
     default = _default(given, options)
     names = engines or (serving(given) if default == "ensemble" else [default])
     chosen = [_engine(name, options) for name in names]
-    with _bar(len(chosen) * len(where), "sweep") as bar:
-
-        def tick(engine: str) -> None:
-            bar.set_postfix_str(engine, refresh=False)
-            bar.update()
-
-        table = sweeps.sweep(given, where, chosen, out, resume, tick, workers, scheduler)
-    click.echo(tables.grid(table.rows, given.physical))
-    for line in tables.warnings(table.rows):
-        click.echo(line)
+    with _rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
+        table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip)
+    echo("\n".join([tables.grid(table.rows, given.physical), *tables.warnings(table.rows)]))
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, sweep.png, provenance.json")
 
 
-@cli.command()
-@click.argument("scene")
-@click.option("--over", "over", multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys.")
-@click.option(
-    "--engine", help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice."
+@cli.command(
+    examples=(
+        "harvester optimise mine.toml --over load.resistance=1k:10M",
+        "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
+    )
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
+    "--over", "over", group=WHAT, multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys."
+)
+@option(
+    "--engine",
+    group=WHAT,
+    help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice.",
 )
 @_sampling
-@click.option("--out", help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option("--out", group=OUTPUT, help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+@_json
 def optimise(
     scene: str, over: tuple[str, ...], engine: str | None, out: str | None, as_json: bool, **options: Any
 ) -> None:
@@ -158,35 +242,34 @@ def optimise(
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
-    from harvester import optimise as optimising
     from harvester.optimum.ranges import parse
+    from harvester.studies import optimise as optimising
 
     given, ranges = _load(scene), [parse(text) for text in over]
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
     name = _default(given, options | {"within": None}) if engine is None else engine
     chosen = _engine(name, options | {"within": None, "budget": None})
-    with _bar(1000, "optimise") as bar:
-        answer = optimising.optimise(
-            given, ranges, chosen, within, budget, out, lambda spent: bar.update(int(1000 * spent) - bar.n)
-        )
-    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    with _bar("optimise", most=True) as bar:
+        answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell)
+    _answer(answer, as_json)
     if out is not None and not as_json:
         click.echo(f"written: {Path(out) / 'optimise.csv'}, optimise.png, provenance.json")
 
 
-@cli.command()
-@click.argument("scene")
+@cli.command(examples=("harvester compare mine.toml --within 1% --out compare",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
 @_sampling
-@click.option("--out", help="Folder for compare.png: the engines, and V of one path with and without the stop.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option("--out", group=OUTPUT, help="Folder for compare.png: the engines, and V of one path with and without the stop.")
+@_json
 def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
-    from harvester import compare as comparing
     from harvester import files
+    from harvester.studies import compare as comparing
 
     given = _load(scene)
     folder = files.folder(out or ".") if out or not as_json else None
-    result = comparing.compare(given, **options)
+    with _bar("compare") as bar:
+        result = comparing.compare(given, tick=bar.tell, **options)
     if folder is not None:
         from harvester import figures
 
@@ -194,83 +277,85 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     if as_json:
         click.echo(json.dumps(result.as_json(), allow_nan=False))
         return
-    for estimate in result.estimates:
-        click.echo(str(estimate))
-    click.echo(f"against {result.reference.engine}:")
-    for estimate in result.estimates:
-        if estimate is not result.reference:
-            ratio, z = result.ratio(estimate), result.z(estimate)
-            told = "" if ratio is None else f"power times {ratio:.4g}"
-            click.echo(f"  {estimate.engine:<10} {told}" + ("" if z is None else f", z = {z:.2f}"))
-    for path in result.paths:
-        click.echo(
-            f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
-            f"decoupled against ngspice {path.decoupled_error:.2g}"
-        )
-    for name, why in result.refused.items():
-        click.echo(f"{name} did not run: {why}")
+    echo(str(result))
     click.echo(f"written: {Path(out or '.') / 'compare.png'}")
 
 
-@cli.command()
-@click.argument("scene")
-@click.option("--out", required=True, help="Folder for cost.csv, cost.png and provenance.json.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
-@click.option("--budget", type=_seconds, metavar="TIME", default="60s", show_default=True, help="Time for all of it.")
+@cli.command(examples=("harvester cost mine.toml --budget 30s --out cost",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--out", group=OUTPUT, required=True, help="Folder for cost.csv, cost.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@option(
+    "--budget",
+    group=ACCURACY,
+    type=_seconds,
+    metavar="TIME",
+    default="60s",
+    show_default=True,
+    help="Time for all of it.",
+)
 def cost(scene: str, out: str, seed: int, budget: float) -> None:
     """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
     from harvester import cost as costs
     from harvester.cost_table import report
 
     given = _load(scene)
-    with _bar(1000, "cost") as bar:
-
-        def tick(what: str, fraction: float) -> None:
-            bar.set_postfix_str(what, refresh=False)
-            bar.update(int(1000 * fraction) - bar.n)
-
-        answer = costs.cost(given, out, seed, budget, tick)
+    with _bar("cost") as bar:
+        answer = costs.cost(given, out, seed, budget, lambda what, spent: bar.tell(spent, what))
     click.echo(report(answer))
     click.echo(f"written: {Path(out) / 'cost.csv'}, cost.png, provenance.json")
 
 
-@cli.command()
-@click.argument("scene")
-@click.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
-@click.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@cli.command(examples=("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--sweep", group=WHAT, required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
+@option("--out", group=OUTPUT, required=True, help="Folder for response.csv, response.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@_json
 def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None:
     """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
-    from harvester import response as responses
+    from harvester.studies import response as responses
 
     given = _load(scene)
-    with _bar(2 * len(responses.frequencies(given, sweep)), "response") as bar:
-        answer = responses.draw(given, sweep, out, seed, bar.update)
-    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    with _rows("response", {"": 2 * len(responses.frequencies(given, sweep))}) as bar:
+        answer = responses.draw(given, sweep, out, seed, lambda: bar.row(""))
+    _answer(answer, as_json)
     if not as_json:
         click.echo(f"written: {Path(out) / 'response.csv'}, response.png, provenance.json")
 
 
-@cli.command()
-@click.argument("scene")
-@click.option("--engine", help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice.")
-@click.option("--duration", type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
-@click.option("--out", required=True, help="Folder for motion.csv, motion.png and provenance.json.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
+@cli.command(
+    examples=(
+        "harvester motion mine.toml --out motion",
+        "harvester motion mine.toml --engine spice --duration 2 --out motion",
+    )
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
+    "--engine", group=WHAT, help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice."
+)
+@option("--duration", group=WHAT, type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
+@option("--out", group=OUTPUT, required=True, help="Folder for motion.csv, motion.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
 def motion(scene: str, engine: str | None, duration: float | None, out: str, seed: int) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
-    from harvester import motion as motions
+    from harvester.studies import motion as motions
 
     given = _load(scene)
-    answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed)
-    click.echo(str(answer))
+    with _bar("motion", known=False):
+        answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed)
+    echo(str(answer))
     click.echo(f"written: {Path(out) / 'motion.csv'}, motion.png, provenance.json")
 
 
-@cli.command()
-@click.argument("figures", nargs=-1)
-@click.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on.")
+@cli.command(
+    examples=(
+        "harvester paper --out paper",
+        "harvester paper 3 7 --out paper",
+    )
+)
+@click.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
+@option("--out", group=OUTPUT, required=True, help="Folder for fig1.csv, fig1.png and so on.")
 def paper(figures: tuple[str, ...], out: str) -> None:
     """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
     from harvester import paper as papers
@@ -279,36 +364,49 @@ def paper(figures: tuple[str, ...], out: str) -> None:
     for number in numbers:
         if number not in papers.TITLES:
             raise unknown("figure", number, papers.TITLES)
-    with _bar(len(numbers), "paper") as bar:
-        papers.draw(numbers, out, lambda _: bar.update())
+    with _bar("paper") as bar:
+        papers.draw(numbers, out, bar.tell)
     click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the .csv of each")
 
 
-@cli.command()
-@click.argument("scene")
-@click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same answer."
+@cli.command(
+    examples=(
+        "harvester stability mine.toml",
+        "harvester stability mine.toml --out stability",
+    )
 )
-@click.option("--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True)
-@click.option("--out", help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22).")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same answer.")
+@option(
+    "--trajectories",
+    group=ACCURACY,
+    type=click.IntRange(2, 1_000_000),
+    default=4096,
+    show_default=True,
+    help="Independent ones.",
+)
+@option(
+    "--out", group=OUTPUT, help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."
+)
+@_json
 def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json: bool) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
-    from harvester.stability import stability as examine
+    from harvester.studies.stability import stability as examine
 
     given = _load(scene)
-    answer = examine(given, seed, trajectories)
-    click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    with _bar("stability") as bar:
+        answer = examine(given, seed, trajectories, tick=bar.tell)
+    _answer(answer, as_json)
     if out is not None:
         from harvester import region
 
-        with _bar(len(region.LOADS), "region") as bar:
-            region.draw(given, out, seed, bar.update)
+        with _rows("region", {"": len(region.LOADS)}) as bar:
+            region.draw(given, out, seed, lambda: bar.row(""))
         if not as_json:
             click.echo(f"written: {Path(out) / 'stability.csv'}, stability.png")
 
 
-@cli.command()
+@cli.command(examples=("harvester doctor",))
 def doctor() -> None:
     """What is installed, what is missing, and how to get it."""
     from harvester.doctor import examine
@@ -336,13 +434,25 @@ def _engine(name: str, options: dict[str, Any]) -> "Engine":
     return engine(name, **options)
 
 
-def _bar(total: int, what: str) -> Any:
-    """A progress bar on a terminal, and none in a pipe."""
-    from tqdm import tqdm
+def _answer(answer: Any, as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps(answer.as_json(), allow_nan=False))
+    else:
+        echo(str(answer))
 
-    return tqdm(
-        total=total, desc=what, disable=None, leave=False, bar_format="{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
-    )
+
+def _bar(what: str, known: bool = True, most: bool = False) -> "Bar":
+    """A progress bar on a terminal, and none in a pipe."""
+    from harvester.progress import Bar
+
+    return Bar(what, known=known, most=most)
+
+
+def _rows(what: str, rows: dict[str, int]) -> "Rows":
+    """The same for rows of several engines."""
+    from harvester.progress import Rows
+
+    return Rows(what, rows)
 
 
 def main() -> NoReturn:
@@ -354,12 +464,12 @@ def main() -> NoReturn:
 
 def _main() -> int:
     try:
-        cli.main(sys.argv[1:] or ["--help"], prog_name="harvester", standalone_mode=False)
+        cli.main(sys.argv[1:] or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
         return 0
     except HarvesterError as error:
         return _say(str(error), error.exit_status)
     except click.ClickException as error:
-        return _say(error.format_message(), 2)
+        return _say(error.format_message() + _hint(error), 2)
     except (KeyboardInterrupt, click.Abort) as error:  # click's own hides the other behind it
         return _say(str(error.__cause__ or error) or "interrupted", 130)
     except SystemExit:  # click's way out when the reader of a pipe has gone
@@ -374,6 +484,19 @@ def _main() -> int:
         )
 
 
+_FILL = {"scene": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
+_FILL |= {"over": "such as --over load.resistance=1k:10M", "sweep": "such as --sweep 1Hz:10Hz:61"}
+
+
+def _hint(error: click.ClickException) -> str:
+    """What to type where click only says what is wrong."""
+    if not isinstance(error, click.UsageError) or "Did you mean" in error.format_message():
+        return ""
+    if isinstance(error, click.MissingParameter) and error.param is not None and error.param.name in _FILL:
+        return f" ({_FILL[error.param.name]})"
+    return f" ({error.ctx.command_path if error.ctx else 'harvester'} --help)"
+
+
 def _say(text: str, status: int) -> int:
-    click.echo("harvester: " + " ".join(text.split()), err=True)
+    complain(text)
     return status

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from harvester.biases import RUNGS, TOLERANCES, Beside, Ladder, beside, ladder
 from harvester.cost_table import TARGETS
 from harvester.engines import ENGINES, Averaged, Engine, Ensemble, Published, Spice, candidates
+from harvester.engines.given import held
 from harvester.engines.sampled import Sampled
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.estimate import Estimate
@@ -162,8 +163,9 @@ class Bench:
     def predicted(self, engine: Sampler) -> float:
         """Seconds, from what the same engine took at other settings."""
         before = [run for run in self.runs if label(run.engine) == label(engine)]
-        if engine.within is not None:
-            return min(run.answer.seconds * max((run.sampling / engine.within) ** 2, 1.0) for run in before)
+        within = held(engine.within)
+        if within is not None:
+            return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)
         first = before[0]
         d = first.answer.details
         trajectories = engine.trajectories or d["trajectories"]

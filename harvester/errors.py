@@ -6,27 +6,56 @@ from collections.abc import Iterable
 
 
 class HarvesterError(Exception):
-    """Base of all errors that this package raises on purpose."""
+    """Base of all errors that this package raises on purpose.
+
+    >>> import harvester as hv
+    >>> issubclass(hv.InputError, hv.HarvesterError), hv.HarvesterError.exit_status
+    (True, 3)
+    """
 
     exit_status = 3
 
 
 class InputError(HarvesterError):
-    """What the user gave cannot be used: one line with the argument, what it must be, what it was."""
+    """What the user gave cannot be used: one line with the argument, what it must be, what it was.
+
+    >>> import harvester as hv
+    >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 kg")
+    Traceback (most recent call last):
+    harvester.errors.InputError: piezo.capacitance must be a clamped capacitance (F), such as ...
+    """
 
     exit_status = 2
 
 
 class MissingProgramError(InputError):
-    """Something that the request needs is not installed (ngspice)."""
+    """Something that the request needs is not installed (ngspice).
+
+    >>> import harvester as hv
+    >>> hv.MissingProgramError.exit_status
+    2
+    """
 
 
 class CannotServeError(InputError):
-    """The engine cannot compute this scene; the message names one that can."""
+    """The engine cannot compute this scene; the message names one that can.
+
+    >>> import harvester as hv
+    >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
+    >>> hv.Averaged().run(hv.Scene(nondimensional=table))
+    Traceback (most recent call last):
+    harvester.errors.CannotServeError: engine 'averaged' does not know harmonic drive: use engine 'ensemble'
+    """
 
 
 class SimulationError(HarvesterError):
-    """The computation was well posed as a request, but did not end in an answer."""
+    """The computation was well posed as a request, but did not end in an answer.
+
+    >>> import harvester as hv
+    >>> hv.Averaged().run(hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0, D11=0.01)))
+    Traceback (most recent call last):
+    harvester.errors.UnboundedResponseError: ...
+    """
 
 
 class UnboundedResponseError(SimulationError):

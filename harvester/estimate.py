@@ -17,6 +17,10 @@ class Value:
     ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
     freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
     the model itself (None: no such error, or not known; the estimate's ``reason`` says which).
+
+    >>> import harvester as hv
+    >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).text("W"))
+    8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
     """
 
     value: float
@@ -80,6 +84,12 @@ class Estimate:
     are trajectory-steps (ensemble) or accepted ngspice steps (spice); ``seconds`` is the
     computation without compilation.  ``reason`` says why there is no sampling error, or what
     is known of the model's own.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> answer = hv.Averaged().run(scene)
+    >>> answer.engine, answer.effects
+    ('averaged', ('linear_damping', 'external_noise', 'back_coupling', 'resistive_load'))
     """
 
     engine: str
@@ -124,6 +134,19 @@ class Estimate:
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
+        rows = [
+            ("mean power", self.mean_power.text(power_unit)),
+            ("mean square voltage", self.mean_square_voltage.text(voltage_unit)),
+            ("effects", ", ".join(self.effects)),
+            ("seconds", f"{self.seconds:.2g}"),
+        ]
+        notes = ([f"note: {self.reason}"] if self.reason else []) + notebook.warnings(self.warnings)
+        return notebook.table(self.engine, (), rows, notes)
 
 
 def number(value: Value) -> dict[str, float | None]:

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from harvester.arrays import Floats
 
 if TYPE_CHECKING:
-    from harvester.compare import Comparison
     from harvester.cost_table import Row
     from harvester.optimum.answer import Optimum
     from harvester.optimum.ranges import Range
     from harvester.paper import Point
     from harvester.region import Edge
-    from harvester.sweep import Table
+    from harvester.studies.compare import Comparison
+    from harvester.sweeps.table import Table
 
 # Okabe and Ito's palette, told apart without colour by line and marker.
 STYLES: dict[str, dict[str, Any]] = {
@@ -64,6 +64,11 @@ UNITS = {
 
 
 def sweep(table: "Table", title: str, physical: bool) -> bytes:
+    """The file of `sweep_figure`."""
+    return png(sweep_figure(table, title, physical))
+
+
+def sweep_figure(table: "Table", title: str, physical: bool) -> Figure:
     """Mean power against the first varied key, one curve an engine (and a value of the other keys).
 
     A list of points of several keys is markers without a line.  Of a long curve `MOST_SHOWN` points are drawn.
@@ -96,7 +101,7 @@ def sweep(table: "Table", title: str, physical: bool) -> bytes:
     top.legend(frameon=False, fontsize=9)
     for axes in {top, low}:
         axes.grid(color="0.92")
-    return png(figure)
+    return figure
 
 
 def _curves(table: "Table") -> dict[str, dict[str, Rows]]:

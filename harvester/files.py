@@ -31,8 +31,8 @@ def folder(path: str | Path) -> Path:
     return path
 
 
-def write(path: Path, content: str | bytes | Iterable[bytes]) -> None:
-    """Write a file, from one piece or several, under its name only when it is complete.
+def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "--out") -> None:
+    """Write a file, from one piece or several, under its name only when it is complete; errors name the ``argument``.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes]) -> None:
             os.fsync(file.fileno())
         beside.replace(path)
     except OSError as error:
-        raise InputError(f"--out must take {path.name}, but writing failed: {error.strerror}") from None
+        raise InputError(f"{argument} must take {path.name}, but writing failed: {error.strerror}") from None
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)

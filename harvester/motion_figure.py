@@ -7,7 +7,7 @@ import numpy as np
 from harvester.figures import new, png
 
 if TYPE_CHECKING:
-    from harvester.motion import Motion
+    from harvester.studies.motion import Motion
 
 _INK, _PALE, _STOP = "#0072B2", "0.75", "#D55E00"
 _MOST = 4000  # points of a line

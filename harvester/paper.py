@@ -47,6 +47,9 @@ TITLES = {
 }
 COLUMNS = ("panel", "curve", "x", "published", "averaged", "ensemble", "ensemble_stderr")
 _TRAJECTORIES = 4096
+# What each figure takes, to one another, and its points: for the time that is left.
+SECONDS = {"1": 1.0, "2": 1.0, "3": 1.0, "4": 1.0, "5": 1.0, "6": 1.0, "7": 1.0, "8": 1.0, "9": 1.0}
+POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 27, "9": 21}
 
 
 @dataclass(frozen=True)
@@ -62,16 +65,22 @@ class Point:
     ensemble_stderr: float
 
 
-def draw(numbers: list[str], out: str | Path, tick: Callable[[str], None] | None = None) -> None:
-    """Write figN.csv and figN.png for each figure number into a folder.
+def draw(numbers: list[str], out: str | Path, tick: Callable[[float, str], None] | None = None) -> None:
+    """Write figN.csv and figN.png for each figure number into a folder; ``tick`` is told the fraction done and at what.
 
     Raises InputError where the folder cannot be written.
     """
     from harvester import figures
 
     out = files.folder(out)
+    done, total = 0.0, sum(SECONDS[number] for number in numbers)
     for number in numbers:
-        points = list(figure(number))
+        points = []
+        for point in figure(number):
+            points.append(point)
+            if tick is not None:
+                part = min(len(points) / POINTS[number], 1.0)
+                tick((done + part * SECONDS[number]) / total, f"figure {number}")
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -79,8 +88,7 @@ def draw(numbers: list[str], out: str | Path, tick: Callable[[str], None] | None
         files.write(out / f"fig{number}.csv", text.getvalue())
         assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
         files.write(out / f"fig{number}.png", figures.paper(points, f"Figure {number}: {TITLES[number]}{assumed}"))
-        if tick is not None:
-            tick(number)
+        done += SECONDS[number]
 
 
 def figure(number: str) -> Iterator[Point]:

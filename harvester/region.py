@@ -16,7 +16,7 @@ from harvester.averaging import stability
 from harvester.errors import SimulationError
 from harvester.scaling import Equations, equations
 from harvester.scene import Scene
-from harvester.stability import check_rest
+from harvester.studies.stability import check_rest
 
 COLUMNS = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
 LOADS = np.geomspace(0.02, 5.0, 13)
@@ -68,7 +68,7 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
 def draw(scene: Scene, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> list[Edge]:
     """Write stability.csv and stability.png for a scene, whose own mu and D22 do not matter, into a folder.
 
-    Raises InputError where the folder cannot be written, and CannotServeError as `harvester.stability.check_rest`.
+    Raises InputError where the folder cannot be written, and CannotServeError as `check_rest`.
     """
     from harvester import figures
 

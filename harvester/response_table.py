@@ -36,7 +36,14 @@ class Point:
 
 @dataclass(frozen=True)
 class Response:
-    """All points: the sweep up, then the sweep down, each in the order in which it was made."""
+    """All points: the sweep up, then the sweep down, each in the order in which it was made.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> found = hv.response(scene, [0.9, 1.0, 1.1])
+    >>> len(found.points), found.hysteresis
+    (6, [])
+    """
 
     points: tuple[Point, ...]
     physical: bool

@@ -79,17 +79,21 @@ class Oscillator(_Table):
     spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
     negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
     b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)).
+
+    >>> import harvester as hv
+    >>> hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004).mass
+    0.04
     """
 
     TABLE: ClassVar[str] = "oscillator"
-    mass: Annotated[float, *_MASS]
-    stiffness: Annotated[float, *_STIFFNESS]
-    quadratic_stiffness: Annotated[float, *_QUADRATIC] | None = None
-    cubic_stiffness: Annotated[float, *_CUBIC] | None = None
-    damping: Annotated[float, *_DAMPING] | None = None
-    damping_ratio: Annotated[float, *_NUMBER] | None = None
-    damping_x2: Annotated[float, *_DAMPING_X2] | None = None
-    damping_x4: Annotated[float, *_DAMPING_X4] | None = None
+    mass: Annotated[float, *_MASS, "effective (modal) mass"]
+    stiffness: Annotated[float, *_STIFFNESS, "linear spring, in short circuit; negative: two wells"]
+    quadratic_stiffness: Annotated[float, *_QUADRATIC, "force of X^2"] | None = None
+    cubic_stiffness: Annotated[float, *_CUBIC, "force of X^3; negative: softening"] | None = None
+    damping: Annotated[float, *_DAMPING, "linear damping"] | None = None
+    damping_ratio: Annotated[float, *_NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"] | None = None
+    damping_x2: Annotated[float, *_DAMPING_X2, "damping of X^2 X'"] | None = None
+    damping_x4: Annotated[float, *_DAMPING_X4, "damping of X^4 X'"] | None = None
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:
@@ -100,11 +104,16 @@ class Oscillator(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Piezo(_Table):
-    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F)."""
+    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F).
+
+    >>> import harvester as hv
+    >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
+    0.001
+    """
 
     TABLE: ClassVar[str] = "piezo"
-    coupling: Annotated[float, *_COUPLING]
-    capacitance: Annotated[float, *_CAPACITANCE]
+    coupling: Annotated[float, *_COUPLING, "force a volt, which is charge a displacement"]
+    capacitance: Annotated[float, *_CAPACITANCE, "clamped capacitance: with the mass held"]
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -113,13 +122,19 @@ class Stop(_Table):
 
     Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: where X < -gap the force on the mass is
     -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass would not come off.
+
+    >>> import harvester as hv
+    >>> hv.Stop(restitution=0.96, gap="0.5 mm").gap
+    0.0005
     """
 
     TABLE: ClassVar[str] = "stop"
-    restitution: Annotated[float, *_RESTITUTION] | None = None
-    gap: Annotated[float, *_GAP] | None = None
-    stiffness: Annotated[float, *_STOP_STIFFNESS] | None = None
-    damping: Annotated[float, *_STOP_DAMPING] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "rigid stop: speed after over speed before an impact"] | None = None
+    gap: Annotated[float, *_GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"] | None = (
+        None
+    )
+    stiffness: Annotated[float, *_STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"] | None = None
+    damping: Annotated[float, *_STOP_DAMPING, "of a compliant stop"] | None = None
 
     def __post_init__(self) -> None:
         _rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
@@ -127,11 +142,16 @@ class Stop(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class OppositeStop(_Table):
-    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-."""
+    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-.
+
+    >>> import harvester as hv
+    >>> hv.OppositeStop(restitution=0.9, gap="0.5 mm").gap
+    0.0005
+    """
 
     TABLE: ClassVar[str] = "opposite_stop"
-    restitution: Annotated[float, *_RESTITUTION]
-    gap: Annotated[float, *_GAP] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "of a second rigid stop, at X = +gap"]
+    gap: Annotated[float, *_GAP, "its distance from rest"] | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
@@ -143,18 +163,24 @@ class Excitation(_Table):
     that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
     white noise may go with; so it may with a record in time, ``acceleration_file``, or a table of the density,
     ``acceleration_psd_file`` (`harvester.records`).
+
+    >>> import harvester as hv
+    >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'
+    '0.0009617 (m/s^2)^2/Hz'
     """
 
     TABLE: ClassVar[str] = "excitation"
-    acceleration_psd: Annotated[float, *_PSD] | None = None
-    stiffness_noise: Annotated[float, *_POSITIVE] | None = None
-    acceleration_amplitude: Annotated[float, *_ACCELERATION] | None = None
-    frequency: Annotated[float, *_FREQUENCY] | None = None
-    correlation_time: Annotated[float, *_TIME] | None = None
-    centre_frequency: Annotated[float, *_FREQUENCY] | None = None
-    bandwidth: Annotated[float, *_FREQUENCY] | None = None
-    acceleration_file: str | None = None
-    acceleration_psd_file: str | None = None
+    acceleration_psd: Annotated[float, *_PSD, "white noise of the base, one-sided density"] | None = None
+    stiffness_noise: Annotated[float, *_POSITIVE, "white noise on the stiffness, N2 = eps2^2 D22"] | None = None
+    acceleration_amplitude: Annotated[float, *_ACCELERATION, "harmonic acceleration of the base, peak"] | None = None
+    frequency: Annotated[float, *_FREQUENCY, "of the harmonic"] | None = None
+    correlation_time: Annotated[float, *_TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] | None = None
+    centre_frequency: Annotated[float, *_FREQUENCY, "the noise has a band: its centre"] | None = None
+    bandwidth: Annotated[float, *_FREQUENCY, "between the half-power points of that band"] | None = None
+    acceleration_file: (
+        Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"] | None
+    ) = None
+    acceleration_psd_file: Annotated[str, "noise of a tabulated density, a CSV file", "'psd.csv'"] | None = None
 
     def __post_init__(self) -> None:
         _check_shaking(self, "acceleration_amplitude", "frequency", "acceleration_psd")
@@ -167,12 +193,19 @@ class Excitation(_Table):
 
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Load(_Table):
-    """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters."""
+    """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters.
+
+    >>> import harvester as hv
+    >>> hv.Load(resistance="1 Mohm").resistance
+    1000000.0
+    """
 
     TABLE: ClassVar[str] = "load"
-    resistance: Annotated[float, *_RESISTANCE] | None = None
-    netlist: str | None = None
-    parameters: dict[str, Annotated[float, BeforeValidator(any_quantity)]] = dataclasses.field(default_factory=dict)
+    resistance: Annotated[float, *_RESISTANCE, "load resistor across the electrodes"] | None = None
+    netlist: Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"] | None = None
+    parameters: Annotated[
+        dict[str, Annotated[float, BeforeValidator(any_quantity)]], "of the netlist", "{ R = '1 Mohm' }"
+    ] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if (self.resistance is None) == (self.netlist is None):
@@ -184,6 +217,22 @@ class Load(_Table):
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
 
 
+def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
+    """The load of a netlist, by its name in netlists/ or its path, with its parameters (numbers are SI).
+
+    >>> import harvester as hv
+    >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
+    {'R': 1000000.0, 'C': 1e-05}
+
+    Raises
+    ------
+    InputError
+        for a parameter that is no number and no quantity.
+    """
+    given: Any = parameters  # read by `Load`
+    return Load(netlist=name, parameters=given)
+
+
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Nondimensional(_Table):
     """The paper's parameters (Eq. 2), every one optional; N1 = eps1^2 D11, N2 = eps2^2 D22.
@@ -192,33 +241,37 @@ class Nondimensional(_Table):
     linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
     stop_damping instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic acceleration;
     correlation_time, or centre_frequency and bandwidth (rad), filter the external noise as in `Excitation`.
+
+    >>> import harvester as hv
+    >>> hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01).beta
+    0.05
     """
 
     TABLE: ClassVar[str] = "nondimensional"
-    c1: Annotated[float, *_NUMBER] | None = None
-    c2: Annotated[float, *_NUMBER] | None = None
-    c3: Annotated[float, *_NUMBER] | None = None
-    alpha: Annotated[float, *_NUMBER] | None = None
-    alpha2: Annotated[float, *_NUMBER] | None = None
-    linear: Annotated[float, *_NUMBER] | None = None
-    beta: Annotated[float, *_POSITIVE] | None = None
-    mu: Annotated[float, *_POSITIVE] | None = None
-    restitution: Annotated[float, *_RESTITUTION] | None = None
-    gap: Annotated[float, *_NUMBER] | None = None
-    opposite_restitution: Annotated[float, *_RESTITUTION] | None = None
-    opposite_gap: Annotated[float, *_NUMBER] | None = None
-    stop_stiffness: Annotated[float, *_POSITIVE] | None = None
-    stop_damping: Annotated[float, *_POSITIVE] | None = None
-    eps1: Annotated[float, *_NUMBER] | None = None
-    eps2: Annotated[float, *_NUMBER] | None = None
-    D11: Annotated[float, *_POSITIVE] | None = None
-    D22: Annotated[float, *_POSITIVE] | None = None
-    D12: Annotated[float, *_NUMBER] | None = None
-    drive: Annotated[float, *_POSITIVE] | None = None
-    drive_frequency: Annotated[float, *_ABOVE] | None = None
-    correlation_time: Annotated[float, *_ABOVE] | None = None
-    centre_frequency: Annotated[float, *_ABOVE] | None = None
-    bandwidth: Annotated[float, *_ABOVE] | None = None
+    c1: Annotated[float, *_NUMBER, "linear damping is -c1"] | None = None
+    c2: Annotated[float, *_NUMBER, "damping of x^2 is -c2"] | None = None
+    c3: Annotated[float, *_NUMBER, "damping of x^4"] | None = None
+    alpha: Annotated[float, *_NUMBER, "cubic stiffness"] | None = None
+    alpha2: Annotated[float, *_NUMBER, "quadratic stiffness"] | None = None
+    linear: Annotated[float, *_NUMBER, "1, or -1 for two wells"] | None = None
+    beta: Annotated[float, *_POSITIVE, "coupling, theta^2/(K Cp)"] | None = None
+    mu: Annotated[float, *_POSITIVE, "load, 1/(R Cp w0)"] | None = None
+    restitution: Annotated[float, *_RESTITUTION, "rigid stop"] | None = None
+    gap: Annotated[float, *_NUMBER, "the stop is at x = -gap"] | None = None
+    opposite_restitution: Annotated[float, *_RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] | None = None
+    opposite_gap: Annotated[float, *_NUMBER, "its distance from rest"] | None = None
+    stop_stiffness: Annotated[float, *_POSITIVE, "compliant stop, instead of restitution"] | None = None
+    stop_damping: Annotated[float, *_POSITIVE, "of a compliant stop"] | None = None
+    eps1: Annotated[float, *_NUMBER, "size of the external noise; 1 where left out"] | None = None
+    eps2: Annotated[float, *_NUMBER, "size of the parametric noise; 1 where left out"] | None = None
+    D11: Annotated[float, *_POSITIVE, "intensity of the external noise"] | None = None
+    D22: Annotated[float, *_POSITIVE, "intensity of the parametric noise"] | None = None
+    D12: Annotated[float, *_NUMBER, "correlation of the two"] | None = None
+    drive: Annotated[float, *_POSITIVE, "amplitude of a harmonic acceleration"] | None = None
+    drive_frequency: Annotated[float, *_ABOVE, "its frequency over w0 (rad)"] | None = None
+    correlation_time: Annotated[float, *_ABOVE, "the external noise is coloured"] | None = None
+    centre_frequency: Annotated[float, *_ABOVE, "the external noise has a band: its centre (rad)"] | None = None
+    bandwidth: Annotated[float, *_ABOVE, "between the half-power points of that band (rad)"] | None = None
 
     def __post_init__(self) -> None:
         _check_shaking(self, "drive", "drive_frequency", "D11")
@@ -259,6 +312,11 @@ TABLES: dict[str, type[_Table]] = {
 @checked_dataclass(frozen=True, kw_only=True, config=_FORBID)
 class Scene(_Table):
     """One device: physical (oscillator, piezo, ...) or nondimensional, never both.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> scene.physical, scene.vary("nondimensional.mu", 2.0).nondimensional.mu
+    (False, 2.0)
 
     Raises
     ------
@@ -349,6 +407,17 @@ class Scene(_Table):
 
         return tomli_w.dumps(self.tables())
 
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        rows = [
+            (f"[{table}]", key, str(value), "" if key in ("netlist", *FILES) else _unit(f"{table}.{key}"))
+            for table, keys in self.tables().items()
+            if isinstance(keys, dict)
+            for key, value in keys.items()
+        ]
+        return notebook.table(self.title or "scene", ("table", "key", "value", "SI unit"), rows)
+
     @property
     def digest(self) -> str:
         """A short hash of all that the scene says, the contents of its records included."""
@@ -412,21 +481,32 @@ def split_key(key: str) -> tuple[str, str]:
     return table, name
 
 
+def _unit(key: str) -> str:
+    table, name = split_key(key) if "parameters" not in key else ("", "")
+    return next((kind.unit for kind in _kinds(TABLES[table])[name]), "") if table else ""
+
+
 def read_value(key: str, text: str) -> float:
     """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
 
     Raises InputError for an unknown key or a value that the key cannot take.
     """
-    table, name = split_key(key)
+    _, name = split_key(key)
     try:
         if name.startswith("parameters."):
             return any_quantity(text)
-        kind = next((k for k in _kinds(TABLES[table])[name]), None)
-        if kind is None:
-            raise InputError(f"{key} must be a key with a number to be varied")
-        return with_prefix(text, kind)
+        return with_prefix(text, kind_of(key))
     except ValueError as error:
         raise InputError(f"{key} {error}, but is {shown(text)}") from None
+
+
+def kind_of(key: str) -> Kind:
+    """The quantity that a scene key is; InputError for a key that no scene has, or that is no number."""
+    table, name = split_key(key)
+    kind = next((k for k in _kinds(TABLES[table]).get(name, [])), None)
+    if kind is None:
+        raise InputError(f"{key} must be a key with a number to be varied")
+    return kind
 
 
 def unit_of(key: str) -> str:
@@ -438,7 +518,12 @@ def unit_of(key: str) -> str:
 
 
 def loads(text: str, folder: Path | None = None) -> Scene:
-    """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``."""
+    """A scene from the text of a scene file; relative paths of its netlist and records start at ``folder``.
+
+    >>> import harvester as hv
+    >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
+    0.05
+    """
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
@@ -468,6 +553,11 @@ def _beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
 def load(path: str | Path) -> Scene:
     """A scene from a scene file.
 
+    >>> import harvester as hv
+    >>> hv.load("nowhere/plate.toml")
+    Traceback (most recent call last):
+    harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
+
     Raises
     ------
     InputError
@@ -480,7 +570,7 @@ def load(path: str | Path) -> Scene:
     except FileNotFoundError:
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
-        hint = f": did you mean {beside[near[0]]!r}?" if near else ""
+        hint = f": did you mean {beside[near[0]]!r}?" if near else ": 'harvester new FILE.toml' makes one"
         raise InputError(f"scene must be a file, but there is no {shown(given)}{hint}") from None
     except OSError as error:
         raise InputError(f"scene must be a readable file, but {shown(given)} is not: {error.strerror}") from None
@@ -496,13 +586,19 @@ def _fields(table: type) -> list[str]:
     return [field.name for field in dataclasses.fields(table)]
 
 
+def metadata(table: type, name: str) -> list[Any]:
+    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
+    annotation = table.__annotations__[name]
+    return [
+        note
+        for part in (*getattr(annotation, "__args__", ()), annotation)
+        for note in getattr(part, "__metadata__", ())
+    ]
+
+
 def _kinds(table: type) -> dict[str, list[Kind]]:
     """The physical quantity of each key, out of the annotations."""
-    kinds: dict[str, list[Kind]] = {}
-    for name, annotation in table.__annotations__.items():
-        parts = (*getattr(annotation, "__args__", ()), annotation)
-        kinds[name] = [m for part in parts for m in getattr(part, "__metadata__", ()) if isinstance(m, Kind)]
-    return kinds
+    return {name: [note for note in metadata(table, name) if isinstance(note, Kind)] for name in table.__annotations__}
 
 
 def _in_one_line(error: pydantic.ValidationError, table: type[_Table]) -> InputError:

@@ -1,18 +1,25 @@
 """A sweep's rows on the screen."""
 
 MOST_ROWS = 60
+VALUES = ("mean_square_voltage", "mean_power")
+
+
+def cells(rows: list[dict[str, str]], physical: bool) -> tuple[list[str], list[list[str]]]:
+    """Heads with units, and the rows' cells, short; without a column for errors where there are none."""
+    unit = (" (V^2)", " (W)") if physical else ("", "")
+    units = {name + end: one for name, one in zip(VALUES, unit, strict=True) for end in ("", "_stderr", "_bias")}
+    hidden = ("warnings", *(("error",) if not any(row["error"] for row in rows) else ()))
+    names = [name for name in (rows[0] if rows else {}) if name not in hidden]
+    return [name + units.get(name, "") for name in names], [[_short(row[name]) for name in names] for row in rows]
 
 
 def grid(rows: list[dict[str, str]], physical: bool) -> str:
     """The table that a sweep ends with; of a long one the first and the last rows."""
-    units = {"mean_square_voltage": " (V^2)", "mean_power": " (W)"} if physical else {}
-    hidden = ("warnings", *(("error",) if not any(row["error"] for row in rows) else ()))
-    names = [name for name in rows[0] if name not in hidden]
-    cells = [[name + units.get(name, "") for name in names]]
     shown = rows if len(rows) <= MOST_ROWS else rows[: MOST_ROWS // 2] + rows[-MOST_ROWS // 2 :]
-    cells += [[_short(row[name]) for name in names] for row in shown]
-    widths = [max(len(line[i]) for line in cells) for i in range(len(names))]
-    lines = ["  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in cells]
+    head, body = cells(shown, physical)
+    everything = [head, *body]
+    widths = [max(len(line[i]) for line in everything) for i in range(len(head))]
+    lines = ["  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True)) for line in everything]
     if len(shown) < len(rows):
         lines.insert(1 + MOST_ROWS // 2, f"({len(rows) - len(shown)} rows more in sweep.csv)")
     return "\n".join(lines)

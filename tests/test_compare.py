@@ -5,8 +5,8 @@ import pytest
 
 import harvester as hv
 from harvester import figures
-from harvester.compare import compare, one_path
 from harvester.scaling import Equations
+from harvester.studies.compare import compare, one_path
 from tests.systems import PAPER, scene
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.compare import compare
 from harvester.engines.preparation import prepare
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
 from harvester.estimate import Value, z_score
-from harvester.stability import stability
+from harvester.studies.compare import compare
+from harvester.studies.stability import stability
 from tests.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
 
 PLATE = hv.load("examples/plate.toml")

@@ -36,7 +36,7 @@ def imports(part):
         ("averaging", ["numba", "PySpice", "harvester.mechanics", "harvester.circuit", "harvester.engines"]),
         ("mechanics", ["PySpice", "harvester.circuit", "harvester.averaging", "harvester.engines"]),
         ("circuit", ["harvester.averaging", "harvester.engines"]),
-        ("engines", ["harvester.sweep", "harvester.compare", "harvester.cli", "harvester.figures"]),
+        ("engines", ["harvester.studies", "harvester.sweep", "harvester.cli", "harvester.figures"]),
         (".", ["harvester.cli"]),
     ],
 )

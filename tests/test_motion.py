@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import harvester as hv
 from harvester.cli import cli
 from harvester.errors import CannotServeError, InputError
-from harvester.motion import draw, motion
+from harvester.studies.motion import draw, motion
 from tests.systems import PAPER, changed, scene
 from tests.test_shaking import DRIVEN, continuum
 

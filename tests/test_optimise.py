@@ -12,12 +12,12 @@ import pytest
 from click.testing import CliRunner
 
 import harvester as hv
-from harvester import optimise
 from harvester.cli import cli
 from harvester.errors import InputError, SimulationError
 from harvester.estimate import Estimate, Value
 from harvester.optimum import ranges
 from harvester.optimum.polynomial import Fit, design_size, exponents
+from harvester.studies import optimise
 from tests import systems
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

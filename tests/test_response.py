@@ -12,9 +12,9 @@ import harvester as hv
 from harvester.cli import cli
 from harvester.errors import CannotServeError, InputError
 from harvester.estimate import Value
-from harvester.response import draw, frequencies, response
 from harvester.response_table import Point, Response
 from harvester.scaling import Equations, scales
+from harvester.studies.response import draw, frequencies, response
 from tests.systems import changed, scene
 from tests.test_shaking import COLOURED, DRIVEN, continuum
 

@@ -211,7 +211,9 @@ def test_missing_file_has_a_nearest_match(name):
 
 
 def test_missing_folder():
-    with pytest.raises(InputError, match=r"^scene must be a file, but there is no '/nope/a.toml'$"):
+    with pytest.raises(
+        InputError, match=r"^scene must be a file, but there is no '/nope/a.toml': 'harvester new FILE.toml' makes one$"
+    ):
         load("/nope/a.toml")
 
 

@@ -15,7 +15,7 @@ from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics import lyapunov, step
 from harvester.mechanics.noise import random_words
 from harvester.scaling import Equations, scales
-from harvester.stability import stability
+from harvester.studies.stability import stability
 from tests.systems import changed, scene
 
 SEED = np.random.SeedSequence(20261122)

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 import harvester as hv
-from harvester import engines, figures, sweep
+from harvester import engines, figures
 from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.studies import sweep
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PLATE = hv.load(EXAMPLES / "plate.toml")

@@ -10,7 +10,8 @@ import pytest
 import xarray
 
 import harvester as hv
-from harvester import figures, sweep
+from harvester import figures
+from harvester.studies import sweep
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PLATE = hv.load(EXAMPLES / "plate_with_stop.toml")

@@ -13,10 +13,11 @@ from typing import ClassVar
 import pytest
 
 import harvester as hv
-from harvester import figures, sweep
+from harvester import figures
 from harvester.cores import VARIABLE, cores, limited
 from harvester.engines.common import Progress
 from harvester.errors import InputError, SimulationError
+from harvester.studies import sweep
 from harvester.sweeps import runners, tasks
 from harvester.sweeps.points import grid
 

@@ -78,7 +78,7 @@ def test_a_full_disk(tmp_path):
     """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
 
     def little():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (55_000, 55_000))
 
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
@@ -110,7 +110,7 @@ def test_memory_is_flat():
 import os, tempfile
 from pathlib import Path
 import harvester as hv
-from harvester import sweep
+from harvester.studies import sweep
 from harvester.errors import CannotServeError
 memory = []
 def tick(_):

@@ -7,6 +7,7 @@ from typing import ClassVar
 from harvester.engines.common import Progress
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.formulas import Averaged
+from harvester.engines.given import held
 from harvester.engines.sampled import Sampled
 from harvester.engines.spice import Spice
 from harvester.errors import HarvesterError, InputError
@@ -20,6 +21,11 @@ class Cheapest(Sampled):
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
 
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.Cheapest(within="5%").run(scene).engine
+    'averaged'
+
     Raises
     ------
     InputError
@@ -32,22 +38,23 @@ class Cheapest(Sampled):
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        if self.within is None:
+        within = held(self.within)
+        if within is None:
             raise InputError("--within must be given where no engine is, but is left out")
         options = {field.name: getattr(self, field.name) for field in dataclasses.fields(Sampled)}
         if scene.load is not None and scene.load.netlist is not None:
             why = "the load is a netlist, and 'ideal' does not know the error of its model"
             return _because(Spice(**options).run(scene, progress), why)
         try:
-            quick = Averaged(within=self.within).run(scene)
+            quick = Averaged(within=within).run(scene)
         except HarvesterError as error:
             why = f"'averaged' cannot tell: {error}"
         else:
             power = quick.mean_power
             stated = (power.model or 0.0) / abs(power.value) if power.value else 0.0
-            if stated <= self.within:
-                return _because(quick, f"the error that it states, {stated:.2g}, is within {self.within:.3g}")
-            why = f"'averaged' states an error of {stated:.2g}, more than {self.within:.3g}"
+            if stated <= within:
+                return _because(quick, f"the error that it states, {stated:.2g}, is within {within:.3g}")
+            why = f"'averaged' states an error of {stated:.2g}, more than {within:.3g}"
         return _because(Ensemble(**options).run(scene, progress), why)
 
 

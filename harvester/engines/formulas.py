@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.engines.common import Progress, estimate, refuse, resistive
+from harvester.engines.given import Given
 from harvester.errors import HarvesterError
 from harvester.estimate import Estimate, Value
+from harvester.quantity import fraction
 from harvester.scaling import Equations
 from harvester.scene import Scene
 
@@ -33,7 +35,7 @@ class _Formula:
     says where its own error is larger, or not known.
     """
 
-    within: float | None = None
+    within: Given = Given(fraction)  # noqa: RUF009, a descriptor: None unless it is set
 
     NAME: ClassVar[str]
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
@@ -93,6 +95,11 @@ class _Formula:
 class Published(_Formula):
     """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
 
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> f"{hv.Published().run(scene).mean_power.value:.5f}"
+    '0.00331'
+
     Raises
     ------
     CannotServeError
@@ -118,6 +125,12 @@ class Published(_Formula):
 @dataclass(frozen=True, kw_only=True)
 class Averaged(_Formula):
     """Impact-aware averaging (`harvester.averaging.two_scale`): E[V^2], E[P] = beta mu E[V^2], and its own error.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> answer = hv.Averaged().run(scene)
+    >>> f"{answer.mean_power.value:.5f} +- {answer.mean_power.error95:.5f}"
+    '0.00323 +- 0.00002'
 
     Raises
     ------

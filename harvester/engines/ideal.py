@@ -20,6 +20,10 @@ UNIDEAL = SHAKING | {"negative_stiffness", "quadratic_stiffness", "compliant_sto
 class Ideal(Ensemble):
     """The coupled equations with a load circuit that is piecewise linear (`harvester.mechanics.ideal`).
 
+    >>> import harvester as hv
+    >>> hv.Ideal(within="2%", budget="1min").budget
+    60.0
+
     Raises
     ------
     CannotServeError

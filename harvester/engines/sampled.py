@@ -4,7 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from harvester.engines.given import Given
 from harvester.errors import invalid
+from harvester.quantity import fraction, seconds
 from harvester.scaling import Equations
 
 
@@ -13,16 +15,17 @@ class Sampled:
     """Options of the engines that sample.
 
     within
-        relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01; None: one round.
+        relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01 or "1%"; None: one
+        round.
     budget
-        seconds that reaching it may take, without compilation and burn-in.
+        seconds that reaching it may take, such as 30 or "30s", without compilation and burn-in.
     duration, dt
         of a trajectory after its burn-in, and the step: in second for a physical scene, else
         nondimensional; None: chosen from the scene.
     """
 
-    within: float | None = None
-    budget: float | None = None
+    within: Given = Given(fraction)  # noqa: RUF009, a descriptor: None unless it is set
+    budget: Given = Given(seconds)  # noqa: RUF009
     seed: int = 0
     duration: float | None = None
     trajectories: int | None = None

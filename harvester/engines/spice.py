@@ -10,6 +10,7 @@ import numpy as np
 
 from harvester.engines.common import Progress, estimate
 from harvester.engines.ensemble import NO_NOISE, disagreement
+from harvester.engines.given import held
 from harvester.engines.preparation import Prepared, prepare
 from harvester.engines.runs import FEWEST, Runs
 from harvester.engines.sampled import Sampled, balance
@@ -27,6 +28,10 @@ class Spice(Sampled):
     A few ngspice runs are paired with a cheap model on the same noise, whose mean a long ensemble knows: the exact
     update of a load resistor, or the netlist's circuit made of ideal diodes and switches (`harvester.engines.pairs`).
     The mean has no bias from that, and the standard error of many more ngspice runs.
+
+    >>> import harvester as hv
+    >>> hv.Spice(within="1%", budget="30s").budget
+    30.0
 
     alone
         no cheap model: ngspice runs only.
@@ -76,7 +81,8 @@ class Spice(Sampled):
         noisy = is_random(eqs)
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up(ready.device, paired)
-        target = None if self.within is None else Target(self.within, self.budget, time.perf_counter() - ready.seconds)
+        within, budget = held(self.within), held(self.budget)
+        target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
         kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES

@@ -38,13 +38,19 @@ class Target:
         more = spent * max((value.sampling95 / (self.within * size)) ** 2 - 1.0, 0.0)  # sampling alone, at this step
         return (
             f"--within {self.within:.3g} was not reached in {self.budget:g} s: the error is "
-            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more"
+            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more: --budget {_rounded(spent + more)}s"
         )
 
     def variance(self, value: Value) -> float:
         """Variance of sampling that, with the bias, meets the target; 0 where the bias alone is too large."""
         room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
+
+
+def _rounded(seconds: float) -> str:
+    """Up, to two digits, with a fifth more than the estimate."""
+    unit = 10.0 ** (math.floor(math.log10(1.2 * seconds)) - 1)
+    return f"{math.ceil(1.2 * seconds / unit) * unit:.12g}"
 
 
 def best_factor(within: float, bias: float, bias_error: float) -> float:

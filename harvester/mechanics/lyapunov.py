@@ -10,6 +10,7 @@ load; without a load V = x is a spring; without coupling the size is that of (x,
 """
 
 import math
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -92,12 +93,13 @@ def exponent(
     trajectories: int = 4096,
     duration: float = 1000.0,
     h: float | None = None,
+    tick: Callable[[float], None] | None = None,
 ) -> Growth:
     """Measure lambda over ``duration`` after a burn-in; a run of twice the step gives the bias (Richardson).
 
     ``trajectories`` is rounded up to whole blocks of `LANES`; each gives one sample.  The same seed,
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
-    play no part.  The burn-in is `memory`, at most `LONGEST`.
+    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is told the fraction done.
 
     Raises
     ------
@@ -113,15 +115,24 @@ def exponent(
             f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
             "strong: give fewer --trajectories"
         )
-    fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h)
-    coarse, more = _run(eqs, child(seed, 1), trajectories, burn_in, duration, 2.0 * h)
+    told = (lambda fraction: None) if tick is None else tick
+    fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h, lambda part: told(part * 2 / 3))
+    coarse, more = _run(
+        eqs, child(seed, 1), trajectories, burn_in, duration, 2.0 * h, lambda part: told((2 + part) / 3)
+    )
     value, stderr = mean_and_error(fine)
     bias = abs(float(coarse.mean()) - value) / 3.0
     return Growth(value, stderr, bias, h, duration, burn_in, steps + more, fine)
 
 
 def _run(
-    eqs: Equations, seed: np.random.SeedSequence, trajectories: int, burn_in: float, duration: float, h: float
+    eqs: Equations,
+    seed: np.random.SeedSequence,
+    trajectories: int,
+    burn_in: float,
+    duration: float,
+    h: float,
+    told: Callable[[float], None],
 ) -> tuple[Floats, int]:
     """One sample of lambda a trajectory, and trajectory-steps."""
     blocks = -(-trajectories // LANES)
@@ -143,7 +154,8 @@ def _run(
         _grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
 
     with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(block, range(blocks)))
+        for done, _ in enumerate(pool.map(block, range(blocks)), 1):
+            told(done / blocks)
     if not np.isfinite(logs).all():
         raise SimulationError(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"

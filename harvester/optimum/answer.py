@@ -47,6 +47,12 @@ class Optimum:
     ``estimate`` is the engine's answer at the best place; an engine that samples makes it with noise that had no part
     in finding the place, for the highest power of many is too high.  ``peaks`` are all that were found, best first,
     each with its keys and power; ``flat`` says why no place is better than another, and is empty where one is.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> best = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, hv.Averaged())
+    >>> best.keys[0].range.key, best.keys[0].boundary
+    ('nondimensional.mu', None)
     """
 
     engine: str
@@ -109,6 +115,17 @@ class Optimum:
             where = ", ".join(f"{name} = {_shown(value, unit_of(name))}" for name, value in keys.items())
             lines.append(f"  another peak: {power.text(unit)} at {where}")
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        unit = "W" if self.estimate.physical else ""
+        rows = [(key.range.key, str(key)) for key in self.keys]
+        rows += [("mean power", self.mean_power.text(unit)), ("seconds", f"{self.seconds:.2g}")]
+        notes = [f"flat: {self.flat}"] if self.flat else []
+        notes += [f"no interval of the keys: {self.why}"] if self.why and not self.flat else []
+        notes += [f"note: {self.estimate.reason}"] if self.estimate.reason else []
+        return notebook.table(f"optimum by {self.engine}", (), rows, notes + notebook.warnings(self.warnings))
 
     def text(self) -> str:
         """The CSV file of all evaluations, in the order that they were made."""

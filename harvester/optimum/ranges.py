@@ -57,9 +57,13 @@ def parse(text: str) -> Range:
     return Range(key, low, high)
 
 
-def ranges(over: Sequence[Range] | Mapping[str, tuple[float, float]]) -> tuple[Range, ...]:
+def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]) -> tuple[Range, ...]:
     """One to `MOST_KEYS` ranges of different keys; InputError otherwise."""
-    found = tuple(Range(k, float(a), float(b)) for k, (a, b) in over.items()) if isinstance(over, Mapping) else (*over,)
+    found = (
+        (*over,)
+        if not isinstance(over, Mapping)
+        else tuple(Range(k, _number(k, a), _number(k, b)) for k, (a, b) in over.items())
+    )
     if not 1 <= len(found) <= MOST_KEYS:
         raise invalid("--over", f"be given for 1 to {MOST_KEYS} keys", len(found))
     keys = [r.key for r in found]
@@ -67,6 +71,10 @@ def ranges(over: Sequence[Range] | Mapping[str, tuple[float, float]]) -> tuple[R
         if keys.count(key) > 1:
             raise InputError(f"--over must name each key only once, but names {key!r} twice")
     return found
+
+
+def _number(key: str, end: float | str) -> float:
+    return read_value(key, end) if isinstance(end, str) else float(end)
 
 
 def scene_at(scene: Scene, found: Sequence[Range], u: Floats) -> Scene:

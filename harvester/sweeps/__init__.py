@@ -1,1 +1,1 @@
-"""What `harvester.sweep` is made of: points, tasks and who runs them, journal, table, dataset."""
+"""What `harvester.studies.sweep` is made of: points, tasks and who runs them, journal, table, dataset."""

@@ -57,6 +57,16 @@ def axis(text: str) -> Axis:
     return Axis(key, tuple(float(v) for v in grid))
 
 
+def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
+    """A key and its values: numbers in SI units, texts with their unit, or one text as of `axis`; raises as that."""
+    if isinstance(values, str):
+        return axis(f"{key}={values}")
+    split_key(key)
+    if len(values) == 0:
+        raise InputError(f"{key} must have values to take, but has none")
+    return Axis(key, tuple(read_value(key, one) if isinstance(one, str) else float(one) for one in values))
+
+
 @dataclass(frozen=True)
 class Points:
     """All combinations of the axes' values, the last axis fastest; or, ``listed``, their n-th values together.

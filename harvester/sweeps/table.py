@@ -15,6 +15,7 @@ from harvester.sweeps.points import Axis
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 Row = dict[str, str]
 
@@ -38,6 +39,12 @@ class Table:
 
     ``points`` says which point each row is of, in the order of the grid (the last key fastest) or of the list;
     ``listed``: the axes hold the n-th point's values together, and no grid; ``about`` is where the rows come from.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> table = hv.sweep(scene, "nondimensional.mu", [0.5, 2.0], engines=[hv.Averaged()])
+    >>> table.column("nondimensional.mu", "averaged").tolist(), table.to_xarray().sizes["nondimensional.mu"]
+    ([0.5, 2.0], 2)
     """
 
     axes: tuple[Axis, ...]
@@ -60,6 +67,22 @@ class Table:
         from harvester.sweeps.dataset import dataset
 
         return dataset(self)
+
+    def _repr_html_(self) -> str:
+        from harvester import notebook, tables
+
+        physical = "nondimensional" not in self.about.get("scene", {})
+        head, shown = tables.cells(self.rows[: notebook.MOST_ROWS], physical)
+        more = len(self.rows) - len(shown)
+        notes = [f"{more} rows more"] if more > 0 else []
+        return notebook.table("sweep", head, shown, notes + tables.warnings(self.rows))
+
+    def plot(self) -> "Figure":
+        """Mean power against the first key, one curve an engine: a figure, not yet saved or shown."""
+        from harvester import figures
+
+        scene = self.about.get("scene", {})
+        return figures.sweep_figure(self, scene.get("title", ""), "nondimensional" not in scene)
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:

@@ -1,7 +1,9 @@
 """Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,7 @@ from harvester.errors import (
 from harvester.estimate import Estimate, z_score
 from harvester.scene import Scene
 
+WEIGHTS = {"published": 0.02, "averaged": 0.02, "ensemble": 1.0, "ideal": 1.0, "spice": 8.0, "paths": 1.0}  # of time
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
@@ -51,7 +54,16 @@ class PathComparison:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Estimates of the engines that served, why the others did not, and paths with and without the stop."""
+    """Estimates of the engines that served, why the others did not, and paths with and without the stop: of `compare`.
+
+    ``found.ratio(estimate)`` is its power over that of ``found.reference``, ``found.z(estimate)`` their z-score.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> found.z(found.reference) is None, found.ratio(found.reference)
+    (True, 1.0)
+    """
 
     estimates: tuple[Estimate, ...]
     refused: dict[str, str]
@@ -83,11 +95,49 @@ class Comparison:
         ]
         return {"reference": self.reference.engine, "engines": rows, "refused": self.refused, "paths": paths}
 
+    def __str__(self) -> str:
+        lines = [str(estimate) for estimate in self.estimates]
+        lines.append(f"against {self.reference.engine}:")
+        for estimate in self.estimates:
+            if estimate is not self.reference:
+                ratio, z = self.ratio(estimate), self.z(estimate)
+                told = "" if ratio is None else f"power times {ratio:.4g}"
+                lines.append(f"  {estimate.engine:<10} {told}" + ("" if z is None else f", z = {z:.2f}"))
+        lines += [
+            f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
+            f"decoupled against ngspice {path.decoupled_error:.2g}"
+            for path in self.paths
+        ]
+        return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
 
-def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
+    def _repr_html_(self) -> str:
+        from harvester import notebook
+
+        unit = "W" if self.reference.physical else ""
+        rows = []
+        for one in self.estimates:
+            ratio, z = self.ratio(one), self.z(one)
+            cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
+            rows.append((one.engine, one.mean_power.text(unit), *cells))
+        notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
+        notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
+        head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")
+        return notebook.table("engines side by side", head, rows, notes)
+
+
+def compare(
+    scene: Scene, seed: int = 0, *, tick: Callable[[float, str], None] | None = None, **options: Any
+) -> Comparison:
     """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
-    ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).
+    ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).  ``tick`` is told the fraction done
+    and what is at work.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> [one.engine for one in found.estimates]
+    ['published', 'averaged', 'ensemble', 'spice']
 
     Raises
     ------
@@ -98,16 +148,26 @@ def compare(scene: Scene, seed: int = 0, **options: Any) -> Comparison:
     refused: dict[str, str] = {}
     drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
     last: HarvesterError | None = None
-    for name in candidates(scene):
+    names = candidates(scene)
+    total, done = sum(WEIGHTS[name] for name in names) + WEIGHTS["paths"], 0.0
+
+    def tell(fraction: float, what: str) -> None:
+        if tick is not None:
+            tick((done + WEIGHTS[what] * fraction) / total, what)
+
+    for name in names:
+        tell(0.0, name)
         try:
-            estimates.append(engine(name, seed=seed, **options).run(scene))
+            estimates.append(engine(name, seed=seed, **options).run(scene, partial(tell, what=name)))
         except (CannotServeError, MissingProgramError, SimulationError) as error:
             refused[name], last = str(error), error
             drawn = drawn and not (name == Published.NAME and isinstance(error, CannotServeError))
+        done += WEIGHTS[name]
     if not estimates:
         assert last is not None
         raise last
     paths: list[PathComparison] = []
+    tell(0.0, "paths")
     if drawn and "spice" not in refused:
         bare = scene.without_stop()
         pairs = (

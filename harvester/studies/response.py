@@ -20,7 +20,7 @@ from harvester.provenance import provenance
 from harvester.response_table import Point, Response
 from harvester.scaling import Equations, equations, scales
 from harvester.scene import Scene
-from harvester.sweep import axis
+from harvester.sweeps.points import axis
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble import Ensemble
@@ -48,8 +48,17 @@ def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
     return tuple(found)
 
 
-def response(scene: Scene, sweep: Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None) -> Response:
+def response(
+    scene: Scene, sweep: str | Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None
+) -> Response:
     """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
+
+    ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> hv.response(scene, "0.8:1.2:5").peak("up").frequency
+    1.0
 
     Raises
     ------
@@ -63,6 +72,8 @@ def response(scene: Scene, sweep: Sequence[float], seed: int = 0, tick: Callable
     from harvester.mechanics.ensemble import Ensemble
     from harvester.mechanics.shaking import is_random
 
+    if isinstance(sweep, str):
+        sweep = frequencies(scene, sweep)
     eqs = resistive(scene, "ensemble")
     refuse(
         eqs,

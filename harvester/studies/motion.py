@@ -34,8 +34,15 @@ MOST_STEPS = 5_000_000
 class Motion:
     """A path in the scene's units (SI; nondimensional), one row a reading, shape (n,).
 
-    ``shown`` is the length of its last part, which a plot shows; ``impacts`` has a row (time, speed) each, negative at
-    the opposite stop; ``acceleration`` of the base is None under white noise alone.
+    What `motion` gives; its ``text()`` is the CSV file.  ``shown`` is the length of its last part, which a plot shows;
+    ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
+    white noise alone.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> path = hv.motion(scene, duration=50.0)
+    >>> path.t.shape == path.voltage.shape, len(path.impacts)
+    (True, 0)
     """
 
     t: Floats
@@ -73,6 +80,12 @@ class Motion:
 
 def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
     """A path from rest; ``duration`` is what a plot shows of its end, in seconds (nondimensional scene: 1/w0).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
+    >>> path = hv.motion(scene, duration=50.0, seed=1)
+    >>> bool(path.x.min() >= 0.0), path.shown  # the stop is at x = 0
+    (True, 50.0)
 
     Raises
     ------

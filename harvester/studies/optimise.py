@@ -10,6 +10,7 @@ from typing import Any
 
 from harvester import files
 from harvester.engines import Cheapest, Engine, Vectorised
+from harvester.engines import engine as named
 from harvester.errors import InputError, invalid
 from harvester.estimate import Estimate
 from harvester.optimum import certain
@@ -27,19 +28,26 @@ DISAGREE = 4.0  # standard errors between the surface's power and the last evalu
 
 def optimise(
     scene: Scene,
-    over: Sequence[Range] | Mapping[str, tuple[float, float]],
-    engine: Engine,
+    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
+    engine: Engine | None = None,
     within: float = 0.01,
     budget: float = 60.0,
     out: str | Path | None = None,
     tick: Tick | None = None,
 ) -> Optimum:
-    """The keys' values of the largest mean power: ``optimise(scene, {"load.resistance": (1e3, 1e7)}, Ensemble())``.
+    """The keys' values of the largest mean power.
 
-    ``over`` maps each key to the ends of its range in SI units.  ``within`` is the relative error of the power at the
+    ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
+    default `Ensemble`, for a netlist `Spice`.  ``within`` is the relative error of the power at the
     optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
     towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
     evaluations), optimise.png and provenance.json.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> best = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, hv.Averaged())
+    >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
+    '1.02'
 
     Raises
     ------
@@ -50,6 +58,8 @@ def optimise(
         where the engine fails everywhere, the last error.
     """
     found_ranges = ranges(over)
+    if engine is None:
+        engine = named("ensemble" if scene.load is None or scene.load.netlist is None else "spice")
     if isinstance(engine, Cheapest):
         raise InputError("--engine must be one for all places, such as 'ensemble', but is left out")
     if not 1e-5 <= within < 1.0:

@@ -1,0 +1,23 @@
+"""What answers look like in a notebook: small tables of plain HTML, every text escaped."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+MOST_ROWS = 60
+_CELL = "text-align:left;vertical-align:top"
+
+
+def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:
+    """A table with a title above and notes below."""
+    cells = "".join(
+        "<tr>" + "".join(f'<td style="{_CELL}">{escape(cell)}</td>' for cell in row) + "</tr>" for row in rows
+    )
+    heads = "".join(f'<th style="{_CELL}">{escape(one)}</th>' for one in head)
+    top = f"<thead><tr>{heads}</tr></thead>" if head else ""
+    below = "".join(f"<div>{escape(note)}</div>" for note in notes)
+    return f"<div><table><caption>{escape(title)}</caption>{top}<tbody>{cells}</tbody></table>{below}</div>"
+
+
+def warnings(some: Iterable[str]) -> list[str]:
+    """Notes of warnings."""
+    return [f"warning: {one}" for one in some]
