@@ -50,7 +50,13 @@ def equations_as_they_stand(app, what, name, of, options, lines):
         lines.append(line)
 
 
+def links_of_included(app, path, parent, content):
+    """A page that is included from elsewhere links to the examples' page, which is `gallery` here."""
+    content[0] = content[0].replace("](examples/README.md)", "](docs/gallery.md)")
+
+
 def setup(app):
     """Called by Sphinx."""
     app.add_html_math_renderer("mathml", (in_line, None), (displayed, None))
+    app.connect("include-read", links_of_included)
     app.connect("autodoc-process-docstring", equations_as_they_stand, priority=400)

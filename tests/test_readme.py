@@ -12,7 +12,8 @@ PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").gl
 
 # (what a command must hold, what is added at its end, ends of its words that are replaced: fewer points)
 LESS = [
-    ("harvester sweep", [], {":13": ":3", ":1000": ":9", ":25": ":3"}),
+    ("harvester sweep", ["--workers", "1", "--trajectories", "64"], {":13": ":3", ":1000": ":9"}),
+    ("bridge.toml --engine spice", ["--trajectories", "4", "--duration", "2"], {}),
     ("harvester response", [], {":61": ":3"}),
     ("harvester cost", ["--budget", "3s"], {}),
     ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
@@ -59,7 +60,7 @@ def test_demo_at_reduced_size(place, monkeypatch):
     assert len(sweeps) == 2
     for line in sweeps:
         (words,) = pages.commands(line)
-        pages.run(words, "make demo", [*LESS, ("sweep", ["--trajectories", "16"], {})])
+        pages.run(words, "make demo", LESS)
     for name in set(re.findall(r"out/\w+/sweep\.png", recipe)):
         assert Path(name).exists()
 
