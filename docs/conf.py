@@ -47,7 +47,7 @@ def equations_as_they_stand(app, what, name, of, options, lines):
         inside = line.startswith("    ")
         opening = inside and not before and not (len(lines) > 1 and lines[-2].startswith("    "))
         lines.extend(["::", ""] if opening else [])
-        lines.append(line)
+        lines.append(line if inside else line.replace("|", r"\|"))  # a bar is a size, not a substitution
 
 
 def links_of_included(app, path, parent, content):

@@ -49,7 +49,8 @@ def small(image: Image.Image, path: Path) -> None:
     """Write the image at the first of `SIZES` that takes less than `MOST` bytes."""
     for width, colours in SIZES:
         one = image.resize((width, round(image.height * width / image.width)), Image.Resampling.LANCZOS)
-        one.quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+        # This method keeps a colour that few pixels have, such as that of a thin line.
+        one.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
         if path.stat().st_size < MOST:
             return
     raise SystemExit(f"{path.name} has {path.stat().st_size} bytes, more than {MOST}")

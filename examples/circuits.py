@@ -1,7 +1,7 @@
 """Six load circuits on one weakly coupled device, with and without a stop: power against the load.
 
     .venv/bin/python examples/circuits.py            # some ten minutes; docs/circuits.png and a table
-    .venv/bin/python examples/circuits.py --quick    # two minutes, coarse; still less with --circuit, --loads and --duration
+    .venv/bin/python examples/circuits.py --quick    # two minutes; less yet: --circuit, --loads, --duration
 
 All runs share their noise paths, so that gains are known better than powers.  The smoothing capacitor is R C = 10/w0:
 it is charged within the burn-in and follows the random amplitude, at the price of a ripple of a quarter of its voltage.

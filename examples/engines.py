@@ -1,7 +1,7 @@
 """All engines on one scene: mean power, its error, and by how many standard errors each is off.
 
-    .venv/bin/python examples/engines.py            # a few seconds
-    .venv/bin/python examples/engines.py --quick    # to 5 % only
+.venv/bin/python examples/engines.py            # a few seconds
+.venv/bin/python examples/engines.py --quick    # to 5 % only
 """
 
 import argparse

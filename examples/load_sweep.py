@@ -1,7 +1,7 @@
 """Power against the load resistance, by all engines that serve the scene, with a plot.
 
-    .venv/bin/python examples/load_sweep.py            # 25 loads, half a minute; out/load_sweep.png
-    .venv/bin/python examples/load_sweep.py --quick    # 4 loads
+.venv/bin/python examples/load_sweep.py            # 25 loads, half a minute; out/load_sweep.png
+.venv/bin/python examples/load_sweep.py --quick    # 4 loads
 """
 
 import argparse

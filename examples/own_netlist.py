@@ -35,7 +35,9 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--quick", action="store_true", help="few and short runs")
     given = options.parse_args()
-    engine = hv.Spice(trajectories=4, duration=1.0, alone=True) if given.quick else hv.Spice(trajectories=8, duration=100.0)
+    engine = (
+        hv.Spice(trajectories=4, duration=1.0, alone=True) if given.quick else hv.Spice(trajectories=8, duration=100.0)
+    )
 
     scene = hv.load(HERE / "plate_bridge.toml")
     values = {"R": "1 Mohm", "C": "0.2 uF"}  # those of both
