@@ -15,8 +15,8 @@ import harvester as hv
 from harvester.cli import cli
 
 ROOT = Path(__file__).parents[1]
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-LANGUAGES = {"sh", "python", "toml", "text"}
+FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LANGUAGES = {"sh", "python", "toml", "text", "{include}", "{toctree}", "{eval-rst}"}  # those in braces are Sphinx's
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,10 @@ class Block:
 def blocks(page):
     """All code blocks of a page."""
     whole = (ROOT / page).read_text()
-    return [Block(f"{page}:{whole[: one.start()].count(chr(10)) + 2}", one[1], one[2]) for one in FENCE.finditer(whole)]
+    return [
+        Block(f"{page}:{whole[: one.start()].count(chr(10)) + 2}", one[1].split()[0] if one[1] else "", one[2])
+        for one in FENCE.finditer(whole)
+    ]
 
 
 def outside(page):
@@ -54,9 +57,9 @@ def folder(path):
 
 def smaller(words, less):
     """The command at reduced size: ``less`` has (what a command must hold, additions, replacements in its words)."""
-    words = list(words)
+    whole, words = " ".join(words), list(words)
     for holds, additions, replaced in less:
-        if holds in " ".join(words):
+        if holds in whole:
             for old, new in replaced.items():
                 words = [re.sub(rf"{old}$", new, word) for word in words]
             words += additions

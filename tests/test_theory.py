@@ -358,6 +358,21 @@ def test_rule_of_the_resistor(z):
         assert xmu == pytest.approx(1 / z - 1 / np.expm1(z), rel=1e-12)
 
 
+@checks("kick")
+def test_kick():
+    """The change of velocity, with friction that is large in one step."""
+    from harvester.mechanics.step import kick as compiled
+
+    e = changed(PAPER, n12=0.003)
+    x, v, V, xi, h = 1.3, -0.7, 0.4, 1.0, 0.3
+    noise = e.n1 + 2 * e.n12 * x + e.n2 * x**2
+    y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
+    force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
+    expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
+    coefficients = e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12
+    assert compiled.py_func(x, v, V, xi, h, *coefficients) == pytest.approx(expected, rel=1e-12)
+
+
 def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
     text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
