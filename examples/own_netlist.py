@@ -36,7 +36,7 @@ def main() -> None:
     options.add_argument("--quick", action="store_true", help="few and short runs")
     given = options.parse_args()
     engine = (
-        hv.Spice(trajectories=4, duration=1.0, alone=True) if given.quick else hv.Spice(trajectories=8, duration=100.0)
+        hv.Spice(trajectories=2, duration=1.0, alone=True) if given.quick else hv.Spice(trajectories=8, duration=100.0)
     )
 
     scene = hv.load(HERE / "plate_bridge.toml")

@@ -24,7 +24,6 @@ LESS = [
     ("spice --within 1%", ["--within", "10%"], {}),
     ("harvester stability", ["--trajectories", "256"], {}),
     ("harvester paper", ["3"], {}),
-    ("examples/circuits.py", ["--circuit", "resistor", "--loads", "3", "--duration", ".2"], {}),
 ]
 
 
