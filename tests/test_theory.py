@@ -346,7 +346,7 @@ def test_exponents():
     assert float(stability.simple(eqs)) == pytest.approx(simple, rel=1e-9)
 
 
-@checks("xmu")
+@checks("rule", "xmu")
 @pytest.mark.parametrize("z", [1e-5, 0.1, 1.0, 50.0])
 def test_rule_of_the_resistor(z):
     """v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 is exact for v' + v/(R Cp) = u' of a constant slope."""
