@@ -1,12 +1,13 @@
 # make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
 # make test   lint, types and tests
 # make setup  what both need: system packages, .venv, the package; done once
+# make docs   the pages and the reference of the Python names, into docs/_build/index.html
 # make bench  performance, side by side with a reference, in one run; results in benchmarks/results/
 
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: setup demo test bench clean
+.PHONY: setup demo test docs bench clean
 setup: .venv/.complete
 
 .venv/.complete: pyproject.toml setup.sh
@@ -27,6 +28,10 @@ test: setup
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadfile
 
+docs: setup
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build
+	@echo "docs/_build/index.html"
+
 bench: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
 	$(BIN)/python benchmarks/lockstep.py
@@ -37,4 +42,4 @@ bench: setup
 	$(BIN)/python benchmarks/on_demand.py
 
 clean:
-	rm -rf .venv out
+	rm -rf .venv out docs/_build

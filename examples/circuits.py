@@ -1,7 +1,7 @@
 """Six load circuits on one weakly coupled device, with and without a stop: power against the load.
 
     .venv/bin/python examples/circuits.py            # some ten minutes; docs/circuits.png and a table
-    .venv/bin/python examples/circuits.py --quick    # two minutes, coarse
+    .venv/bin/python examples/circuits.py --quick    # two minutes; less yet: --circuit, --loads, --duration
 
 All runs share their noise paths, so that gains are known better than powers.  The smoothing capacitor is R C = 10/w0:
 it is charged within the burn-in and follows the random amplitude, at the price of a ripple of a quarter of its voltage.
@@ -56,10 +56,15 @@ def main() -> None:
     """Sweep, print, draw."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--quick", action="store_true", help="few loads, short runs")
+    options.add_argument("--circuit", action="append", choices=CIRCUITS, help="only this one; repeatable")
+    options.add_argument("--loads", type=int, help="how many, 3 or more")
+    options.add_argument("--duration", type=float, help="of a run after its burn-in, s")
     options.add_argument("--out", type=Path, default=HERE.parent / "docs" / "circuits.png")
     given = options.parse_args()
-    resistances = np.geomspace(1e5, 3e7, 4 if given.quick else 7)
-    engine = hv.Spice(duration=2.0 if given.quick else 20.0, trajectories=4 if given.quick else 8)
+    resistances = np.geomspace(1e5, 3e7, given.loads or (4 if given.quick else 7))
+    duration = given.duration or (2.0 if given.quick else 20.0)
+    engine = hv.Spice(duration=duration, trajectories=4 if given.quick else 8)
+    circuits = {name: CIRCUITS[name] for name in given.circuit or CIRCUITS}
     scene = hv.load(HERE / "plate_weak.toml")
     panels = {"without a stop": scene, "with a stop, r = 0.96": dataclasses.replace(scene, stop=Stop(restitution=0.96))}
 
@@ -67,7 +72,7 @@ def main() -> None:
     for (title, here), panel in zip(panels.items(), axes, strict=True):
         print(f"{title:24}best load (Mohm)   power (uW, 95 %)      gain over the resistor", flush=True)
         reference = None
-        for circuit, style in CIRCUITS.items():
+        for circuit, style in circuits.items():
             runs = [engine.run(here.with_load(load(here, circuit, float(r)))).mean_power for r in resistances]
             power = 1e6 * np.array([one.value for one in runs])
             error = 1.96e6 * np.array([one.stderr for one in runs])
