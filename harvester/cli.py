@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, InputError, invalid, unknown
+from harvester.errors import HarvesterError, InputError, invalid, shown, unknown
 
 if TYPE_CHECKING:
     from harvester.engines import Engine
@@ -56,6 +56,38 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def _form(text: str) -> str:
+    """A form of a figure."""
+    from harvester import files
+
+    files.check_vector([text])
+    return text
+
+
+def _page(text: str) -> str:
+    """The name of a report, or ``HERE``: beside what else is written."""
+    if text != HERE and not text.endswith(".html"):
+        raise InputError(
+            f"--report must be followed by a name that ends in .html, or by nothing, but is followed by {shown(text)}: "
+            "put --report after SCENE or give it a name"
+        )
+    return text
+
+
+HERE = "."
+_vector = click.option(
+    "--vector", type=_form, multiple=True, metavar="FORM", help="svg or pdf: the figure in that form too; repeatable."
+)
+_report = click.option(
+    "--report",
+    is_flag=False,
+    flag_value=HERE,
+    type=_page,
+    metavar="[FILE.html]",
+    help="Write a report, one HTML file with all in it.  Default: report.html in --out, or here.",
+)
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="harvester", prog_name="harvester")
 def cli() -> None:
@@ -77,14 +109,21 @@ def cli() -> None:
     "the cheapest that is known to reach it.",
 )
 @_sampling
+@_report
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
+def run(scene: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     given = _load(scene)
     chosen = _engine(_default(given, options) if engine is None else engine, options)
+    page = _report_file(report, None)
     with _bar(1000, chosen.NAME) as bar:
         answer = chosen.run(given, lambda fraction: bar.update(int(1000 * fraction) - bar.n))
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_run(given, answer, options["seed"]))
+        _written(page, quiet=as_json)
 
 
 @cli.command()
@@ -102,6 +141,8 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
 @click.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
 @click.option("--workers", type=int, metavar="N", help="Processes.  Default: one a core, if there are many points.")
 @click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
+@_vector
+@_report
 def sweep(
     scene: str,
     varied: tuple[str, ...],
@@ -111,6 +152,8 @@ def sweep(
     resume: bool,
     workers: int | None,
     scheduler: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
@@ -128,17 +171,23 @@ def sweep(
     default = _default(given, options)
     names = engines or (serving(given) if default == "ensemble" else [default])
     chosen = [_engine(name, options) for name in names]
+    page = _report_file(report, out)
     with _bar(len(chosen) * len(where), "sweep") as bar:
 
         def tick(engine: str) -> None:
             bar.set_postfix_str(engine, refresh=False)
             bar.update()
 
-        table = sweeps.sweep(given, where, chosen, out, resume, tick, workers, scheduler)
+        table = sweeps.sweep(given, where, chosen, out, resume, tick, workers, scheduler, vector)
     click.echo(tables.grid(table.rows, given.physical))
     for line in tables.warnings(table.rows):
         click.echo(line)
-    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, sweep.png, provenance.json")
+    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {_drawn('sweep', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_sweep(given, table))
+        _written(page)
 
 
 @cli.command()
@@ -149,9 +198,16 @@ def sweep(
 )
 @_sampling
 @click.option("--out", help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+@_vector
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def optimise(
-    scene: str, over: tuple[str, ...], engine: str | None, out: str | None, as_json: bool, **options: Any
+    scene: str,
+    over: tuple[str, ...],
+    engine: str | None,
+    out: str | None,
+    vector: tuple[str, ...],
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """The largest mean power over one or several scene keys, and how well both are known.
 
@@ -160,36 +216,48 @@ def optimise(
     from harvester import optimise as optimising
     from harvester.optimum.ranges import parse
 
+    _need_out(vector, out)
     given, ranges = _load(scene), [parse(text) for text in over]
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
     name = _default(given, options | {"within": None}) if engine is None else engine
     chosen = _engine(name, options | {"within": None, "budget": None})
     with _bar(1000, "optimise") as bar:
         answer = optimising.optimise(
-            given, ranges, chosen, within, budget, out, lambda spent: bar.update(int(1000 * spent) - bar.n)
+            given, ranges, chosen, within, budget, out, lambda spent: bar.update(int(1000 * spent) - bar.n), vector
         )
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
     if out is not None and not as_json:
-        click.echo(f"written: {Path(out) / 'optimise.csv'}, optimise.png, provenance.json")
+        click.echo(f"written: {Path(out) / 'optimise.csv'}, {_drawn('optimise', vector)}, provenance.json")
 
 
 @cli.command()
 @click.argument("scene")
 @_sampling
 @click.option("--out", help="Folder for compare.png: the engines, and V of one path with and without the stop.")
+@_vector
+@_report
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
+def compare(
+    scene: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
+) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
     from harvester import compare as comparing
     from harvester import files
 
+    if as_json:
+        _need_out(vector, out)
     given = _load(scene)
     folder = files.folder(out or ".") if out or not as_json else None
+    page = _report_file(report, out)
     result = comparing.compare(given, **options)
     if folder is not None:
         from harvester import figures
 
-        files.write(folder / "compare.png", figures.comparison(result, given.title))
+        figures.save(figures.comparison(result, given.title), folder, "compare", vector)
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_comparison(given, result, options["seed"]))
     if as_json:
         click.echo(json.dumps(result.as_json(), allow_nan=False))
         return
@@ -208,7 +276,9 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
         )
     for name, why in result.refused.items():
         click.echo(f"{name} did not run: {why}")
-    click.echo(f"written: {Path(out or '.') / 'compare.png'}")
+    click.echo(f"written: {Path(out or '.')}/{_drawn('compare', vector)}")
+    if page is not None:
+        _written(page)
 
 
 @cli.command()
@@ -216,21 +286,29 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
 @click.option("--out", required=True, help="Folder for cost.csv, cost.png and provenance.json.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
 @click.option("--budget", type=_seconds, metavar="TIME", default="60s", show_default=True, help="Time for all of it.")
-def cost(scene: str, out: str, seed: int, budget: float) -> None:
+@_vector
+@_report
+def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
     """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
     from harvester import cost as costs
-    from harvester.cost_table import report
+    from harvester.cost_table import report as table
 
     given = _load(scene)
+    page = _report_file(report, out)
     with _bar(1000, "cost") as bar:
 
         def tick(what: str, fraction: float) -> None:
             bar.set_postfix_str(what, refresh=False)
             bar.update(int(1000 * fraction) - bar.n)
 
-        answer = costs.cost(given, out, seed, budget, tick)
-    click.echo(report(answer))
-    click.echo(f"written: {Path(out) / 'cost.csv'}, cost.png, provenance.json")
+        answer = costs.cost(given, out, seed, budget, tick, vector)
+    click.echo(table(answer))
+    click.echo(f"written: {Path(out) / 'cost.csv'}, {_drawn('cost', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_cost(given, answer, seed, budget))
+        _written(page)
 
 
 @cli.command()
@@ -238,17 +316,18 @@ def cost(scene: str, out: str, seed: int, budget: float) -> None:
 @click.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
 @click.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
+@_vector
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None:
+def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
     """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
     from harvester import response as responses
 
     given = _load(scene)
     with _bar(2 * len(responses.frequencies(given, sweep)), "response") as bar:
-        answer = responses.draw(given, sweep, out, seed, bar.update)
+        answer = responses.draw(given, sweep, out, seed, bar.update, vector)
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
     if not as_json:
-        click.echo(f"written: {Path(out) / 'response.csv'}, response.png, provenance.json")
+        click.echo(f"written: {Path(out) / 'response.csv'}, {_drawn('response', vector)}, provenance.json")
 
 
 @cli.command()
@@ -257,20 +336,25 @@ def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None
 @click.option("--duration", type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
 @click.option("--out", required=True, help="Folder for motion.csv, motion.png and provenance.json.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise.")
-def motion(scene: str, engine: str | None, duration: float | None, out: str, seed: int) -> None:
+@_vector
+def motion(
+    scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
+) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
     from harvester import motion as motions
 
     given = _load(scene)
-    answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed)
+    answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed, vector)
     click.echo(str(answer))
-    click.echo(f"written: {Path(out) / 'motion.csv'}, motion.png, provenance.json")
+    click.echo(f"written: {Path(out) / 'motion.csv'}, {_drawn('motion', vector)}, provenance.json")
 
 
 @cli.command()
 @click.argument("figures", nargs=-1)
 @click.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on.")
-def paper(figures: tuple[str, ...], out: str) -> None:
+@_vector
+@_report
+def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: str | None) -> None:
     """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
     from harvester import paper as papers
 
@@ -278,9 +362,16 @@ def paper(figures: tuple[str, ...], out: str) -> None:
     for number in numbers:
         if number not in papers.TITLES:
             raise unknown("figure", number, papers.TITLES)
+    page = _report_file(report, out)
     with _bar(len(numbers), "paper") as bar:
-        papers.draw(numbers, out, lambda _: bar.update())
-    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the .csv of each")
+        drawn = papers.draw(numbers, out, lambda _: bar.update(), vector)
+    also = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
+    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {also} of each")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_paper(drawn))
+        _written(page)
 
 
 @cli.command()
@@ -290,11 +381,15 @@ def paper(figures: tuple[str, ...], out: str) -> None:
 )
 @click.option("--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True)
 @click.option("--out", help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22).")
+@_vector
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json: bool) -> None:
+def stability(
+    scene: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool
+) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
     from harvester.stability import stability as examine
 
+    _need_out(vector, out)
     given = _load(scene)
     answer = examine(given, seed, trajectories)
     click.echo(json.dumps(answer.as_json(), allow_nan=False) if as_json else str(answer))
@@ -302,9 +397,9 @@ def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json
         from harvester import region
 
         with _bar(len(region.LOADS), "region") as bar:
-            region.draw(given, out, seed, bar.update)
+            region.draw(given, out, seed, bar.update, vector)
         if not as_json:
-            click.echo(f"written: {Path(out) / 'stability.csv'}, stability.png")
+            click.echo(f"written: {Path(out) / 'stability.csv'}, {_drawn('stability', vector)}")
 
 
 @cli.command()
@@ -314,6 +409,35 @@ def doctor() -> None:
 
     for line in examine():
         click.echo(line)
+
+
+def _drawn(name: str, vector: tuple[str, ...]) -> str:
+    """The files of a figure."""
+    return ", ".join(f"{name}.{form}" for form in ("png", *dict.fromkeys(vector)))
+
+
+def _need_out(vector: tuple[str, ...], out: str | None) -> None:
+    """An option that would be ignored is refused."""
+    if vector and out is None:
+        raise InputError("--vector must go with --out, where the figure is written, but --out is left out")
+
+
+def _report_file(report: str | None, out: str | None) -> Path | None:
+    """Where the report goes, checked before anything is computed."""
+    if report is None:
+        return None
+    from harvester import files
+
+    path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
+    files.folder(path.parent, "--out" if report == HERE and out is not None else "--report")
+    if path.is_dir():
+        raise invalid("--report", "be a file", str(path))
+    return path
+
+
+def _written(page: Path, quiet: bool = False) -> None:
+    if not quiet:
+        click.echo(f"report: {page}")
 
 
 def _load(path: str) -> "Scene":

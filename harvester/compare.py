@@ -2,7 +2,7 @@
 
 import contextlib
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from harvester.errors import (
 )
 from harvester.estimate import Estimate, z_score
 from harvester.scene import Scene
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
@@ -73,6 +76,12 @@ class Comparison:
         """Power over the reference's."""
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
+
+    def plot(self, title: str = "") -> "Plot":
+        """The engines, and the paths, as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.comparison(self, title)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

@@ -38,8 +38,11 @@ def sweep(
     tick: Callable[[str], None] | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
+    vector: Sequence[str] = (),
 ) -> Table:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png, provenance.json.
+
+    ``vector`` are forms of the figure beside its .png: svg, pdf.
 
     ``axes`` are those of a grid, or a list of points (`read_points`).  The points are computed in ``workers`` processes
     (None: one a core where there is work for them; 1: this one), or by the workers of a Dask ``scheduler``; the answers
@@ -59,6 +62,7 @@ def sweep(
     HarvesterError
         when every point failed, the last error; the table is written all the same.
     """
+    files.check_vector(vector)
     points = axes if isinstance(axes, Points) else grid(axes)
     names = [e.NAME for e in engines]
     for name in names:
@@ -80,14 +84,14 @@ def sweep(
     try:
         _save(out, points, journal)  # before the provenance, which must never stand beside the rows of another sweep
         files.write(out / "provenance.json", json.dumps(about, indent=2, default=str) + "\n")
-        for name in ("sweep.png", "sweep.nc"):  # nor an older plot
+        for name in ("sweep.nc", *(f"sweep.{form}" for form in ("png", *files.VECTOR))):  # nor an older plot
             (out / name).unlink(missing_ok=True)
         if tick is not None:
             for _, place, _ in journal.rows():
                 tick(names[place])
         todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
         last = _fill(journal, points, out, _run(todo, workers, scheduler), names, tick)
-        return _finished(out, points, journal, about, scene, last)
+        return _finished(out, points, journal, about, last, vector)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(out)!r}; "
@@ -151,7 +155,12 @@ def _save(out: Path, points: Points, journal: Journal) -> None:
 
 
 def _finished(
-    out: Path, points: Points, journal: Journal, about: dict[str, Any], scene: Scene, last: HarvesterError | None
+    out: Path,
+    points: Points,
+    journal: Journal,
+    about: dict[str, Any],
+    last: HarvesterError | None,
+    vector: Sequence[str],
 ) -> Table:
     """The whole table, its file, and what is made of it."""
     which = array("q")
@@ -168,7 +177,7 @@ def _finished(
     from harvester.sweeps.dataset import netcdf
 
     files.write(out / "sweep.nc", netcdf(table))
-    files.write(out / "sweep.png", figures.sweep(table, scene.title, scene.physical))
+    figures.save(table.plot(), out, "sweep", vector)
     journal.remove()
     return table
 

@@ -16,6 +16,8 @@ from harvester.sweeps.points import Axis
 if TYPE_CHECKING:
     import xarray
 
+    from harvester.figures import Plot
+
 Row = dict[str, str]
 
 COLUMNS = (
@@ -60,6 +62,19 @@ class Table:
         from harvester.sweeps.dataset import dataset
 
         return dataset(self)
+
+    @property
+    def physical(self) -> bool:
+        """Whether its powers are in W (else nondimensional)."""
+        return "nondimensional" not in self.about.get("scene", {})
+
+    def plot(self, title: str | None = None) -> "Plot":
+        """Mean power against the first key as a matplotlib figure, ``title`` (None: the scene's) above it."""
+        from harvester import figures
+
+        return figures.sweep(
+            self, self.about.get("scene", {}).get("title", "") if title is None else title, self.physical
+        )
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:
