@@ -77,7 +77,7 @@ class Comparison:
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The engines, and the paths, as a matplotlib figure."""
         from harvester import figures
 

@@ -87,7 +87,7 @@ class Cost:
         longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
         return (min(longer), False) if longer else None
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Total error against seconds as a matplotlib figure."""
         from harvester import figures
 

@@ -100,7 +100,7 @@ class Estimate:
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The parts of the error, and the ledger where there is one, as a matplotlib figure."""
         from harvester import figures
 

@@ -52,7 +52,7 @@ class Motion:
     physical: bool
     engine: str
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The path as a matplotlib figure."""
         from harvester import figures
 

@@ -88,7 +88,7 @@ class Response:
                 found.append(up.frequency)
         return found
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Power and RMS voltage against the frequency as a matplotlib figure."""
         from harvester import figures
 

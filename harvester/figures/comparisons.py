@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 _SHOWN = 40.0  # 1/w0 of the path
 
 
-def comparison(result: "Comparison", title: str) -> Plot:
+def comparison(result: "Comparison", title: str | None) -> Plot:
     """Power of each engine with its whole error, and V of one path from three sources, with and without the stop.
 
     The axis of the powers need not begin at zero: what is compared is differences and errors.
@@ -54,7 +54,7 @@ def comparison(result: "Comparison", title: str) -> Plot:
             panel.set_xlim(t[0], t[-1])
         if paths:
             axes[-1, 0].set_xlabel("time ω0 t (nondimensional)")
-        entitle(figure, title or "Engines side by side")
+        entitle(figure, title, "Engines side by side")
         legend(figure)
     return figure
 

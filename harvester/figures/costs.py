@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from harvester.cost_table import Row
 
 
-def cost(rows: "Sequence[Row]", title: str) -> Plot:
+def cost(rows: "Sequence[Row]", title: str | None) -> Plot:
     """Total error against seconds, a marker each row, and the front: what no other row equals or betters in both."""
     shown = [row for row in rows if row.seconds and row.total_error]
     best = sorted(
@@ -34,6 +34,6 @@ def cost(rows: "Sequence[Row]", title: str) -> Plot:
             here.margins(0.08)
         here.set_xlabel("time of the computation (s)")
         here.set_ylabel("total error of the mean power (%)")
-        entitle(figure, title or "What accuracy costs")
+        entitle(figure, title, "What accuracy costs")
         legend(figure, "Total error: sampling at 95 % plus step and model, each counted as large as it may be unseen.")
     return figure

@@ -10,10 +10,10 @@ from harvester.arrays import Floats
 MOST_BARS = 60  # points with an error bar each; more are a band
 
 
-def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]) -> None:
+def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
     """A line or markers, with intervals y +- error where there are any; nan breaks the line.
 
-    A point without neighbours, which no line shows, is a dot.
+    A point without neighbours, which no line shows, is a marker ``dot``.
     """
     many = len(x) > MOST_BARS
     if many and style.get("marker") and style.get("linestyle") == "none":
@@ -28,7 +28,7 @@ def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]
     if style.get("linestyle", "-") != "none" and not style.get("marker"):
         known = np.concatenate(([False], np.isfinite(y), [False]))
         alone = known[1:-1] & ~known[:-2] & ~known[2:]
-        dots = {"marker": "o", "markersize": 1.5 + style.get("linewidth", 1.4), "linestyle": "none"}
+        dots: dict[str, Any] = {"marker": dot, "markersize": 5, "linestyle": "none"}
         if alone.any():
             axes.plot(x[alone], y[alone], color=style["color"], zorder=style.get("zorder", 2.0), **dots)
 

@@ -14,7 +14,7 @@ _LEDGER = "ledger_"
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
-def estimate(answer: "Estimate", title: str) -> Plot:
+def estimate(answer: "Estimate", title: str | None) -> Plot:
     """Bars of the mean power's errors in percent of it, and of the ledger's powers; a part not known says so."""
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
@@ -30,7 +30,7 @@ def estimate(answer: "Estimate", title: str) -> Plot:
             here.set_xlabel(x.label)
             here.set_title("Where the power went")
             here.grid(visible=False, axis="y")
-        entitle(figure, title or f"Answer of {answer.engine}")
+        entitle(figure, title, f"Answer of {answer.engine}")
     return figure
 
 

@@ -15,7 +15,7 @@ _STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, 
 _MOST = 4000  # points of a line
 
 
-def motion(found: "Motion", title: str) -> Plot:
+def motion(found: "Motion", title: str | None) -> Plot:
     """Displacement and voltage of the part shown, phase plane and density of the whole path; stops dashed."""
     end = float(found.t[-1])
     last, settled = found.t >= end - found.shown, found.t >= 0.25 * end
@@ -31,8 +31,7 @@ def motion(found: "Motion", title: str) -> Plot:
     }
     values = {name: array for name in names if (array := getattr(found, name)) is not None}
     scales = {
-        name: scale(names[name], units[name] if found.physical else "", [0.5 * np.ptp(array[last])])
-        for name, array in values.items()
+        name: scale(names[name], units[name] if found.physical else "", array[last]) for name, array in values.items()
     } | {"t": scale("time", "s" if found.physical else "", [end])}
     shown = {name: array / scales[name].factor for name, array in values.items()}
     in_time = [name for name in ("x", "voltage", "acceleration") if name in values]
@@ -64,7 +63,7 @@ def motion(found: "Motion", title: str) -> Plot:
                 here.axvline(stop, **_STOP)
         if len(in_time) == 3:
             _density(axes[2, 1], shown["voltage"][settled], scales["voltage"].label)
-        entitle(figure, title or "One path")
+        entitle(figure, title, "One path")
         legend(
             figure, "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
         )

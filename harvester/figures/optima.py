@@ -6,16 +6,25 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import mark, scale
+from harvester.figures.quantities import broken, mark, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
     from harvester.optimum.answer import Key, Optimum
 
-_STAR: dict[str, Any] = {"marker": "*", "markersize": 12, "linestyle": "none", "zorder": 6, "label": "optimum"}
+_NOTE = "Bars: 95 % sampling + step + model, as far as stated."
+_MOST_BARS = 150  # evaluations with an error bar each
+_STAR: dict[str, Any] = {
+    "marker": "*",
+    "markersize": 13,
+    "clip_on": False,
+    "linestyle": "none",
+    "zorder": 6,
+    "label": "optimum",
+}
 
 
-def optimum(answer: "Optimum", title: str) -> Plot:
+def optimum(answer: "Optimum", title: str | None) -> Plot:
     """All evaluations of the engine with the optimum and its interval: contours over two keys, else a panel a key."""
     keys = answer.keys
     own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
@@ -34,8 +43,8 @@ def optimum(answer: "Optimum", title: str) -> Plot:
             _panel(here, answer, keys[number], x[:, number], power, error, y.factor)
         if not plane:
             axes[0, 0].set_ylabel(y.label)
-        entitle(figure, title or "Largest mean power")
-        legend(figure, "Bars: 95 % sampling + step + model, as far as stated." if error.any() else "")
+        entitle(figure, title, "Largest mean power")
+        legend(figure, _NOTE if error.any() and len(own) <= _MOST_BARS else "")
     return figure
 
 
@@ -45,9 +54,17 @@ def _panel(here: Axes, answer: "Optimum", key: "Key", x: Floats, power: Floats, 
     colour = STYLES.get(answer.engine, {}).get("color", "0.3")
     if key.low95 is not None and key.high95 is not None:
         here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="interval of the best value")
+    if len(answer.keys) > 1:
+        here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
-    here.errorbar(x / by, power, error if error.any() else None, **style, label=f"evaluations by {answer.engine}")
+    here.errorbar(
+        x / by,
+        power,
+        error if error.any() and len(x) <= _MOST_BARS else None,
+        **style,
+        label=f"evaluations by {answer.engine}",
+    )
     best = answer.mean_power
     here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
 
@@ -69,7 +86,7 @@ def _plane(here: Axes, answer: "Optimum", places: Floats, x: Floats, power: Floa
     here.figure.colorbar(filled, ax=here, label=label)
     dots: dict[str, Any] = {
         "marker": "o",
-        "markersize": 3,
+        "markersize": 3 if len(x) < 100 else 1.5,
         "markerfacecolor": "white",
         "markeredgecolor": INK,
         "markeredgewidth": 0.4,

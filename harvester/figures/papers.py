@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from harvester.figures.quantities import logarithm, scale
+from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ _NAMES = {
     "E[V^2]": "mean square voltage E[V²]",
     "E[P]": "mean power E[P]",
     "lambda": "top Lyapunov exponent λ",
-    "D22": "parametric noise D22 at λ = 0",
+    "D22": "parametric noise D22",
     "mu": "time-constant ratio μ",
     "beta": "coupling β",
     "r": "restitution coefficient r",
@@ -25,7 +25,7 @@ _NAMES = {
 }
 
 
-def paper(points: "list[Point]", title: str) -> Plot:
+def paper(points: "list[Point]", title: str | None) -> Plot:
     """A panel each of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
     panels = list(dict.fromkeys(p.panel for p in points))
     curves = list(dict.fromkeys(p.curve for p in points))
@@ -33,10 +33,10 @@ def paper(points: "list[Point]", title: str) -> Plot:
         figure, axes = new(1, len(panels), (WIDTH, 3.8 if len(panels) < 3 else 3.4), squeeze=False)
         for panel, here in zip(panels, axes[0], strict=True):
             of_panel = [p for p in points if p.panel == panel]
-            unit = _label(here, panel, of_panel)
+            unit = _label(here, panel, of_panel, 22 if len(panels) > 2 else 34)
             for number, name in enumerate(curves):
                 _curve(here, [p for p in of_panel if p.curve == name], unit, number)
-        entitle(figure, title)
+        entitle(figure, title, "")
         marks = [
             Line2D(
                 [], [], color=paler(INK, _PALER * n), marker=_MARKERS[n % 3], linestyle="none", markersize=4, label=name
@@ -61,14 +61,14 @@ def _curve(here: Axes, rows: "list[Point]", unit: float, number: int) -> None:
     here.errorbar(x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)")
 
 
-def _label(here: Axes, panel: str, rows: "list[Point]") -> float:
+def _label(here: Axes, panel: str, rows: "list[Point]", most: int) -> float:
     """Quantities of a panel's axes, all of them nondimensional; what the values are divided by."""
     what, _, against = panel.partition(" against ")
     if not against:
-        what, against = "density", what[2:-1]
+        what, against = "probability density", what[2:-1]
     found = scale(_NAMES.get(what, what), "", [p.averaged for p in rows])
-    here.set_ylabel(found.label)
-    here.set_xlabel(f"{_NAMES.get(against, against)} (nondimensional)")
+    here.set_ylabel(broken(found.label, most))
+    here.set_xlabel(broken(f"{_NAMES.get(against, against)} (nondimensional)", most))
     if against == "mu":
         logarithm(here.xaxis)
     return found.factor

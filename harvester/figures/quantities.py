@@ -1,12 +1,13 @@
 """Quantities and units on axes: prefixes where a unit takes one, powers of ten elsewhere, numbers that people read."""
 
 import math
+import textwrap
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axis import Axis
-from matplotlib.ticker import EngFormatter, LogFormatter
+from matplotlib.ticker import EngFormatter, Formatter
 
 from harvester.scene import unit_of
 
@@ -98,14 +99,24 @@ def plain(value: float) -> str:
     return power if digits == "1" else f"{digits}·{power}"
 
 
-class _Ticks(LogFormatter):
-    """Matplotlib chooses which ticks have a number, this how it reads."""
+def broken(label: str, most: int) -> str:
+    """A label of more than so many letters over several lines, its unit on one of them."""
+    name, _, unit = label.partition(" (")
+    return label if len(label) <= most else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
+
+
+class _Ticks(Formatter):
+    """Numbers at the decades and, of an axis of two of them or less, at 2 and 5 in between."""
 
     def __init__(self, prefixes: bool) -> None:
-        super().__init__(labelOnlyBase=False, minor_thresholds=(2.0, 0.6))
         self._engineering = EngFormatter(sep=" ") if prefixes else None
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        if not super().__call__(x, pos):
+        if x <= 0.0 or self.axis is None:
+            return ""
+        low, high = sorted(self.axis.get_view_interval())
+        decades = math.log10(high / low) if low > 0.0 else math.inf
+        digit = round(x / 10.0 ** math.floor(math.log10(x) + 1e-9))
+        if digit not in ((1,) if decades > 2.0 else (1, 2, 5) if decades > 0.6 else range(1, 10)):
             return ""
         return plain(x) if self._engineering is None else self._engineering(x).strip()

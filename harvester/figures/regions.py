@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester.figures.quantities import logarithm, scale
+from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
     from harvester.region import Edge
 
 
-def region(edges: "list[Edge]", title: str) -> Plot:
+def region(edges: "list[Edge]", title: str | None) -> Plot:
     """Stable and unstable in the plane (mu, D22): the boundary published, ours, and by Monte Carlo with 95 %."""
     mu = np.array([e.mu for e in edges])
     known = [e for e in edges if np.isfinite(e.ensemble_stderr)]
@@ -36,7 +36,7 @@ def region(edges: "list[Edge]", title: str) -> Plot:
         logarithm(here.xaxis)
         here.set_ylim(0.0, top / y.factor)
         here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")
-        here.set_ylabel(y.label)
-        entitle(figure, f"{title}: rest is stable below the line" if title else "Rest is stable below the line")
+        here.set_ylabel(broken(y.label, 44))
+        entitle(figure, f"{title}: rest is stable below the line" if title else title, "Rest is stable below the line")
         legend(figure, "Bars: 95 % sampling intervals.")
     return figure

@@ -17,7 +17,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 
 
-def response(found: "Response", title: str) -> Plot:
+def response(found: "Response", title: str | None) -> Plot:
     """Power and RMS voltage against the frequency, up and down; the half-power bandwidth of each is a bar."""
     f = np.array([p.frequency for p in found.sweep("up")])
     hertz = scale("drive frequency" if found.physical else "drive frequency Ω", "Hz" if found.physical else "", f)
@@ -36,14 +36,12 @@ def response(found: "Response", title: str) -> Plot:
                 edges = found.edges(direction)
                 if axes is top and edges is not None:
                     half = 0.5 * found.peak(direction).mean_power.value / y.factor
-                    bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5} | {
-                        k: look[k] for k in ("color", "linestyle")
-                    }
+                    bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"]}
                     at = [e / hertz.factor for e in edges]
                     top.plot(at, [half, half], **bar, label=f"half-power bandwidth, {direction}")
             axes.set_ylabel(y.label)
             axes.set_ylim(0.0, None)
         low.set_xlabel(hertz.label)
-        entitle(figure, title or "Frequency response")
+        entitle(figure, title, "Frequency response")
         legend(figure, "Bars: 95 % sampling and step." if any(v.error95 for of in powers.values() for v in of) else "")
     return figure

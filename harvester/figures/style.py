@@ -117,11 +117,14 @@ def image(figure: Figure, form: str) -> bytes:
     return out.getvalue()
 
 
-def entitle(figure: Figure, text: str) -> None:
-    """A title over as many lines as it needs, up to three."""
-    across = int(11.5 * figure.get_figwidth())
+def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
+    """A title over as many lines as it needs, up to three; ``otherwise`` for an empty one, none for None."""
+    if text is None:
+        return
+    text, across = text or otherwise, 13.0 * figure.get_figwidth()
+    across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)  # lines of about one length
     with styled():
-        figure.suptitle(textwrap.fill(text, across, max_lines=_LINES, placeholder=" ..."))
+        figure.suptitle(textwrap.fill(text, int(across), max_lines=_LINES, placeholder=" ..."))
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:

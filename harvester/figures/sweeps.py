@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 
 from harvester.arrays import Floats
 from harvester.figures.curves import MOST_BARS, curve, relative
-from harvester.figures.quantities import logarithm, mark, plain, quantity, scale, written
+from harvester.figures.quantities import broken, logarithm, mark, plain, quantity, scale, written
 from harvester.figures.style import MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _GROUPS = "osv^Dx"  # a marker a value of the other keys
 _SPREAD = 0.12  # how much paler each next one is
 
 
-def sweep(table: "Table", title: str, physical: bool) -> Plot:
+def sweep(table: "Table", title: str | None, physical: bool) -> Plot:
     """Mean power, one curve an engine (and a value of the other keys), with 95 % intervals; failed points are crosses.
 
     Below, with several engines, the power over that of an engine that samples, at the same point.  A list of points of
@@ -32,7 +32,7 @@ def sweep(table: "Table", title: str, physical: bool) -> Plot:
     found = _groups(table)
     groups = dict(list(found.items())[:MOST_CURVES])
     several = len(engines) > 1
-    reference = next((e for e in ("ensemble", "spice", "ideal") if e in engines), engines[-1])
+    reference = next((e for e in ("ensemble", "spice", "ideal", "averaged") if e in engines), engines[-1])
     powers = np.array([_number(row, "mean_power") for row in table.rows])
     known = powers[np.isfinite(powers)]
     with styled():
@@ -49,18 +49,25 @@ def sweep(table: "Table", title: str, physical: bool) -> Plot:
                 x = np.array([float(row[first.key]) for row in rows]) / x_scale
                 power, error = _powers(rows, y_scale.factor)
                 _states(top, engine, x, power, rows, y_scale.factor, style)
-                curve(top, x, power, error, style | {"label": style["label"] if number == 0 else "_"})
+                curve(
+                    top,
+                    x,
+                    power,
+                    error,
+                    style | {"label": style["label"] if number == 0 else "_"},
+                    MARKERS.get(engine, "o"),
+                )
                 _failed(top, x, power, style["color"])
             if several:
                 _ratios(low, table, curves, reference, x_scale, (number, len(groups)))
-        top.set_ylabel(y_scale.label)
-        if len(known) and known.min() > 0.0 and known.max() > 5.0 * known.min():
+        top.set_ylabel(broken(y_scale.label, 44))
+        if len(known) and 0.0 < 5.0 * known.min() < known.max() < 1e9 * known.min():
             logarithm(top.yaxis)
         if several:
             low.set_ylabel(f"power over\nthat of {reference}")
             low.axhline(1.0, color="0.6", linewidth=0.8, zorder=0)
             _widen(low)
-        entitle(figure, title or "Mean power")
+        entitle(figure, title, "Mean power")
         legend(figure, _note(table, len(found)), _markers(groups))
     return figure
 
@@ -87,8 +94,8 @@ def _style(engine: str, table: "Table", number: int, groups: int, points: int) -
     """An engine's, paler for each next value of the other keys; a list of points of several keys lies on no line."""
     style = dict(STYLES.get(engine, {"label": engine, "color": "0.3"}))
     style["color"] = paler(style["color"], _SPREAD * number)
-    if table.listed and len(table.axes) > 1:
-        style |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 4}
+    if points == 1 or (table.listed and len(table.axes) > 1):
+        style |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 5}
     elif groups > 1:
         style |= {"marker": _GROUPS[number], "markersize": 3.5, "markevery": max(1, points // 15)}
         if style.get("linestyle") == "none":
@@ -109,9 +116,11 @@ def _powers(rows: Rows, unit: float) -> tuple[Floats, Floats]:
 
 def _states(axes: Axes, engine: str, x: Floats, power: Floats, rows: Rows, unit: float, style: dict[str, Any]) -> None:
     """What `averaged` says of its own error, as a band."""
-    if engine != "averaged" or style["linestyle"] == "none":
+    if engine != "averaged" or (len(x) > 1 and style["linestyle"] == "none"):
         return
     bias = np.nan_to_num([_number(row, "mean_power_bias") for row in rows]) / unit
+    if len(x) == 1:
+        axes.errorbar(x, power, bias, fmt="none", ecolor=style["color"], elinewidth=1.0)
     axes.fill_between(x, power - bias, power + bias, color=style["color"], alpha=0.2, linewidth=0, zorder=1.8)
 
 
@@ -140,7 +149,7 @@ def _ratios(
         (power, error), (over, its) = _powers(here, 1.0), _powers([base[at(row)] for row in here], 1.0)
         ratio = relative(power, over)
         spread = np.abs(ratio) * np.hypot(np.nan_to_num(relative(error, power)), np.nan_to_num(relative(its, over)))
-        curve(low, x, ratio, np.nan_to_num(spread), style | {"label": "_"})
+        curve(low, x, ratio, np.nan_to_num(spread), style | {"label": "_"}, MARKERS.get(engine, "o"))
 
 
 def _widen(low: Axes) -> None:
@@ -170,8 +179,11 @@ def _note(table: "Table", groups: int) -> str:
         alone = max(len([row for row in table.rows if row["engine"] == e]) for e in {r["engine"] for r in table.rows})
         what = "Bars" if alone <= MOST_BARS * groups else "Bands"
         told.append(f"{what}: 95 % sampling intervals; of a ratio, those of both.")
-    if any(row["engine"] == "averaged" and row["mean_power_bias"] for row in table.rows):
-        told.append("Green band: the error that averaged states.")
+    scattered = table.listed and len(table.axes) > 1
+    if scattered:
+        told.append("The other keys differ from point to point.")
+    if not scattered and any(row["engine"] == "averaged" and row["mean_power_bias"] for row in table.rows):
+        told.append("Pale green: the error that averaged states.")
     if any(row["engine"] == "published" for row in table.rows):
         told.append("published states no error.")
     failed = sum(bool(row["error"]) for row in table.rows)

@@ -78,7 +78,7 @@ class Optimum:
         """Evaluations by the engine itself without an answer."""
         return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
 
-    def plot(self, title: str = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The evaluations and the optimum as a matplotlib figure."""
         from harvester import figures
 

@@ -1,6 +1,5 @@
 """Reports of `run` and `compare`."""
 
-from harvester import figures
 from harvester.compare import Comparison
 from harvester.estimate import Estimate
 from harvester.provenance import provenance
@@ -19,7 +18,7 @@ def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
     caption = f"{parts} To the right, where the power went." if ledger else parts
     found = Section(
         "Answer",
-        drawings=[drawing(figures.estimate(answer, ""), f"Bars: {_told(answer)}", caption)],
+        drawings=[drawing(answer.plot(None), f"Bars: {_told(answer)}", caption)],
         tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer)],
         warnings=engines.warnings([answer]),
     )
@@ -38,7 +37,7 @@ def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
     about = provenance(scene)
     reference = result.reference
     figure = drawing(
-        result.plot(),
+        result.plot(None),
         "Mean power: " + "; ".join(_told(e) for e in result.estimates),
         "Mean power of each engine with its error."
         + (" Below, the voltage of one path from three sources." if result.paths else ""),
@@ -76,8 +75,8 @@ def _differences(result: Comparison) -> Grid:
             told = "neither samples" if z is None else f"{z:.2f}"
             rows.append([estimate.engine, "-" if ratio is None else f"{ratio:.5g}", told])
     note = (
-        "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be off "
-        "by more than |z| < 4 allows, and rightly so."
+        "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
+        " off by more than |z| < 4 allows, and rightly so."
     )
     return Grid(f"Against {result.reference.engine}", ["engine", "power over its", "z"], rows, (1, 2), note)
 

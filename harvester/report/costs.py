@@ -15,7 +15,7 @@ def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
     watt = UNITS[scene.physical][0]
     fastest = [_fastest(cost, target) for target in TARGETS]
     figure = drawing(
-        cost.plot(),
+        cost.plot(None),
         f"Total error against seconds. {'. '.join(line for line in fastest if line)}.",
         "Each marker is an engine at one setting; the line is the front, where no other is as fast and as accurate.",
     )

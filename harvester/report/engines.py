@@ -35,19 +35,23 @@ def table(estimates: Sequence[Estimate]) -> Grid:
     rows = []
     for one in estimates:
         power, (watt, volt) = one.mean_power, UNITS[one.physical]
-        errors = (None if power.stderr is None else power.sampling95, power.bias, power.model)
-        together = None if all(e is None for e in errors) else power.error95
+        errors = (power.bias, power.model)
+        together = None if all(e is None for e in (power.stderr, *errors)) else power.error95
         rows.append(
             [
                 one.engine,
                 first(power, watt),
+                "none" if power.stderr is None else share(power.sampling95, power.value),
                 *(share(error, power.value) for error in (*errors, together)),
                 first(one.mean_square_voltage, volt),
-                f"{one.seconds:.2g}",
-                f"{one.steps:.3g}" if one.steps else "-",
+                signs(f"{one.seconds:.2g}"),
+                signs(f"{one.steps:.3g}") if one.steps else "-",
             ]
         )
-    note = "Errors are in percent of the engine's mean power; what is not known is not zero."
+    note = (
+        "Errors are in percent of the engine's mean power. -: there is no such error, or it is not known; the reasons"
+        " below say which."
+    )
     return Grid("Engines", heads, rows, range(1, len(heads)), note)
 
 
@@ -65,9 +69,9 @@ def refusals(refused: dict[str, str]) -> list[Grid]:
 
 def details(estimate: Estimate) -> list[Grid]:
     """Step, trajectories and the like."""
-    rows = [[name.replace("_", " "), f"{value:.5g}"] for name, value in estimate.details.items()]
+    rows = [[name.replace("_", " "), signs(f"{value:.5g}")] for name, value in estimate.details.items()]
     rows += [
-        [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else f"{v:.5g}"]
+        [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
     ]
     note = "Step and duration in seconds, powers in W." if estimate.physical else "Step and duration in units of 1/ω0."

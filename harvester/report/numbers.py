@@ -5,7 +5,8 @@ import re
 from harvester.estimate import Value
 
 _SIGNS = {" +- ": " ± ", "^2": "²", "^3": "³", "^4": "⁴", "^5": "⁵", "ohm": "Ω"}
-NONE = "not known"
+NONE = "-"  # no such error, or not known: the reason stands beside the table
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def amount(number: float, unit: str) -> str:
@@ -20,20 +21,14 @@ def with_errors(value: Value, unit: str) -> str:
     return signs(value.text(unit))
 
 
-def percent(error: float | None, by: float) -> str:
-    """An error relative to a value."""
-    if error is None:
-        return NONE
-    return f"{abs(error / by):.2g} %".replace("e-0", "e-") if by else NONE
-
-
 def share(error: float | None, value: float) -> str:
     """An error in percent of a value."""
-    return percent(None if error is None else 100.0 * error, value)
+    return NONE if error is None or value == 0.0 else signs(f"{abs(100.0 * error / value):.2g} %")
 
 
 def signs(text: str) -> str:
     """Print's signs instead of a terminal's."""
     for plain, sign in _SIGNS.items():
         text = text.replace(plain, sign)
-    return re.sub(r"(?<=[\d)] )u(?=[A-ZΩgms])", "µ", text)
+    text = re.sub(r"(?<=\d)e([-+]\d+)", lambda power: "·10" + str(int(power[1])).translate(_SUPERSCRIPT), text)
+    return re.sub(r"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )u(?=[A-ZΩgms])", "µ", text)

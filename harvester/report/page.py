@@ -1,6 +1,6 @@
 """A report as one HTML file: sections of text, figures and tables, which know nothing of where they come from.
 
-Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page, and there is no script.
+Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page, there is no script.
 What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
 """
 

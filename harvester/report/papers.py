@@ -41,7 +41,7 @@ def _section(one: Drawn) -> Section:
         " value of the panel."
     )
     told = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
-    figure = drawing(figures.paper(one.points, ""), f"{one.title}. {told}.", one.title)
+    figure = drawing(figures.paper(one.points, None), f"{one.title}. {told}.", one.title)
     table = Grid("How far the theories are off", heads, rows, range(1, 5), note)
     return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
 

@@ -4,7 +4,7 @@ import shlex
 from typing import Any
 
 from harvester.report.effects import WORDS, absent, present
-from harvester.report.numbers import amount
+from harvester.report.numbers import amount, signs
 from harvester.report.page import Grid, Listing, Section
 from harvester.scaling import Equations, equations, scales
 from harvester.scene import Scene, unit_of
@@ -40,9 +40,9 @@ _COEFFICIENTS = {
 
 def scene_section(scene: Scene) -> Section:
     """The scene as a file and as tables, in SI and nondimensional."""
-    tables = [_given(scene), coefficients("In nondimensional numbers", equations(scene))]
+    tables = [coefficients("In nondimensional numbers", equations(scene))]
     if scene.physical:
-        tables.append(_scales(scene))
+        tables = [_given(scene), *tables, _scales(scene)]
     listings = [Listing("Scene file", scene.to_toml())]
     if scene.load is not None and scene.load.netlist is not None:
         from harvester.circuit.netlist import load_circuit
@@ -53,10 +53,12 @@ def scene_section(scene: Scene) -> Section:
 
 def effects_section(scene: Scene) -> Section:
     """Effects on, and those that are absent: not computed, rather than computed with zero."""
-    on = [[name, "on", WORDS[name]] for name in present(scene)]
-    off = [[name, "off", WORDS[name]] for name in absent(scene)]
+    tables = [
+        Grid(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
+        for caption, names in (("On", present(scene)), ("Off", absent(scene)))
+    ]
     text = "An effect that is off is absent: no step of the computation knows it."
-    return Section("Effects on and off", texts=[text], tables=[Grid("Effects", ["effect", "", "meaning"], on + off)])
+    return Section("Effects on and off", texts=[text], tables=tables)
 
 
 def coefficients(caption: str, eqs: Equations) -> Grid:
@@ -65,7 +67,7 @@ def coefficients(caption: str, eqs: Equations) -> Grid:
     for name, meaning in _COEFFICIENTS.items():
         value = getattr(eqs, name)
         if value is not None:
-            rows.append([name, meaning, f"{value:.5g}" if isinstance(value, float) else "from a file"])
+            rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])
     return Grid(caption, ["coefficient", "meaning", "value"], rows, (2,))
 
 
@@ -95,8 +97,7 @@ def _given(scene: Scene) -> Grid:
         if isinstance(keys, dict):
             for name, value in keys.items():
                 rows += _key(f"{table}.{name}", value)
-    caption = "As given, in SI units" if scene.physical else "As given, nondimensional"
-    return Grid(caption, ["key", "value"], rows, (1,))
+    return Grid("As given, in SI units", ["key", "value"], rows, (1,))
 
 
 def _key(key: str, value: Any) -> list[list[str]]:

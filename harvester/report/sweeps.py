@@ -19,7 +19,7 @@ def of_sweep(scene: Scene, table: Table) -> Page:
     seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
     keys = ", ".join(axis.key for axis in table.axes)
     figure = drawing(
-        table.plot(""),
+        table.plot(None),
         f"Mean power against {keys}. {'. '.join(line for line in best if line)}.",
         f"Mean power against {table.axes[0].key}, engine by engine.",
     )
@@ -71,7 +71,7 @@ def _summary(table: Table, names: list[str]) -> Grid:
         "step and model, at most",
         "seconds",
     ]
-    note = "Errors relative to the mean power of their point. An engine without a sampling error samples nothing."
+    note = "Errors relative to the mean power of their point. none: nothing is sampled. -: no such error, or not known."
     return Grid("Engines", heads, rows, range(1, len(heads)), note)
 
 
@@ -81,7 +81,7 @@ def _worst(rows: list[Row], column: str, factor: float) -> str:
         for row in rows
         if row[f"mean_power_{column}"] and float(row["mean_power"])
     ]
-    return share(max(found), 1.0) if found else "not known" if column == "bias" else "none"
+    return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
 
 
 def _rows(table: Table, failures: bool) -> Grid:

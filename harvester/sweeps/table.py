@@ -68,13 +68,12 @@ class Table:
         """Whether its powers are in W (else nondimensional)."""
         return "nondimensional" not in self.about.get("scene", {})
 
-    def plot(self, title: str | None = None) -> "Plot":
-        """Mean power against the first key as a matplotlib figure, ``title`` (None: the scene's) above it."""
+    def plot(self, title: str | None = "") -> "Plot":
+        """Mean power against the first key as a matplotlib figure, ``title`` (empty: the scene's; None: none) above."""
         from harvester import figures
 
-        return figures.sweep(
-            self, self.about.get("scene", {}).get("title", "") if title is None else title, self.physical
-        )
+        scene = self.about.get("scene", {})
+        return figures.sweep(self, scene.get("title", "") if title == "" else title, self.physical)
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:
