@@ -42,6 +42,8 @@ def motion(found: "Motion", title: str | None) -> Plot:
             here.plot(shown["t"][last][thin], shown[name][last][thin], color=_INK, linewidth=0.8)
             here.set_ylabel(scales[name].label.replace(" (", "\n("))
             here.set_xlim((end - found.shown) / scales["t"].factor, end / scales["t"].factor)
+        for here in axes[:-1, 0]:
+            here.tick_params(labelbottom=False)
         axes[-1, 0].set_xlabel(scales["t"].label)
         hits = found.impacts[found.impacts[:, 0] >= end - found.shown]
         if 0 < len(hits) <= _MOST:

@@ -64,7 +64,7 @@ def _needed(cost: Cost) -> Grid:
     for target in TARGETS:
         needed = [cost.needed(name, target) for name in engines]
         rows.append(
-            [f"{100 * target:g} %", *("-" if n is None else f"{'' if n[1] else '~'}{n[0]:.2g}" for n in needed)]
+            [f"{100 * target:g} %", *("-" if n is None else signs(f"{'' if n[1] else '~'}{n[0]:.2g}") for n in needed)]
         )
     note = "~: a prediction. -: the engine's biases are not known to be smaller."
     return Grid("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)

@@ -69,13 +69,17 @@ def refusals(refused: dict[str, str]) -> list[Grid]:
 
 def details(estimate: Estimate) -> list[Grid]:
     """Step, trajectories and the like."""
-    rows = [[name.replace("_", " "), signs(f"{value:.5g}")] for name, value in estimate.details.items()]
+    watt = UNITS[estimate.physical][0]
+    rows = []
+    for name, value in estimate.details.items():
+        power = name.startswith("ledger_") and name != "ledger_residual"
+        rows.append([name.replace("_", " "), amount(value, watt) if power else signs(f"{value:.5g}")])
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
     ]
-    note = "Step and duration in seconds, powers in W." if estimate.physical else "Step and duration in units of 1/ω0."
-    return [Grid("Details", ["what", "value"], rows, (1,), note)] if rows else []
+    unit = "seconds" if estimate.physical else "units of 1/ω0"
+    return [Grid("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
 
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:

@@ -23,7 +23,12 @@ def with_errors(value: Value, unit: str) -> str:
 
 def share(error: float | None, value: float) -> str:
     """An error in percent of a value."""
-    return NONE if error is None or value == 0.0 else signs(f"{abs(100.0 * error / value):.2g} %")
+    if error is None or value == 0.0:
+        return NONE
+    percent = abs(100.0 * error / value)
+    if 0.0 < percent < 1e-3:
+        return "< 0.001 %"
+    return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.0f} %"
 
 
 def signs(text: str) -> str:

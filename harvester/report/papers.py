@@ -5,6 +5,7 @@ import numpy as np
 from harvester import figures
 from harvester.paper import RESPONSE, STABILITY, Drawn, Point
 from harvester.provenance import whence
+from harvester.report.numbers import share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
 
@@ -32,9 +33,8 @@ def _section(one: Drawn) -> Section:
     rows = []
     for panel in dict.fromkeys(p.panel for p in one.points):
         points = [p for p in one.points if p.panel == panel]
-        rows.append(
-            [panel, str(len(points)), *(_off(points, name) for name in ("published", "averaged")), _noise(points)]
-        )
+        theories = (_off(points, name) for name in ("published", "averaged"))
+        rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
     heads = ["panel", "points", "published off by", "averaged off by", "Monte Carlo, 95 %"]
     note = (
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
@@ -52,8 +52,8 @@ def _size(points: list[Point]) -> float:
 
 def _off(points: list[Point], name: str) -> str:
     far = np.max(np.abs([getattr(p, name) - p.ensemble for p in points]))
-    return f"{100 * far / _size(points):.2g} %"
+    return share(float(far), _size(points))
 
 
 def _noise(points: list[Point]) -> str:
-    return f"{196 * max(p.ensemble_stderr for p in points) / _size(points):.2g} %"
+    return share(1.96 * max(p.ensemble_stderr for p in points), _size(points))

@@ -38,7 +38,7 @@ _COEFFICIENTS = {
 }
 
 
-def scene_section(scene: Scene) -> Section:
+def scene_section(scene: Scene, text: str = "") -> Section:
     """The scene as a file and as tables, in SI and nondimensional."""
     tables = [coefficients("In nondimensional numbers", equations(scene))]
     if scene.physical:
@@ -48,7 +48,7 @@ def scene_section(scene: Scene) -> Section:
         from harvester.circuit.netlist import load_circuit
 
         listings.append(Listing(f"Netlist {scene.load.netlist}", load_circuit(scene.load).text, folded=True))
-    return Section("Scene", tables=tables, listings=listings)
+    return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
 
 
 def effects_section(scene: Scene) -> Section:
@@ -102,7 +102,7 @@ def _given(scene: Scene) -> Grid:
 
 def _key(key: str, value: Any) -> list[list[str]]:
     if isinstance(value, dict):
-        return [[f"{key}.{name}", f"{one:.5g} (SI)"] for name, one in value.items()]
+        return [[f"{key}.{name}", signs(f"{one:.5g} (SI)")] for name, one in value.items()]
     return [[key, amount(value, unit_of(key)) if isinstance(value, float) else str(value)]]
 
 

@@ -31,11 +31,12 @@ def of_sweep(scene: Scene, table: Table) -> Page:
         tables=[_summary(table, names), _rows(table, failed > 0)],
         warnings=[signs(line.removeprefix("warning, ")) for line in warnings(table.rows)],
     )
+    base = f"Where the points start from; each has its own {keys}."
     return Page(
         title=scene.title or "A scene without a title",
         kind=f"sweep of {keys}",
         lead=[line for line in best if line],
-        sections=[found, scene_section(scene), effects_section(scene)],
+        sections=[found, scene_section(scene, base), effects_section(scene)],
         command=command_line(about),
         about=made_by(about, seed=", ".join(map(str, sorted(seeds))) or "nothing was sampled"),
     )
@@ -108,7 +109,7 @@ def _rows(table: Table, failures: bool) -> Grid:
         cells += [amount(float(row["mean_square_voltage"]), volt), row["seconds"], *([""] if failures else [])]
         rows.append(cells)
     left = len(table.rows) - len(rows)
-    note = f"{left} rows more are in sweep.csv." if left else ""
+    note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
     numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]
     return Grid("Points", heads, rows, numbers, note)
 
