@@ -4,6 +4,8 @@ import base64
 import json
 import re
 import shlex
+import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import urlparse
@@ -252,6 +254,21 @@ def test_present_and_absent_make_all():
 )
 def test_numbers(found, shown):
     assert found == shown
+
+
+def test_no_report_loads_neither_templates_nor_figures():
+    """In a fresh interpreter: what a page needs costs nothing where none is written.
+
+    The scene is one of bare numbers, as pint loads dask where that is installed, which loads jinja2.
+    """
+    scene = ROOT / "examples" / "paper_figure3.toml"
+    code = (
+        "import sys; from harvester import cli; sys.argv = ['harvester', 'run', "
+        f"{str(scene)!r}, '--engine', 'averaged']; status = cli._main(); "
+        "print(status, [m for m in sys.modules if m.split('.')[0] in ('jinja2', 'matplotlib', 'numba')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.splitlines()[-1] == "0 []"
 
 
 def test_no_address_but_data():
