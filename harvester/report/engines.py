@@ -102,4 +102,7 @@ def first(value: Value, unit: str) -> str:
 
 def _own(one: Estimate) -> str:
     has = [n for n, e in (("sampling", one.mean_power.stderr), ("step", one.mean_power.bias)) if e is not None]
-    return f"errors of {' and '.join(has)} are measured in this run" if has else NONE
+    if not has:
+        return NONE
+    told = f"errors of {' and '.join(has)} are measured in this run"
+    return f"{told}; the coupled equations themselves are solved, without a model's error"
