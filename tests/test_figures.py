@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
 import harvester as hv
 from harvester import figures, sweep
@@ -191,6 +192,7 @@ def test_titles_and_keys_are_text():
     figure = table({"load.parameters.R_$1$": (1.0, 2.0)}, rows).plot(title)
     texts = drawn(figure)
     assert any("$x^2$" in text for text in texts)
+    assert not any(text.get_parse_math() for text in figure.findobj(Text))
     heading = figure.get_suptitle()
     assert heading.count("\n") == 2
     box = figure._suptitle.get_window_extent()
@@ -202,7 +204,7 @@ def test_the_legend_covers_no_axes():
     figure = table({R: (1e3, 1e7)}, rows).plot()
     drawn(figure)
     box = figure.legends[0].get_window_extent()
-    assert all(box.y1 <= axes.get_window_extent().y0 for axes in figure.axes)
+    assert all(box.y1 <= axes.get_tightbbox().y0 for axes in figure.axes)
 
 
 def test_engines_are_told_apart_without_colour():
