@@ -17,7 +17,7 @@ def region(edges: "list[Edge]", title: str | None) -> Plot:
     known = [e for e in edges if np.isfinite(e.ensemble_stderr)]
     finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
     top = 1.3 * max(finite, default=1.0) or 1.0
-    y = scale("parametric noise D22 where rest loses stability", "", [top])
+    y = scale("noise D22 where rest loses stability", "", [top])
     with styled():
         figure, here = new(1, 1, (WIDTH, 4.4))
         measured = np.minimum([e.ensemble for e in edges], top) / y.factor
