@@ -123,21 +123,29 @@ def added(e, repeats):
 
 def plot(rows, path):
     """Bars of both kernels, effect by effect."""
-    import matplotlib as mpl
+    from harvester import figures
+    from harvester.figures.quantities import logarithm
+    from harvester.figures.style import entitle, legend, styled
 
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8, 7.5), layout="constrained")
+    figure, axes = figures.new(1, 1, (7.0, 6.4))
     place = np.arange(len(rows))[::-1]
-    axes.barh(place + 0.2, [row["ns/step"] for row in rows], 0.4, color="0.25", label="harvester")
-    hand = [row.get("by hand", 0.0) for row in rows]
-    axes.barh(place - 0.2, hand, 0.4, color="0.75", label="written by hand for the scene")
-    axes.set_yticks(place, [row["what"] for row in rows])
-    axes.set_xlabel("nanoseconds a trajectory-step, one core")
-    axes.set_title("Cost of each effect: alone, left out of the paper's scene, or added to it")
-    axes.legend()
-    figure.savefig(path, dpi=110)
+    with styled():
+        hand = [(at, row["by hand"]) for at, row in zip(place, rows, strict=True) if row.get("by hand")]
+        axes.plot(
+            [ns for _, ns in hand],
+            [at for at, _ in hand],
+            "D",
+            color="0.65",
+            markersize=7,
+            label="written by hand for the scene",
+        )
+        axes.plot([row["ns/step"] for row in rows], place, "o", color="0.15", label="harvester")
+        axes.set_yticks(place, [row["what"] for row in rows])
+        logarithm(axes.xaxis)
+        axes.set_xlabel("time a trajectory-step on one core (ns)")
+        entitle(figure, "Cost of each effect: alone, left out of the paper's scene, or added to it", "")
+        legend(figure)
+    figure.savefig(path)
 
 
 def main(repeats):

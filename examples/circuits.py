@@ -13,14 +13,12 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 
 import harvester as hv
+from harvester import figures
+from harvester.figures.quantities import logarithm
+from harvester.figures.style import legend, styled
 from harvester.scaling import scales
 from harvester.scene import Stop
 
@@ -68,7 +66,7 @@ def main() -> None:
     scene = hv.load(HERE / "plate_weak.toml")
     panels = {"without a stop": scene, "with a stop, r = 0.96": dataclasses.replace(scene, stop=Stop(restitution=0.96))}
 
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4.6), sharey=True, layout="constrained")
+    figure, axes = figures.new(1, 2, (7.0, 4.2), sharey=True)
     for (title, here), panel in zip(panels.items(), axes, strict=True):
         print(f"{title:24}best load (Mohm)   power (uW, 95 %)      gain over the resistor", flush=True)
         reference = None
@@ -80,14 +78,16 @@ def main() -> None:
             reference = reference or most
             around = error[power.argmax()]
             print(f"  {circuit:22}{at / 1e6:12.2g}{most:16.4g} +- {around:<8.2g}{most / reference:16.2f}", flush=True)
-            panel.errorbar(resistances / 1e6, power, error, capsize=2, markersize=5, linewidth=1.4, **style)
-        panel.set(xscale="log", yscale="log", title=title, xlabel="load resistance (Mohm)")
-        panel.xaxis.set_major_formatter("{x:g}")
-        panel.yaxis.set_major_formatter("{x:g}")
-        panel.grid(color="0.92")
-    axes[0].set_ylabel("mean power of the load (uW), 95 % intervals")
-    axes[1].legend(frameon=False, fontsize=9, handlelength=3.2)
-    figure.savefig(given.out, dpi=130)
+            with styled():
+                panel.errorbar(resistances, power, error, elinewidth=1.0, **style)
+        with styled():
+            logarithm(panel.xaxis, prefixes=True)
+            logarithm(panel.yaxis)
+            panel.set(title=title, xlabel="load resistance (Ω)")
+    with styled():
+        axes[0].set_ylabel("mean power of the load (µW)")
+        legend(figure, "Bars: 95 % sampling intervals.")
+    figure.savefig(given.out)
     print(f"{given.out}")
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from harvester.errors import HarvesterError, InputError, shown, unknown
+from harvester.errors import HarvesterError, InputError, invalid, shown, unknown
 from harvester.help import WIDTH, Group, coloured, complain, echo, option
 from harvester.new.command import new
 from harvester.quantity import fraction, seconds
@@ -81,6 +81,44 @@ def _json(command: Callable[..., Any]) -> Callable[..., Any]:
     return made
 
 
+def _form(text: str) -> str:
+    """A form of a figure."""
+    from harvester import files
+
+    files.check_vector([text])
+    return text
+
+
+def _page(text: str) -> str:
+    """The name of a report, or ``HERE``: beside what else is written."""
+    if text != HERE and not text.endswith(".html"):
+        raise InputError(
+            f"--report must be followed by a name that ends in .html, or by nothing, but is followed by {shown(text)}: "
+            "put --report after SCENE or give it a name"
+        )
+    return text
+
+
+HERE = "."
+_vector = option(
+    "--vector",
+    group=OUTPUT,
+    type=_form,
+    multiple=True,
+    metavar="FORM",
+    help="svg or pdf: the figure in that form too; repeatable.",
+)
+_report = option(
+    "--report",
+    group=OUTPUT,
+    is_flag=False,
+    flag_value=HERE,
+    type=_page,
+    metavar="[FILE.html]",
+    help="Write a report, one HTML file with all in it.  Default: report.html in --out, or here.",
+)
+
+
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 
 A scene file says what the device is; engines compute it, from formulas in milliseconds to ngspice in lock-step with
@@ -92,7 +130,7 @@ A first session:
   harvester run mine.toml --within 1%                      its mean power, with the error
   harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep          against the load, with a plot
   harvester optimise mine.toml --over load.resistance=1k:10M                      the best load
-  harvester compare mine.toml                              all engines side by side, ngspice among them
+  harvester compare mine.toml --report                     all engines side by side, and one page with all of it
 """
 
 
@@ -148,14 +186,21 @@ def keys(what: str | None, as_json: bool) -> None:
     "the cheapest that is known to reach it.",
 )
 @_sampling
+@_report
 @_json
-def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
+def run(scene: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     given = _load(scene)
     chosen = _engine(_default(given, options) if engine is None else engine, options)
+    page = _report_file(report, None)
     with _bar(chosen.NAME) as bar:
         answer = chosen.run(given, bar.tell)
     _answer(answer, as_json)
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_run(given, answer, options["seed"]))
+        _written(page, quiet=as_json)
 
 
 @cli.command(
@@ -183,6 +228,8 @@ def run(scene: str, engine: str | None, as_json: bool, **options: Any) -> None:
     "--workers", group=RUNNERS, type=int, metavar="N", help="Processes.  Default: one a core, if there are many points."
 )
 @option("--scheduler", group=RUNNERS, metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
+@_vector
+@_report
 def sweep(
     scene: str,
     varied: tuple[str, ...],
@@ -192,6 +239,8 @@ def sweep(
     resume: bool,
     workers: int | None,
     scheduler: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
@@ -211,10 +260,16 @@ def sweep(
     default = _default(given, options)
     names = engines or (serving(given) if default == "ensemble" else [default])
     chosen = [_engine(name, options) for name in names]
+    page = _report_file(report, out)
     with _rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
-        table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip)
+        table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
     echo("\n".join([tables.grid(table.rows, given.physical), *tables.warnings(table.rows)]))
-    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, sweep.png, provenance.json")
+    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {_drawn('sweep', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_sweep(given, table))
+        _written(page)
 
 
 @cli.command(
@@ -234,9 +289,16 @@ def sweep(
 )
 @_sampling
 @option("--out", group=OUTPUT, help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+@_vector
 @_json
 def optimise(
-    scene: str, over: tuple[str, ...], engine: str | None, out: str | None, as_json: bool, **options: Any
+    scene: str,
+    over: tuple[str, ...],
+    engine: str | None,
+    out: str | None,
+    vector: tuple[str, ...],
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """The largest mean power over one or several scene keys, and how well both are known.
 
@@ -245,40 +307,54 @@ def optimise(
     from harvester.optimum.ranges import parse
     from harvester.studies import optimise as optimising
 
+    _need_out(vector, out)
     given, ranges = _load(scene), [parse(text) for text in over]
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
     name = _default(given, options | {"within": None}) if engine is None else engine
     chosen = _engine(name, options | {"within": None, "budget": None})
     with _bar("optimise", most=True) as bar:
-        answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell)
+        answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell, vector)
     _answer(answer, as_json)
     if out is not None and not as_json:
-        click.echo(f"written: {Path(out) / 'optimise.csv'}, optimise.png, provenance.json")
+        click.echo(f"written: {Path(out) / 'optimise.csv'}, {_drawn('optimise', vector)}, provenance.json")
 
 
 @cli.command(examples=("harvester compare mine.toml --within 1% --out compare",))
 @click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
 @_sampling
 @option("--out", group=OUTPUT, help="Folder for compare.png: the engines, and V of one path with and without the stop.")
+@_vector
+@_report
 @_json
-def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
+def compare(
+    scene: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
+) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
     from harvester import files
     from harvester.studies import compare as comparing
 
+    if as_json:
+        _need_out(vector, out)
     given = _load(scene)
     folder = files.folder(out or ".") if out or not as_json else None
+    page = _report_file(report, out)
     with _bar("compare") as bar:
         result = comparing.compare(given, tick=bar.tell, **options)
     if folder is not None:
         from harvester import figures
 
-        files.write(folder / "compare.png", figures.comparison(result, given.title))
+        figures.save(figures.comparison(result, given.title), folder, "compare", vector)
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_comparison(given, result, options["seed"]))
     if as_json:
         click.echo(json.dumps(result.as_json(), allow_nan=False))
         return
     echo(str(result))
-    click.echo(f"written: {Path(out or '.') / 'compare.png'}")
+    click.echo(f"written: {Path(out or '.')}/{_drawn('compare', vector)}")
+    if page is not None:
+        _written(page)
 
 
 @cli.command(examples=("harvester cost mine.toml --budget 30s --out cost",))
@@ -294,16 +370,24 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     show_default=True,
     help="Time for all of it.",
 )
-def cost(scene: str, out: str, seed: int, budget: float) -> None:
+@_vector
+@_report
+def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
     """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
     from harvester import cost as costs
-    from harvester.cost_table import report
+    from harvester.cost_table import report as table
 
     given = _load(scene)
+    page = _report_file(report, out)
     with _bar("cost") as bar:
-        answer = costs.cost(given, out, seed, budget, lambda what, spent: bar.tell(spent, what))
-    click.echo(report(answer))
-    click.echo(f"written: {Path(out) / 'cost.csv'}, cost.png, provenance.json")
+        answer = costs.cost(given, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
+    click.echo(table(answer))
+    click.echo(f"written: {Path(out) / 'cost.csv'}, {_drawn('cost', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_cost(given, answer, seed, budget))
+        _written(page)
 
 
 @cli.command(examples=("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",))
@@ -311,17 +395,18 @@ def cost(scene: str, out: str, seed: int, budget: float) -> None:
 @option("--sweep", group=WHAT, required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
 @option("--out", group=OUTPUT, required=True, help="Folder for response.csv, response.png and provenance.json.")
 @option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@_vector
 @_json
-def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None:
+def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
     """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
     from harvester.studies import response as responses
 
     given = _load(scene)
     with _rows("response", {"": 2 * len(responses.frequencies(given, sweep))}) as bar:
-        answer = responses.draw(given, sweep, out, seed, lambda: bar.row(""))
+        answer = responses.draw(given, sweep, out, seed, lambda: bar.row(""), vector)
     _answer(answer, as_json)
     if not as_json:
-        click.echo(f"written: {Path(out) / 'response.csv'}, response.png, provenance.json")
+        click.echo(f"written: {Path(out) / 'response.csv'}, {_drawn('response', vector)}, provenance.json")
 
 
 @cli.command(
@@ -337,15 +422,18 @@ def response(scene: str, sweep: str, out: str, seed: int, as_json: bool) -> None
 @option("--duration", group=WHAT, type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
 @option("--out", group=OUTPUT, required=True, help="Folder for motion.csv, motion.png and provenance.json.")
 @option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
-def motion(scene: str, engine: str | None, duration: float | None, out: str, seed: int) -> None:
+@_vector
+def motion(
+    scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
+) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
     from harvester.studies import motion as motions
 
     given = _load(scene)
     with _bar("motion", known=False):
-        answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed)
+        answer = motions.draw(given, out, engine or _default(given, {"within": None}), duration, seed, vector)
     echo(str(answer))
-    click.echo(f"written: {Path(out) / 'motion.csv'}, motion.png, provenance.json")
+    click.echo(f"written: {Path(out) / 'motion.csv'}, {_drawn('motion', vector)}, provenance.json")
 
 
 @cli.command(
@@ -356,7 +444,9 @@ def motion(scene: str, engine: str | None, duration: float | None, out: str, see
 )
 @click.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
 @option("--out", group=OUTPUT, required=True, help="Folder for fig1.csv, fig1.png and so on.")
-def paper(figures: tuple[str, ...], out: str) -> None:
+@_vector
+@_report
+def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: str | None) -> None:
     """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
     from harvester import paper as papers
 
@@ -364,9 +454,16 @@ def paper(figures: tuple[str, ...], out: str) -> None:
     for number in numbers:
         if number not in papers.TITLES:
             raise unknown("figure", number, papers.TITLES)
+    page = _report_file(report, out)
     with _bar("paper") as bar:
-        papers.draw(numbers, out, bar.tell)
-    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the .csv of each")
+        drawn = papers.draw(numbers, out, bar.tell, vector)
+    also = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
+    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {also} of each")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_paper(drawn))
+        _written(page)
 
 
 @cli.command(
@@ -388,11 +485,15 @@ def paper(figures: tuple[str, ...], out: str) -> None:
 @option(
     "--out", group=OUTPUT, help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."
 )
+@_vector
 @_json
-def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json: bool) -> None:
+def stability(
+    scene: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool
+) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
     from harvester.studies.stability import stability as examine
 
+    _need_out(vector, out)
     given = _load(scene)
     with _bar("stability") as bar:
         answer = examine(given, seed, trajectories, tick=bar.tell)
@@ -401,9 +502,9 @@ def stability(scene: str, seed: int, trajectories: int, out: str | None, as_json
         from harvester import region
 
         with _rows("region", {"": len(region.LOADS)}) as bar:
-            region.draw(given, out, seed, lambda: bar.row(""))
+            region.draw(given, out, seed, lambda: bar.row(""), vector)
         if not as_json:
-            click.echo(f"written: {Path(out) / 'stability.csv'}, stability.png")
+            click.echo(f"written: {Path(out) / 'stability.csv'}, {_drawn('stability', vector)}")
 
 
 @cli.command(examples=("harvester doctor",))
@@ -413,6 +514,35 @@ def doctor() -> None:
 
     for line in examine():
         click.echo(line)
+
+
+def _drawn(name: str, vector: tuple[str, ...]) -> str:
+    """The files of a figure."""
+    return ", ".join(f"{name}.{form}" for form in ("png", *dict.fromkeys(vector)))
+
+
+def _need_out(vector: tuple[str, ...], out: str | None) -> None:
+    """An option that would be ignored is refused."""
+    if vector and out is None:
+        raise InputError("--vector must go with --out, where the figure is written, but --out is left out")
+
+
+def _report_file(report: str | None, out: str | None) -> Path | None:
+    """Where the report goes, checked before anything is computed."""
+    if report is None:
+        return None
+    from harvester import files
+
+    path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
+    files.folder(path.parent, "--out" if report == HERE and out is not None else "--report")
+    if path.is_dir():
+        raise invalid("--report", "be a file", str(path))
+    return path
+
+
+def _written(page: Path, quiet: bool = False) -> None:
+    if not quiet:
+        click.echo(f"report: {page}")
 
 
 def _load(path: str) -> "Scene":

@@ -17,6 +17,7 @@ so that a bias that was not seen counts as large as it may be without being seen
 import dataclasses
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from harvester import files
@@ -29,26 +30,35 @@ from harvester.provenance import provenance
 from harvester.scene import Scene
 
 
-def cost(scene: Scene, out: str | Path, seed: int = 0, budget: float = 60.0, tick: Tick | None = None) -> Cost:
+def cost(
+    scene: Scene,
+    out: str | Path,
+    seed: int = 0,
+    budget: float = 60.0,
+    tick: Tick | None = None,
+    vector: Sequence[str] = (),
+) -> Cost:
     """Measure every engine that can serve a scene in about ``budget`` seconds, compilation apart, at least once each.
 
-    Writes cost.csv, cost.png and provenance.json.  An engine that fails is a row with its error.
+    Writes cost.csv, cost.png, its ``vector`` forms (svg, pdf) and provenance.json.  An engine that fails is a row with
+    its error.
 
     Raises
     ------
     InputError
-        for a folder that cannot be written.
+        for a folder that cannot be written, or another form.
     HarvesterError
         where no engine that samples gives a power above zero.
     """
     from harvester import figures
 
+    files.check_vector(vector)
     folder = files.folder(out)
     bench = Bench(scene, seed, budget, tick)
     bench.measure()
     answer = _table(bench)
     files.write(folder / "cost.csv", answer.text())
-    files.write(folder / "cost.png", figures.cost(answer.rows, scene.title))
+    figures.save(figures.cost(answer.rows, scene.title), folder, "cost", vector)
     whence = provenance(scene, seed=seed, budget=budget, reference=answer.reference)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return answer

@@ -5,9 +5,12 @@ import dataclasses
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harvester.estimate import Value
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
 
@@ -83,6 +86,12 @@ class Cost:
             return min(reached), True
         longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
         return (min(longer), False) if longer else None
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """Total error against seconds as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.cost(self.rows, title)
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:

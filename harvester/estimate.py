@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,12 @@ class Estimate:
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """The parts of the error, and the ledger where there is one, as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.estimate(self, title)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

@@ -3,14 +3,16 @@
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from harvester.errors import InputError, invalid
 
+VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 
-def folder(path: str | Path) -> Path:
-    """A folder to write into, made where it is missing.
+
+def folder(path: str | Path, option: str = "--out") -> Path:
+    """A folder to write into, made where it is missing; ``option`` is what an error names.
 
     Raises
     ------
@@ -18,7 +20,7 @@ def folder(path: str | Path) -> Path:
         where it cannot be made or written.
     """
     if not str(path):  # Path("") is the present folder: an unset variable of a shell
-        raise invalid("--out", "be a folder", "")
+        raise invalid(option, "be a folder", "")
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -26,9 +28,16 @@ def folder(path: str | Path) -> Path:
             pass
     except OSError as error:
         raise InputError(
-            f"--out must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
+            f"{option} must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
         ) from None
     return path
+
+
+def check_vector(forms: Sequence[str]) -> None:
+    """InputError where a form of a figure is none of `VECTOR`: told before anything is computed."""
+    for form in forms:
+        if form not in VECTOR:
+            raise invalid("--vector", "be svg or pdf", form)
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "--out") -> None:

@@ -6,7 +6,8 @@ Where the text does not print a value, the one assumed stands in `ASSUMED` and i
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,30 +66,47 @@ class Point:
     ensemble_stderr: float
 
 
-def draw(numbers: list[str], out: str | Path, tick: Callable[[float, str], None] | None = None) -> None:
-    """Write figN.csv and figN.png for each figure number into a folder; ``tick`` is told the fraction done and at what.
+@dataclass(frozen=True)
+class Drawn:
+    """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
 
-    Raises InputError where the folder cannot be written.
+    number: str
+    title: str
+    points: list[Point]
+    seconds: float
+
+
+def draw(
+    numbers: list[str], out: str | Path, tick: Callable[[float, str], None] | None = None, vector: Sequence[str] = ()
+) -> list[Drawn]:
+    """Write figN.csv and figN.png, and its ``vector`` forms (svg, pdf), for each figure number into a folder.
+
+    ``tick`` is told the fraction done and at what.  Raises InputError where the folder cannot be written, or
+    for another form.
     """
     from harvester import figures
 
-    out = files.folder(out)
+    files.check_vector(vector)
+    out, drawn = files.folder(out), []
     done, total = 0.0, sum(SECONDS[number] for number in numbers)
     for number in numbers:
-        points = []
+        begin, points = time.perf_counter(), []
         for point in figure(number):
             points.append(point)
             if tick is not None:
                 part = min(len(points) / POINTS[number], 1.0)
                 tick((done + part * SECONDS[number]) / total, f"figure {number}")
+        seconds = time.perf_counter() - begin
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
         writer.writerows([p.panel, p.curve, *(f"{v:.9g}" for v in dataclasses.astuple(p)[2:])] for p in points)
         files.write(out / f"fig{number}.csv", text.getvalue())
         assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
-        files.write(out / f"fig{number}.png", figures.paper(points, f"Figure {number}: {TITLES[number]}{assumed}"))
+        drawn.append(Drawn(number, f"Figure {number}: {TITLES[number]}{assumed}", points, seconds))
+        figures.save(figures.paper(points, drawn[-1].title), out, f"fig{number}", vector)
         done += SECONDS[number]
+    return drawn
 
 
 def figure(number: str) -> Iterator[Point]:

@@ -37,13 +37,19 @@ def machine() -> dict[str, Any]:
     return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
 
 
-def provenance(scene: Scene, **what: Any) -> dict[str, Any]:
-    """All of it, with ``what`` the command asked for."""
+def whence() -> dict[str, Any]:
+    """The command, when and where it ran, and by what."""
     return {
         "command": sys.argv[1:],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
         "machine": machine(),
+    }
+
+
+def provenance(scene: Scene, **what: Any) -> dict[str, Any]:
+    """All of it, with ``what`` the command asked for."""
+    return whence() | {
         "scene": scene.tables(),
         "scene_digest": scene.digest,
         "netlist": None if scene.load is None or scene.load.netlist is None else load_circuit(scene.load).text,

@@ -4,7 +4,7 @@ import csv
 import dataclasses
 import io
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,13 +65,21 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
     return n2, error
 
 
-def draw(scene: Scene, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> list[Edge]:
+def draw(
+    scene: Scene,
+    out: str | Path,
+    seed: int = 0,
+    tick: Callable[[], None] | None = None,
+    vector: Sequence[str] = (),
+) -> list[Edge]:
     """Write stability.csv and stability.png for a scene, whose own mu and D22 do not matter, into a folder.
 
-    Raises InputError where the folder cannot be written, and CannotServeError as `check_rest`.
+    ``vector`` are forms of the figure beside its .png: svg, pdf.  Raises InputError for another one or where the folder
+    cannot be written, and CannotServeError as `check_rest`.
     """
     from harvester import figures
 
+    files.check_vector(vector)
     if scene.load is not None and scene.load.netlist is not None:
         raise SimulationError("the region of stability must have a load resistance: give load.resistance")
     check_rest(equations(scene))
@@ -85,5 +93,5 @@ def draw(scene: Scene, out: str | Path, seed: int = 0, tick: Callable[[], None] 
     writer.writerow(COLUMNS)
     writer.writerows([f"{v:.9g}" for v in dataclasses.astuple(edge)] for edge in points)
     files.write(folder / "stability.csv", text.getvalue())
-    files.write(folder / "stability.png", figures.region(points, scene.title))
+    figures.save(figures.region(points, scene.title), folder, "stability", vector)
     return points

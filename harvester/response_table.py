@@ -5,11 +5,15 @@ import io
 import itertools
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harvester.engines.ensemble import UNLIKE
 from harvester.estimate import Value
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,12 @@ class Response:
             if abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
                 found.append(up.frequency)
         return found
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """Power and RMS voltage against the frequency as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.response(self, title)
 
     def text(self) -> str:
         """The CSV file."""

@@ -24,14 +24,15 @@ def sweep(
     tick: Callable[[str], None] | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
+    vector: Sequence[str] = (),
 ) -> "Table":
     """Every engine at every value of a scene key, or on the grid of several.
 
     ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their
     unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line.  ``engines`` are by default all that serve the
     scene (for a netlist, `Spice`).  ``out`` is a folder for sweep.csv, sweep.nc, sweep.png and provenance.json; without
-    it nothing is left on the disk.  ``workers`` (processes; None: one a core where there is work for them), ``resume``
-    and ``scheduler`` are those of `harvester.studies.sweep.sweep`.
+    it nothing is left on the disk.  ``workers`` (processes; None: one a core where there is work for them), ``resume``,
+    ``scheduler`` and ``vector`` are those of `harvester.studies.sweep.sweep`.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -65,7 +66,7 @@ def sweep(
     if engines is None:
         netlist = scene.load is not None and scene.load.netlist is not None
         engines = [engine(name) for name in (["spice"] if netlist else serving(scene))]
-    return studies.sweep(scene, axes, engines, out, resume, tick, workers, scheduler)
+    return studies.sweep(scene, axes, engines, out, resume, tick, workers, scheduler, None, vector)
 
 
 def __getattr__(name: str) -> Any:  # what this module held before

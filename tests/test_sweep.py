@@ -156,7 +156,7 @@ def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
 @pytest.fixture
 def undrawn(monkeypatch):
     """No figure: it takes .3 s."""
-    monkeypatch.setattr(figures, "sweep", lambda *_: b"")
+    monkeypatch.setattr(figures, "save", lambda *_: None)
 
 
 @pytest.fixture

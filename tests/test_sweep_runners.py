@@ -33,7 +33,7 @@ ENGINES = [
 
 @pytest.fixture(autouse=True)
 def undrawn(monkeypatch):
-    monkeypatch.setattr(figures, "sweep", lambda *_: b"")
+    monkeypatch.setattr(figures, "save", lambda *_: None)
 
 
 def bare(table):
@@ -44,7 +44,7 @@ def bare(table):
 def expected(tmp_path_factory):
     """In this process, one point after the other."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(figures, "sweep", lambda *_: b"")
+        patched.setattr(figures, "save", lambda *_: None)
         rows = bare(sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path_factory.mktemp("here"), workers=1))
     assert [row["error"] for row in rows] == [""] * 18
     return rows

@@ -24,6 +24,7 @@ def test_wheel_runs_with_its_netlists(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "installed")
         assert "harvester/py.typed" in archive.namelist()
+    assert (tmp_path / "installed" / "harvester" / "report" / "page.html").is_file()
     code = "from harvester.circuit.netlist import folder, load_circuit; from harvester.scene import Load\n"
     code += "print(folder()); print(load_circuit(Load(netlist='bridge')).name)"
     told = subprocess.run(

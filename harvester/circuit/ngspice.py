@@ -30,7 +30,6 @@ from harvester.circuit.netlist import LoadCircuit  # noqa: E402
 from harvester.circuit.reference import Reference  # noqa: E402
 from harvester.errors import CircuitError, MissingProgramError  # noqa: E402
 
-
 KICKS = 1.0  # a second: the least of a run that gets anywhere
 
 
@@ -93,8 +92,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
-        ngspice runs in a thread of its own, so that a run without `KICKS` a second over ``patience`` seconds can be given up;
-        it cannot be stopped.  After that, and after a fatal error, no other circuit runs in this process.
+        ngspice runs in a thread of its own, so that a run without `KICKS` a second over ``patience`` seconds can be
+        given up; it cannot be stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
         Raises
         ------

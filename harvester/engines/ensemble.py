@@ -81,7 +81,7 @@ class Ensemble(Sampled):
             warm_up(eqs, seed, circuit)
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
-        warnings = many.patient(self.budget).settle()
+        warnings = many.patient(held(self.budget)).settle()
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)

@@ -133,10 +133,10 @@ class Spice(Sampled):
 
     def _check_patience(self, kicks: int, burn_in: float) -> None:
         """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
-        if self.duration is None and kicks > max(self.PATIENCE, self.STEPS_A_SECOND * (self.budget or 0.0)):
+        if self.duration is None and kicks > max(self.PATIENCE, self.STEPS_A_SECOND * (held(self.budget) or 0.0)):
             raise SimulationError(
-                f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: use "
-                f"engine 'ensemble', or give --duration, fewer --trajectories, a longer --dt or a --budget above "
+                f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "
+                f"use engine 'ensemble', or give --duration, fewer --trajectories, a longer --dt or a --budget above "
                 f"{kicks / self.STEPS_A_SECOND:.2g}s"
             )
 

@@ -3,13 +3,16 @@
 import csv
 import io
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harvester.errors import HarvesterError
 from harvester.estimate import Estimate, Value, number
 from harvester.optimum.ranges import Range
 from harvester.optimum.surface import Point
 from harvester.scene import unit_of
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 _ENDS = {-1: "low", 1: "high"}
 
@@ -80,6 +83,12 @@ class Optimum:
     def failed(self) -> int:
         """Evaluations by the engine itself without an answer."""
         return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """The evaluations and the optimum as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.optimum(self, title)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from harvester.errors import (
 )
 from harvester.estimate import Estimate, z_score
 from harvester.scene import Scene
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
 
 WEIGHTS = {"published": 0.02, "averaged": 0.02, "ensemble": 1.0, "ideal": 1.0, "spice": 8.0, "paths": 1.0}  # of time
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
@@ -85,6 +88,12 @@ class Comparison:
         """Power over the reference's."""
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """The engines, and the paths, as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.comparison(self, title)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

@@ -8,6 +8,7 @@ import csv
 import io
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as File
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ from harvester.scaling import equations, scales
 from harvester.scene import Scene
 
 if TYPE_CHECKING:
+    from harvester.figures import Plot
     from harvester.mechanics.path import Path
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
@@ -56,6 +58,12 @@ class Motion:
     step: float
     physical: bool
     engine: str
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """The path as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.motion(self, title)
 
     def text(self) -> str:
         """The CSV file."""
@@ -161,15 +169,21 @@ def _in_ngspice(scene: Scene, noise: Floats, h: float, stride: int, shaking: Flo
 
 
 def draw(
-    scene: Scene, out: str | File, engine: str = "ensemble", duration: float | None = None, seed: int = 0
+    scene: Scene,
+    out: str | File,
+    engine: str = "ensemble",
+    duration: float | None = None,
+    seed: int = 0,
+    vector: Sequence[str] = (),
 ) -> Motion:
-    """`motion`; writes motion.csv, motion.png and provenance.json into a folder."""
-    from harvester import motion_figure
+    """`motion`; writes motion.csv, motion.png, its ``vector`` forms (svg, pdf) and provenance.json into a folder."""
+    from harvester import figures
 
+    files.check_vector(vector)
     folder = files.folder(out)
     found = motion(scene, engine, duration, seed)
     files.write(folder / "motion.csv", found.text())
-    files.write(folder / "motion.png", motion_figure.motion(found, scene.title))
+    figures.save(figures.motion(found, scene.title), folder, "motion", vector)
     whence = provenance(scene, engine=engine, seed=seed, duration=found.shown, step=found.step)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return found

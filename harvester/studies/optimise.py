@@ -34,6 +34,7 @@ def optimise(
     budget: float = 60.0,
     out: str | Path | None = None,
     tick: Tick | None = None,
+    vector: Sequence[str] = (),
 ) -> Optimum:
     """The keys' values of the largest mean power.
 
@@ -41,7 +42,7 @@ def optimise(
     default `Ensemble`, for a netlist `Spice`.  ``within`` is the relative error of the power at the
     optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
     towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
-    evaluations), optimise.png and provenance.json.
+    evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -57,6 +58,7 @@ def optimise(
     HarvesterError
         where the engine fails everywhere, the last error.
     """
+    files.check_vector(vector)
     found_ranges = ranges(over)
     if engine is None:
         engine = named("ensemble" if scene.load is None or scene.load.netlist is None else "spice")
@@ -81,7 +83,7 @@ def optimise(
     estimate, warnings = _last(surface, engine, search, best, within)
     answer = _answer(surface, engine, found, estimate, warnings, time.perf_counter() - begin)
     if folder is not None:
-        _write(folder, answer, scene, engine, {"within": within, "budget": budget})
+        _write(folder, answer, scene, engine, {"within": within, "budget": budget}, vector)
     return answer
 
 
@@ -129,7 +131,9 @@ def _answer(
     )
 
 
-def _write(folder: Path, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float]) -> None:
+def _write(
+    folder: Path, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float], vector: Sequence[str]
+) -> None:
     from harvester import figures
 
     chosen = {f.name: getattr(engine, f.name) for f in dataclasses.fields(engine)} | options
@@ -139,5 +143,5 @@ def _write(folder: Path, answer: Optimum, scene: Scene, engine: Any, options: di
         engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
     )
     files.write(folder / "optimise.csv", answer.text())
-    files.write(folder / "optimise.png", figures.optimum(answer, scene.title))
+    figures.save(figures.optimum(answer, scene.title), folder, "optimise", vector)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")

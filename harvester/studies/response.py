@@ -154,14 +154,25 @@ def _point(
     return Point(direction, frequency, v2, power, spread)
 
 
-def draw(scene: Scene, text: str, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None) -> Response:
-    """`response` over ``text`` (`frequencies`); writes response.csv, response.png and provenance.json into a folder."""
-    from harvester import response_figure
+def draw(
+    scene: Scene,
+    text: str,
+    out: str | Path,
+    seed: int = 0,
+    tick: Callable[[], None] | None = None,
+    vector: Sequence[str] = (),
+) -> Response:
+    """`response` over ``text`` (`frequencies`).
 
+    Writes response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json into a folder.
+    """
+    from harvester import figures
+
+    files.check_vector(vector)
     sweep, folder = frequencies(scene, text), files.folder(out)
     found = response(scene, sweep, seed, tick)
     files.write(folder / "response.csv", found.text())
-    files.write(folder / "response.png", response_figure.response(found, scene.title))
+    figures.save(figures.response(found, scene.title), folder, "response", vector)
     whence = provenance(scene, sweep=list(sweep), seed=seed)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return found

@@ -40,8 +40,11 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     skip: Callable[[str], None] | None = None,
+    vector: Sequence[str] = (),
 ) -> Table:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png, provenance.json into the folder ``out``.
+
+    ``vector`` are forms of the figure beside its .png: svg, pdf.
 
     ``axes`` are those of a grid, or a list of points (`read_points`).  The points are computed in ``workers`` processes
     (None: one a core where there is work for them; 1: this one), or by the workers of a Dask ``scheduler``; the answers
@@ -65,8 +68,8 @@ def sweep(
         if resume:
             raise InputError("--resume must go with the folder of an earlier sweep, but there is none")
         with tempfile.TemporaryDirectory(prefix="harvester-") as folder:  # for the journal
-            return _sweep(scene, axes, engines, folder, False, tick, workers, scheduler, None, drawn=False)
-    return _sweep(scene, axes, engines, out, resume, tick, workers, scheduler, skip or tick, drawn=True)
+            return _sweep(scene, axes, engines, folder, False, tick, workers, scheduler, None, None)
+    return _sweep(scene, axes, engines, out, resume, tick, workers, scheduler, skip or tick, vector)
 
 
 def _sweep(
@@ -79,8 +82,9 @@ def _sweep(
     workers: int | None,
     scheduler: str | None,
     skip: Callable[[str], None] | None,
-    drawn: bool,
+    vector: Sequence[str] | None,
 ) -> Table:
+    files.check_vector(vector or ())
     points = axes if isinstance(axes, Points) else grid(axes)
     names = [e.NAME for e in engines]
     for name in names:
@@ -102,14 +106,14 @@ def _sweep(
     try:
         _save(out, points, journal)  # before the provenance, which must never stand beside the rows of another sweep
         files.write(out / "provenance.json", json.dumps(about, indent=2, default=str) + "\n")
-        for name in ("sweep.png", "sweep.nc"):  # nor an older plot
+        for name in ("sweep.nc", *(f"sweep.{form}" for form in ("png", *files.VECTOR))):  # nor an older plot
             (out / name).unlink(missing_ok=True)
         if skip is not None:
             for _, place, _ in journal.rows():
                 skip(names[place])
         todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
         last = _fill(journal, points, out, _run(todo, workers, scheduler), names, tick)
-        return _finished(out, points, journal, about, scene, last, drawn)
+        return _finished(out, points, journal, about, last, vector)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(out)!r}; "
@@ -177,9 +181,8 @@ def _finished(
     points: Points,
     journal: Journal,
     about: dict[str, Any],
-    scene: Scene,
     last: HarvesterError | None,
-    drawn: bool,
+    vector: Sequence[str] | None,
 ) -> Table:
     """The whole table, its file, and what is made of it."""
     which = array("q")
@@ -192,13 +195,13 @@ def _finished(
     if last is not None and all(row["error"] for row in table.rows):
         journal.remove()
         raise last
-    if not drawn:
+    if vector is None:
         return table
     from harvester import figures
     from harvester.sweeps.dataset import netcdf
 
     files.write(out / "sweep.nc", netcdf(table))
-    files.write(out / "sweep.png", figures.sweep(table, scene.title, scene.physical))
+    figures.save(table.plot(), out, "sweep", vector)
     journal.remove()
     return table
 

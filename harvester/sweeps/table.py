@@ -15,7 +15,8 @@ from harvester.sweeps.points import Axis
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
+
+    from harvester.figures import Plot
 
 Row = dict[str, str]
 
@@ -71,18 +72,22 @@ class Table:
     def _repr_html_(self) -> str:
         from harvester import notebook, tables
 
-        physical = "nondimensional" not in self.about.get("scene", {})
-        head, shown = tables.cells(self.rows[: notebook.MOST_ROWS], physical)
+        head, shown = tables.cells(self.rows[: notebook.MOST_ROWS], self.physical)
         more = len(self.rows) - len(shown)
         notes = [f"{more} rows more"] if more > 0 else []
         return notebook.table("sweep", head, shown, notes + tables.warnings(self.rows))
 
-    def plot(self) -> "Figure":
-        """Mean power against the first key, one curve an engine: a figure, not yet saved or shown."""
+    @property
+    def physical(self) -> bool:
+        """Whether its powers are in W (else nondimensional)."""
+        return "nondimensional" not in self.about.get("scene", {})
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """Mean power against the first key as a matplotlib figure, ``title`` (empty: the scene's; None: none) above."""
         from harvester import figures
 
         scene = self.about.get("scene", {})
-        return figures.sweep_figure(self, scene.get("title", ""), "nondimensional" not in scene)
+        return figures.sweep(self, scene.get("title", "") if title == "" else title, self.physical)
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:

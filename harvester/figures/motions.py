@@ -1,0 +1,80 @@
+"""Drawing of one path: over time, in the phase plane, and how it spends its time."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harvester.figures.quantities import scale
+from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+
+if TYPE_CHECKING:
+    from harvester.studies.motion import Motion
+
+_INK, _PALE = "#0072B2", "0.72"
+_STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, (5, 2))}
+_MOST = 4000  # points of a line
+
+
+def motion(found: "Motion", title: str | None) -> Plot:
+    """Displacement and voltage of the part shown, phase plane and density of the whole path; stops dashed."""
+    end = float(found.t[-1])
+    last, settled = found.t >= end - found.shown, found.t >= 0.25 * end
+    few = found.t >= end - 0.15 * found.shown
+    thin = slice(None, None, max(1, int(last.sum()) // _MOST))
+    units = {"x": "m", "voltage": "V", "acceleration": "m/s^2", "v": "m/s", "t": "s"}
+    names = {
+        "x": "displacement",
+        "voltage": "voltage",
+        "acceleration": "base acceleration",
+        "v": "velocity",
+        "t": "time",
+    }
+    values = {name: array for name in names if (array := getattr(found, name)) is not None}
+    scales = {
+        name: scale(names[name], units[name] if found.physical else "", array[last]) for name, array in values.items()
+    } | {"t": scale("time", "s" if found.physical else "", [end])}
+    shown = {name: array / scales[name].factor for name, array in values.items()}
+    in_time = [name for name in ("x", "voltage", "acceleration") if name in values]
+    stops = [stop / scales["x"].factor for stop in found.stops]
+    with styled():
+        figure, axes = new(len(in_time), 2, (WIDTH, 1.9 * len(in_time) + 0.5), width_ratios=[2.0, 1])
+        for here, name in zip(axes[:, 0], in_time, strict=True):
+            here.plot(shown["t"][last][thin], shown[name][last][thin], color=_INK, linewidth=0.8)
+            here.set_ylabel(scales[name].label.replace(" (", "\n("))
+            here.set_xlim((end - found.shown) / scales["t"].factor, end / scales["t"].factor)
+        for here in axes[:-1, 0]:
+            here.tick_params(labelbottom=False)
+        axes[-1, 0].set_xlabel(scales["t"].label)
+        hits = found.impacts[found.impacts[:, 0] >= end - found.shown]
+        if 0 < len(hits) <= _MOST:
+            at = np.where(hits[:, 1] > 0.0, stops[0], stops[-1])
+            look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
+            axes[0, 0].plot(hits[:, 0] / scales["t"].factor, at, "o", **look)
+        for number, stop in enumerate(stops):
+            axes[0, 0].axhline(stop, **_STOP, label="_" if number else "stop" if len(stops) == 1 else "stops")
+        plane, density = axes[0, 1], axes[1, 1]
+        some = slice(None, None, max(1, int(settled.sum()) // 20_000))
+        dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
+        plane.plot(shown["x"][settled][some], shown["v"][settled][some], ".", zorder=1, **dots)
+        plane.plot(shown["x"][few], shown["v"][few], color=_INK, linewidth=0.7)
+        plane.set_xlabel(scales["x"].label)
+        plane.set_ylabel(scales["v"].label)
+        _density(density, shown["x"][settled], scales["x"].label)
+        for here in (plane, density):
+            for stop in stops:
+                here.axvline(stop, **_STOP)
+        if len(in_time) == 3:
+            _density(axes[2, 1], shown["voltage"][settled], scales["voltage"].label)
+        entitle(figure, title, "One path")
+        legend(
+            figure, "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
+        )
+    return figure
+
+
+def _density(here: Any, values: Any, label: str) -> None:
+    """How often a value is taken, its integral 1."""
+    here.hist(values, 80, density=True, color=_PALE)
+    here.set_xlabel(label)
+    unit = label[label.rindex("(") + 1 : -1]
+    here.set_ylabel("density (nondimensional)" if "nondimensional" in unit else f"density (1/{unit})")

@@ -1,0 +1,109 @@
+"""Drawing of an optimum: the evaluations that found it, the best place and its interval."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from harvester.arrays import Floats
+from harvester.figures.quantities import broken, mark, scale
+from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
+
+if TYPE_CHECKING:
+    from harvester.optimum.answer import Key, Optimum
+
+_NOTE = "Bars: 95 % sampling + step + model, as far as stated."
+_MOST_BARS = 150  # evaluations with an error bar each
+_STAR: dict[str, Any] = {
+    "marker": "*",
+    "markersize": 13,
+    "clip_on": False,
+    "linestyle": "none",
+    "zorder": 6,
+    "label": "optimum",
+}
+
+
+def optimum(answer: "Optimum", title: str | None) -> Plot:
+    """All evaluations of the engine with the optimum and its interval: contours over two keys, else a panel a key."""
+    keys = answer.keys
+    own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
+    places = np.array([p.u for p in own])
+    x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
+    powers = [p.power for p in own if p.power is not None]
+    y = scale("mean power", "W" if answer.estimate.physical else "", [v.value for v in powers])
+    power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "error95"))
+    plane = len(keys) == 2 and len(own) > 3 and bool(np.linalg.matrix_rank(places - places[0], 1e-6) == 2)
+    with styled():
+        columns = 1 if plane else len(keys)
+        figure, axes = new(1, columns, (WIDTH, 4.4), squeeze=False, sharey=True)
+        if plane:
+            _plane(axes[0, 0], answer, places, x, power, y.label)
+        for number, here in enumerate(() if plane else axes[0]):
+            _panel(here, answer, keys[number], x[:, number], power, error, y.factor)
+        if not plane:
+            axes[0, 0].set_ylabel(y.label)
+        entitle(figure, title, "Largest mean power")
+        legend(figure, _NOTE if error.any() and len(own) <= _MOST_BARS else "")
+    return figure
+
+
+def _panel(here: Axes, answer: "Optimum", key: "Key", x: Floats, power: Floats, error: Floats, unit: float) -> None:
+    """Evaluations against one key, whatever the others were."""
+    by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
+    colour = STYLES.get(answer.engine, {}).get("color", "0.3")
+    if key.low95 is not None and key.high95 is not None:
+        here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="interval of the best value")
+    if len(answer.keys) > 1:
+        here.set_xlabel(broken(here.get_xlabel(), 22))
+    style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
+    style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
+    here.errorbar(
+        x / by,
+        power,
+        error if error.any() and len(x) <= _MOST_BARS else None,
+        **style,
+        label=f"evaluations by {answer.engine}",
+    )
+    best = answer.mean_power
+    here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
+
+
+def _plane(here: Axes, answer: "Optimum", places: Floats, x: Floats, power: Floats, label: str) -> None:
+    """Contours over two keys, triangulated as they were searched: by ratio where the axis is logarithmic."""
+    from matplotlib.tri import Triangulation
+
+    one, two = answer.keys
+    ends = [[key.range.low, key.range.high] for key in answer.keys]
+    by = [
+        mark(axis, key.range.key, end, key.range.logarithmic)
+        for axis, key, end in zip((here.xaxis, here.yaxis), answer.keys, ends, strict=True)
+    ]
+    x = x / by
+    triangles = Triangulation(places[:, 0], places[:, 1]).triangles
+    filled = here.tricontourf(Triangulation(x[:, 0], x[:, 1], triangles), power, levels=12, cmap="viridis")
+    assert here.figure is not None
+    here.figure.colorbar(filled, ax=here, label=label)
+    dots: dict[str, Any] = {
+        "marker": "o",
+        "markersize": 3 if len(x) < 100 else 1.5,
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+        "markeredgewidth": 0.4,
+    }
+    here.plot(x[:, 0], x[:, 1], linestyle="none", **dots, label=f"evaluations by {answer.engine}")
+    spans = [
+        None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
+        for k, b in zip(answer.keys, by, strict=True)
+    ]
+    here.errorbar(
+        one.value / by[0],
+        two.value / by[1],
+        spans[1],
+        spans[0],
+        color="#D55E00",
+        markeredgecolor="white",
+        capsize=3,
+        **_STAR,
+    )
+    here.grid(visible=False)

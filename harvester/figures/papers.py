@@ -1,0 +1,74 @@
+"""Drawing of one of the paper's figures."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from harvester.figures.quantities import broken, logarithm, scale
+from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
+
+if TYPE_CHECKING:
+    from harvester.paper import Point
+
+_MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
+_NAMES = {
+    "E[V^2]": "mean square voltage E[V²]",
+    "E[P]": "mean power E[P]",
+    "lambda": "top Lyapunov exponent λ",
+    "D22": "parametric noise D22",
+    "mu": "time-constant ratio μ",
+    "beta": "coupling β",
+    "r": "restitution coefficient r",
+    "D11": "external noise D11",
+}
+
+
+def paper(points: "list[Point]", title: str | None) -> Plot:
+    """A panel each of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
+    panels = list(dict.fromkeys(p.panel for p in points))
+    curves = list(dict.fromkeys(p.curve for p in points))
+    with styled():
+        figure, axes = new(1, len(panels), (WIDTH, 3.8 if len(panels) < 3 else 3.4), squeeze=False)
+        for panel, here in zip(panels, axes[0], strict=True):
+            of_panel = [p for p in points if p.panel == panel]
+            unit = _label(here, panel, of_panel, 22 if len(panels) > 2 else 34)
+            for number, name in enumerate(curves):
+                _curve(here, [p for p in of_panel if p.curve == name], unit, number)
+        entitle(figure, title, "")
+        marks = [
+            Line2D(
+                [], [], color=paler(INK, _PALER * n), marker=_MARKERS[n % 3], linestyle="none", markersize=4, label=name
+            )
+            for n, name in enumerate(curves)
+            if name
+        ]
+        legend(figure, "Bars: 95 % sampling intervals of the Monte Carlo.", marks)
+    return figure
+
+
+def _curve(here: Axes, rows: "list[Point]", unit: float, number: int) -> None:
+    """One curve three ways, paler for each next one."""
+    x, y = np.array([p.x for p in rows]), np.array([p.ensemble for p in rows])
+    for name in ("published", "averaged"):
+        style = STYLES[name] | {"color": paler(STYLES[name]["color"], _PALER * number), "linewidth": 1.2}
+        here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
+    error = 1.96 * np.array([p.ensemble_stderr for p in rows])
+    marks: dict[str, Any] = {"color": STYLES["ensemble"]["color"], "linestyle": "none", "zorder": 2.5}
+    marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}
+    marks |= {"markeredgecolor": paler(INK, _PALER * number), "ecolor": paler(INK, _PALER * number), "elinewidth": 0.8}
+    here.errorbar(x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)")
+
+
+def _label(here: Axes, panel: str, rows: "list[Point]", most: int) -> float:
+    """Quantities of a panel's axes, all of them nondimensional; what the values are divided by."""
+    what, _, against = panel.partition(" against ")
+    if not against:
+        what, against = "probability density", what[2:-1]
+    found = scale(_NAMES.get(what, what), "", [p.averaged for p in rows])
+    here.set_ylabel(broken(found.label, most))
+    here.set_xlabel(broken(f"{_NAMES.get(against, against)} (nondimensional)", most))
+    if against == "mu":
+        logarithm(here.xaxis)
+    return found.factor

@@ -1,0 +1,122 @@
+"""Quantities and units on axes: prefixes where a unit takes one, powers of ten elsewhere, numbers that people read."""
+
+import math
+import textwrap
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axis import Axis
+from matplotlib.ticker import EngFormatter, Formatter
+
+from harvester.scene import unit_of
+
+NONDIMENSIONAL = "nondimensional"
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_PREFIXED = {"W", "V", "ohm", "F", "Hz", "s", "m", "m/s", "N/m", "N/V"}
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_WRITTEN = {"ohm": "Ω", "^2": "²", "^3": "³", "^5": "⁵"}
+_NAMES = {
+    "nondimensional.mu": "time-constant ratio μ = 1/(R Cp ω0)",
+    "nondimensional.beta": "electromechanical coupling β",
+    "nondimensional.alpha": "cubic stiffness α",
+    "nondimensional.restitution": "restitution coefficient r",
+    "stop.restitution": "restitution coefficient r",
+    "piezo.coupling": "electromechanical coupling",
+    "piezo.capacitance": "clamped capacitance",
+    "excitation.acceleration_psd": "density of the base acceleration",
+    "excitation.acceleration_amplitude": "amplitude of the base acceleration",
+    "excitation.frequency": "drive frequency",
+    "nondimensional.drive_frequency": "drive frequency Ω",
+}
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What values are divided by, and what the axis says then."""
+
+    factor: float
+    label: str
+
+
+def scale(name: str, unit: str, values: Any) -> Scale:
+    """Of a linear axis: mean power 3.1e-6 W is 3.1 on an axis "mean power (µW)"; "" is a number without a unit."""
+    shown = np.abs(np.asarray(values, dtype=float))
+    largest = float(shown[np.isfinite(shown)].max(initial=0.0))
+    exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
+    if unit in _PREFIXED:
+        power = min(max(3 * (exponent // 3), -15), 9)
+        return Scale(10.0**power, f"{name} ({_PREFIXES[power]}{written(unit)})")
+    power = exponent if exponent < -2 or exponent > 4 else 0
+    told = [f"10{str(power).translate(_SUPERSCRIPT)}"] if power else []
+    if unit:
+        return Scale(10.0**power, f"{name} ({' '.join([*told, written(unit)])})")
+    return Scale(10.0**power, f"{name} ({', '.join([*told, NONDIMENSIONAL])})")
+
+
+def written(unit: str) -> str:
+    """A unit as print has it."""
+    for plain, sign in _WRITTEN.items():
+        unit = unit.replace(plain, sign)
+    return unit
+
+
+def quantity(key: str) -> tuple[str, str]:
+    """Name and unit of a scene key, such as ("load resistance", "ohm"); "" for a number without a unit."""
+    if key.startswith("load.parameters."):
+        return f"parameter {key.split('.', 2)[2]} of the netlist", "SI"
+    unit = unit_of(key)
+    bare = key.removeprefix("nondimensional.").replace(".", " ").replace("_", " ")
+    return _NAMES.get(key, bare), "" if unit == "1" else unit
+
+
+def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
+    """Label an axis with a scene key's quantity; what the values are to be divided by."""
+    name, unit = quantity(key)
+    if logarithmic:
+        axis.set_label_text(f"{name} ({written(unit) or NONDIMENSIONAL})")
+        logarithm(axis, unit in _PREFIXED)
+        return 1.0
+    found = scale(name, unit, values)
+    axis.set_label_text(found.label)
+    return found.factor
+
+
+def logarithm(axis: Axis, prefixes: bool = False) -> None:
+    """A logarithmic axis with ticks 1 k, 10 k, 1 M (``prefixes``), or .001, .1, 100 and 10⁻⁵."""
+    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
+    axis.set_major_formatter(_Ticks(prefixes))
+    axis.set_minor_formatter(_Ticks(prefixes))
+
+
+def plain(value: float) -> str:
+    """0.001, 20, 10⁻⁵, 2·10⁶."""
+    exponent = math.floor(math.log10(abs(value)) + 1e-9) if value else 0
+    if -4 < exponent < 5:
+        return f"{value:.4g}"
+    power = f"10{str(exponent).translate(_SUPERSCRIPT)}"
+    digits = f"{value / 10.0**exponent:.3g}"
+    return power if digits == "1" else f"{digits}·{power}"
+
+
+def broken(label: str, most: int) -> str:
+    """A label of more than so many letters over several lines, its unit on one of them."""
+    name, _, unit = label.partition(" (")
+    return label if len(label) <= most else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
+
+
+class _Ticks(Formatter):
+    """Numbers at the decades and, of an axis of two of them or less, at 2 and 5 in between."""
+
+    def __init__(self, prefixes: bool) -> None:
+        self._engineering = EngFormatter(sep=" ") if prefixes else None
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        if x <= 0.0 or self.axis is None:
+            return ""
+        low, high = sorted(self.axis.get_view_interval())
+        decades = math.log10(high / low) if low > 0.0 else math.inf
+        digit = round(x / 10.0 ** math.floor(math.log10(x) + 1e-9))
+        if digit not in ((1,) if decades > 2.0 else (1, 2, 5) if decades > 0.6 else range(1, 10)):
+            return ""
+        return plain(x) if self._engineering is None else self._engineering(x).strip()

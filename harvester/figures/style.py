@@ -1,0 +1,159 @@
+"""One look for all figures: fonts, sizes, lines, and a colour, a line and a marker an engine.
+
+Drawn for a journal's page 178 mm wide.  What tells engines apart survives a grey print: dashes, width and markers
+beside the colour.  Text is taken as it stands (a title may hold a dollar sign), so units are written in Unicode.
+"""
+
+import io
+import math
+import textwrap
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+WIDTH = 7.0  # inches: two columns of a journal
+STYLE: Any = {  # of matplotlib's hundreds of names
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.labelsize": 9,
+    "figure.titlesize": 10,
+    "legend.fontsize": 8,
+    "legend.title_fontsize": 8,
+    "legend.handlelength": 3.0,
+    "legend.frameon": False,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-4, 5),
+    "grid.color": "0.9",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.5,
+    "lines.markeredgewidth": 0.8,
+    "errorbar.capsize": 2,
+    "text.parse_math": False,
+    "savefig.dpi": 150,
+    "svg.hashsalt": "harvester",  # the same names inside the same file, run after run
+    "svg.fonttype": "path",  # looks the same where the font is missing
+    "pdf.fonttype": 42,  # letters stay letters
+}
+# Okabe and Ito's palette.  Lines first to last: wide and pale under thin and dark, so that engines that agree all show.
+STYLES: dict[str, dict[str, Any]] = {
+    "published": {"color": "#D55E00", "linestyle": (0, (5, 2)), "zorder": 3.2, "label": "published averaging"},
+    "averaged": {"color": "#009E73", "linestyle": "-", "zorder": 3.1, "label": "averaged (impact-aware)"},
+    "ensemble": {"color": "#999999", "linestyle": "-", "linewidth": 4.0, "zorder": 2.0, "label": "ensemble (exact RC)"},
+    "ideal": {
+        "color": "#CC79A7",
+        "linestyle": (0, (1, 1)),
+        "linewidth": 3.0,
+        "zorder": 2.5,
+        "label": "ideal circuit (ensemble)",
+    },
+    "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "zorder": 4.0, "label": "SPICE (ngspice)"},
+    "spice alone": {
+        "color": "#56B4E9",
+        "linestyle": "none",
+        "marker": "^",
+        "zorder": 3.9,
+        "label": "SPICE, not paired",
+    },
+}
+MARKERS = {"published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o", "spice alone": "^"}
+INK = "0.15"  # what belongs to no engine
+_LINES = 3  # of a title
+_IGNORED = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
+
+
+class Plot(Figure):
+    """A figure that keeps this look when it is drawn or saved later, and shows itself in a notebook."""
+
+    def draw(self, renderer: Any) -> None:
+        """As `matplotlib.figure.Figure.draw`."""
+        with styled():
+            super().draw(renderer)
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """As `matplotlib.figure.Figure.savefig`; the same figure gives the same file."""
+        form = options.get("format") or str(fname).rpartition(".")[2].lower()
+        with styled():
+            super().savefig(fname, **{"metadata": _IGNORED.get(form), **options})
+
+    def _repr_png_(self) -> bytes:
+        return image(self, "png")
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The look, for what is drawn inside."""
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # a title's letter that the font lacks: an empty box
+        yield
+
+
+def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Plot, Any]:
+    """A figure of a size in inches and its axes, without pyplot, which costs .2 s to load and keeps every figure."""
+    with styled():
+        figure = Plot(figsize=size, layout="constrained")
+        return figure, figure.subplots(rows, columns, **options)
+
+
+def image(figure: Figure, form: str) -> bytes:
+    """The figure as a file: png, svg or pdf."""
+    out = io.BytesIO()
+    figure.savefig(out, format=form)
+    return out.getvalue()
+
+
+def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
+    """A title over as many lines as it needs, up to three; ``otherwise`` for an empty one, none for None."""
+    if text is None:
+        return
+    text, across = text or otherwise, 13.0 * figure.get_figwidth()
+    across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)  # lines of about one length
+    with styled():
+        figure.suptitle(textwrap.fill(text, int(across), max_lines=_LINES, placeholder=" ..."))
+
+
+def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
+    """One legend under all axes, where it covers nothing; ``note`` says what bars and bands are."""
+    named: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    named |= {handle.get_label(): handle for handle in more}
+    if not named and not note:
+        return
+    longest = max((len(label) for label in named), default=1)
+    columns = max(1, min(len(named), 4, int(16.0 * figure.get_figwidth() / (longest + 10))))
+    columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1  # rows of equal length
+    across = int(15.0 * figure.get_figwidth())
+    with styled():
+        found = figure.legend(
+            [*named.values()],
+            [*named],
+            loc="outside lower center",
+            ncols=columns,
+            title=textwrap.fill(note, across),
+        )
+        found.get_title().set_multialignment("center")
+
+
+def paler(colour: Any, share: float) -> tuple[float, float, float]:
+    """A colour mixed with white."""
+    from matplotlib.colors import to_rgb
+
+    r, g, b = (c + share * (1.0 - c) for c in to_rgb(colour))
+    return r, g, b

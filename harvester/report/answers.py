@@ -1,0 +1,91 @@
+"""Reports of `run` and `compare`."""
+
+from harvester.estimate import Estimate
+from harvester.provenance import provenance
+from harvester.report import engines
+from harvester.report.numbers import signs
+from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.scene import Scene
+from harvester.studies.compare import Comparison
+
+
+def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
+    """One engine's answer: its errors, what the scene calls for, and how to do it again; nothing more is computed."""
+    about = provenance(scene)
+    parts = "The parts of the error of the mean power, in percent of it."
+    ledger = any(name.startswith("ledger_") for name in answer.details)
+    caption = f"{parts} To the right, where the power went." if ledger else parts
+    found = Section(
+        "Answer",
+        drawings=[drawing(answer.plot(None), f"Bars: {_told(answer)}", caption)],
+        tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer)],
+        warnings=engines.warnings([answer]),
+    )
+    return Page(
+        title=scene.title or "A scene without a title",
+        kind=f"run, engine {answer.engine}",
+        lead=engines.lead(answer),
+        sections=[found, scene_section(scene), effects_section(scene)],
+        command=command_line(about),
+        about=made_by(about, seed=seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"),
+    )
+
+
+def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
+    """All engines side by side, with z-scores, refusals, and what the paths say."""
+    about = provenance(scene)
+    reference = result.reference
+    figure = drawing(
+        result.plot(None),
+        "Mean power: " + "; ".join(_told(e) for e in result.estimates),
+        "Mean power of each engine with its error."
+        + (" Below, the voltage of one path from three sources." if result.paths else ""),
+    )
+    found = Section(
+        "Engines side by side",
+        drawings=[figure],
+        tables=[
+            engines.table(result.estimates),
+            _differences(result),
+            engines.reasons(result.estimates),
+            *engines.refusals(result.refused),
+            *_paths(result),
+        ],
+        warnings=engines.warnings(result.estimates),
+    )
+    return Page(
+        title=scene.title or "A scene without a title",
+        kind="compare",
+        lead=[f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]],
+        sections=[found, scene_section(scene), effects_section(scene)],
+        command=command_line(about),
+        about=made_by(about, seed=seed, reference=reference.engine),
+    )
+
+
+def _differences(result: Comparison) -> Grid:
+    """Ratio and z-score against the reference."""
+    rows = []
+    for estimate in result.estimates:
+        ratio, z = result.ratio(estimate), result.z(estimate)
+        if estimate is result.reference:
+            rows.append([estimate.engine, "1", "the reference"])
+        else:
+            told = "neither samples" if z is None else f"{z:.2f}"
+            rows.append([estimate.engine, "-" if ratio is None else f"{ratio:.5g}", told])
+    note = (
+        "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
+        " off by more than |z| < 4 allows, and rightly so."
+    )
+    return Grid(f"Against {result.reference.engine}", ["engine", "power over its", "z"], rows, (1, 2), note)
+
+
+def _paths(result: Comparison) -> list[Grid]:
+    rows = [[p.title, f"{p.spice_error:.1e}", f"{p.decoupled_error:.2g}"] for p in result.paths]
+    heads = ["one path", "ngspice against the exact update", "decoupled against ngspice"]
+    return [Grid("Relative RMS error of the voltage", heads, rows, (1, 2))] if rows else []
+
+
+def _told(answer: Estimate) -> str:
+    return f"{answer.engine} {signs(answer.mean_power.text(engines.UNITS[answer.physical][0]))}"

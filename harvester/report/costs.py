@@ -1,0 +1,84 @@
+"""Report of `cost`."""
+
+from harvester.cost_table import TARGETS, Cost, Row
+from harvester.provenance import provenance
+from harvester.report.engines import UNITS, refusals
+from harvester.report.numbers import share, signs, with_errors
+from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.scene import Scene
+
+
+def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
+    """The front, seconds for an accuracy, all rows with three errors apart."""
+    about = provenance(scene)
+    watt = UNITS[scene.physical][0]
+    fastest = [_fastest(cost, target) for target in TARGETS]
+    figure = drawing(
+        cost.plot(None),
+        f"Total error against seconds. {'. '.join(line for line in fastest if line)}.",
+        "Each marker is an engine at one setting; the line is the front, where no other is as fast and as accurate.",
+    )
+    failed = [[row.engine, row.setting, signs(row.error)] for row in cost.rows if row.error]
+    rows = [row for row in cost.rows if not row.error]
+    unknown = any(row.step is not None and row.step_bias is None for row in rows)
+    found = Section(
+        "What accuracy costs",
+        texts=[
+            f"Errors are relative to the power of {cost.reference} at a step of zero, {with_errors(cost.power, watt)}."
+            " Total: sampling at 95 % + step + model, a bias that was not seen counted as large as it may be unseen.",
+            *(["The bias of the step is not known for a netlist of one's own, and not counted."] if unknown else []),
+        ],
+        drawings=[figure],
+        tables=[
+            _errors("The front: no other is as fast and as accurate", cost.best),
+            _needed(cost),
+            _errors("All settings", rows),
+            *([Grid("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
+            *refusals(cost.refused),
+        ],
+    )
+    return Page(
+        title=scene.title or "A scene without a title",
+        kind="cost",
+        lead=[line for line in fastest if line] or ["No engine is known to reach 10 % in the time given."],
+        sections=[found, scene_section(scene), effects_section(scene)],
+        command=command_line(about),
+        about=made_by(about, seed=seed, budget=f"{budget:g} s", reference=cost.reference),
+    )
+
+
+def _fastest(cost: Cost, target: float) -> str:
+    """The engine that was measured to reach a target first."""
+    engines = dict.fromkeys(row.engine for row in cost.rows if not row.error)
+    needed = {name: cost.needed(name, target) for name in engines}
+    measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+    best = min(measured, key=lambda name: measured[name], default="")
+    return f"Within {100 * target:g} %: {best} in {measured[best]:.2g} s" if best else ""
+
+
+def _needed(cost: Cost) -> Grid:
+    """Seconds of each engine for each target."""
+    engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
+    rows = []
+    for target in TARGETS:
+        needed = [cost.needed(name, target) for name in engines]
+        rows.append(
+            [f"{100 * target:g} %", *("-" if n is None else signs(f"{'' if n[1] else '~'}{n[0]:.2g}") for n in needed)]
+        )
+    note = "~: a prediction. -: the engine's biases are not known to be smaller."
+    return Grid("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
+
+
+def _errors(caption: str, rows: list[Row]) -> Grid:
+    heads = ["engine", "setting", "seconds", "sampling, 95 %", "step", "model", "total"]
+    cells = [
+        [
+            row.engine,
+            row.setting,
+            "-" if row.seconds is None else f"{row.seconds:.2g}",
+            *(share(error, 1.0) for error in (row.sampling_error, row.step_bias, row.model_bias, row.total_error)),
+        ]
+        for row in rows
+    ]
+    return Grid(caption, heads, cells, range(2, len(heads)))

@@ -1,0 +1,100 @@
+"""A report as one HTML file: sections of text, figures and tables, which know nothing of where they come from.
+
+Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page, there is no script.
+What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
+"""
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from harvester import files
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure: what it shows for those who do not see it (``alt``), and its caption."""
+
+    svg: bytes
+    alt: str
+    caption: str
+
+    @property
+    def address(self) -> str:
+        """The picture itself as an address."""
+        return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode()
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table of texts: the first cell of a row names it; columns ``numbers`` (by place) are set right."""
+
+    caption: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text as it stands in a file."""
+
+    title: str
+    text: str
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands under it, in this order."""
+
+    title: str
+    texts: Sequence[str] = ()
+    drawings: Sequence[Drawing] = ()
+    tables: Sequence[Grid] = ()
+    warnings: Sequence[str] = ()
+    listings: Sequence[Listing] = ()
+
+
+@dataclass(frozen=True)
+class Page:
+    """A whole report: ``lead`` are its answers in a line each, ``about`` what made it, ``command`` what remakes it."""
+
+    title: str
+    kind: str
+    lead: Sequence[str]
+    sections: Sequence[Section]
+    command: str = ""
+    about: dict[str, str] = field(default_factory=dict)
+
+
+def drawing(figure: "Figure", alt: str, caption: str) -> Drawing:
+    """A matplotlib figure for the page."""
+    from harvester.figures import image
+
+    return Drawing(image(figure, "svg"), alt, caption)
+
+
+def html(page: Page) -> str:
+    """The page as text."""
+    import jinja2
+
+    templates = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return templates.get_template("page.html").render(page=page)
+
+
+def write(path: Path, page: Page) -> None:
+    """Write the page, whole or not at all; InputError where the file cannot be written."""
+    files.write(path, html(page), "--report")

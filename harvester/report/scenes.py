@@ -1,0 +1,118 @@
+"""What was computed and by what: a scene in SI and nondimensional numbers, its effects, versions and machine."""
+
+import shlex
+from typing import Any
+
+from harvester.report.effects import WORDS, absent, present
+from harvester.report.numbers import amount, signs
+from harvester.report.page import Grid, Listing, Section
+from harvester.scaling import Equations, equations, scales
+from harvester.scene import Scene, unit_of
+
+_COEFFICIENTS = {
+    "linear": "linear stiffness (1 where it is not named)",
+    "alpha2": "quadratic stiffness α2",
+    "alpha": "cubic stiffness α",
+    "c1": "damping c1 (negative: it damps)",
+    "c2": "damping c2 of x²",
+    "c3": "damping c3 of x⁴",
+    "beta": "electromechanical coupling β",
+    "mu": "time-constant ratio μ = 1/(R Cp ω0)",
+    "restitution": "restitution coefficient r",
+    "gap": "distance of the stop",
+    "opposite_restitution": "restitution coefficient of the opposite stop",
+    "opposite_gap": "distance of the opposite stop",
+    "stop_stiffness": "stiffness of the stop",
+    "stop_damping": "damping of the stop",
+    "n1": "intensity of the external noise N1 = ε1² D11",
+    "n2": "intensity of the parametric noise N2 = ε2² D22",
+    "n12": "correlation of both noises",
+    "drive": "amplitude of the drive",
+    "drive_frequency": "frequency Ω of the drive",
+    "coloured": "intensity of the filtered noise",
+    "correlation_time": "correlation time",
+    "centre": "centre frequency of the noise",
+    "bandwidth": "bandwidth of the noise",
+    "record": "recorded acceleration",
+    "density": "tabulated density",
+}
+
+
+def scene_section(scene: Scene, text: str = "") -> Section:
+    """The scene as a file and as tables, in SI and nondimensional."""
+    tables = [coefficients("In nondimensional numbers", equations(scene))]
+    if scene.physical:
+        tables = [_given(scene), *tables, _scales(scene)]
+    listings = [Listing("Scene file", scene.to_toml())]
+    if scene.load is not None and scene.load.netlist is not None:
+        from harvester.circuit.netlist import load_circuit
+
+        listings.append(Listing(f"Netlist {scene.load.netlist}", load_circuit(scene.load).text, folded=True))
+    return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
+
+
+def effects_section(scene: Scene) -> Section:
+    """Effects on, and those that are absent: not computed, rather than computed with zero."""
+    tables = [
+        Grid(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
+        for caption, names in (("On", present(scene)), ("Off", absent(scene)))
+    ]
+    text = "An effect that is off is absent: no step of the computation knows it."
+    return Section("Effects on and off", texts=[text], tables=tables)
+
+
+def coefficients(caption: str, eqs: Equations) -> Grid:
+    """The coefficients that are there."""
+    rows = []
+    for name, meaning in _COEFFICIENTS.items():
+        value = getattr(eqs, name)
+        if value is not None:
+            rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])
+    return Grid(caption, ["coefficient", "meaning", "value"], rows, (2,))
+
+
+def command_line(about: dict[str, Any]) -> str:
+    """What a shell takes to do it again."""
+    return shlex.join(["harvester", *about["command"]])
+
+
+def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
+    """Rows on versions, machine, date, and ``more`` such as the seed, which come first."""
+    machine = about["machine"]
+    rows = {name.replace("_", " "): str(value) for name, value in more.items()}
+    rows["date"] = about["when"]
+    rows["machine"] = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
+    rows["versions"] = ", ".join(
+        f"{name} {version or '(not installed)'}" for name, version in about["versions"].items()
+    )
+    if "scene_digest" in about:
+        rows["digest of the scene"] = about["scene_digest"]
+    return rows
+
+
+def _given(scene: Scene) -> Grid:
+    """Each key of the scene file."""
+    rows = []
+    for table, keys in scene.tables().items():
+        if isinstance(keys, dict):
+            for name, value in keys.items():
+                rows += _key(f"{table}.{name}", value)
+    return Grid("As given, in SI units", ["key", "value"], rows, (1,))
+
+
+def _key(key: str, value: Any) -> list[list[str]]:
+    if isinstance(value, dict):
+        return [[f"{key}.{name}", signs(f"{one:.5g} (SI)")] for name, one in value.items()]
+    return [[key, amount(value, unit_of(key)) if isinstance(value, float) else str(value)]]
+
+
+def _scales(scene: Scene) -> Grid:
+    """What a nondimensional 1 is."""
+    s = scales(scene)
+    values = [
+        ("frequency ω0", s.frequency, "rad/s"),
+        ("length l", s.length, "m"),
+        ("voltage θ l/Cp", s.volts, "V"),
+        ("power M ω0³ l²", s.watts, "W"),
+    ]
+    return Grid("What a nondimensional 1 is", ["scale", "value"], [[n, amount(v, u)] for n, v, u in values], (1,))

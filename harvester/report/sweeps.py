@@ -1,0 +1,118 @@
+"""Report of `sweep`."""
+
+from harvester.report.engines import UNITS
+from harvester.report.numbers import amount, share, signs
+from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.scene import Scene, unit_of
+from harvester.sweeps.table import Row, Table
+from harvester.tables import warnings
+
+MOST_ROWS = 400  # of the table on the page
+
+
+def of_sweep(scene: Scene, table: Table) -> Page:
+    """The figure, each engine's best point, all rows, failures, and the scene that the points start from."""
+    about = table.about
+    names = list(dict.fromkeys(row["engine"] for row in table.rows))
+    best = [_best(table, [row for row in table.rows if row["engine"] == name and not row["error"]]) for name in names]
+    seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
+    keys = ", ".join(axis.key for axis in table.axes)
+    figure = drawing(
+        table.plot(None),
+        f"Mean power against {keys}. {'. '.join(line for line in best if line)}.",
+        f"Mean power against {table.axes[0].key}, engine by engine.",
+    )
+    failed = sum(bool(row["error"]) for row in table.rows)
+    found = Section(
+        "Sweep",
+        texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
+        drawings=[figure],
+        tables=[_summary(table, names), _rows(table, failed > 0)],
+        warnings=[signs(line.removeprefix("warning, ")) for line in warnings(table.rows)],
+    )
+    base = f"Where the points start from; each has its own {keys}."
+    return Page(
+        title=scene.title or "A scene without a title",
+        kind=f"sweep of {keys}",
+        lead=[line for line in best if line],
+        sections=[found, scene_section(scene, base), effects_section(scene)],
+        command=command_line(about),
+        about=made_by(about, seed=", ".join(map(str, sorted(seeds))) or "nothing was sampled"),
+    )
+
+
+def _best(table: Table, rows: list[Row]) -> str:
+    """An engine's largest power and where; a table without an error bar names none."""
+    if not rows:
+        return ""
+    row = max(rows, key=lambda one: float(one["mean_power"]))
+    where = ", ".join(f"{a.key} = {_value(row[a.key], a.key)}" for a in table.axes)
+    error = 1.96 * float(row["mean_power_stderr"]) if row["mean_power_stderr"] else None
+    told = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
+    return f"{row['engine']}: largest {amount(float(row['mean_power']), UNITS[table.physical][0])}{told} at {where}"
+
+
+def _summary(table: Table, names: list[str]) -> Grid:
+    """What each engine took, and what it states of its errors at worst."""
+    rows = []
+    for name in names:
+        mine = [row for row in table.rows if row["engine"] == name]
+        good = [row for row in mine if not row["error"]]
+        worst = [_worst(good, column, factor) for column, factor in (("stderr", 1.96), ("bias", 1.0))]
+        seconds = sum(float(row["seconds"]) for row in good)
+        failed, warned = len(mine) - len(good), sum(bool(row["warnings"]) for row in mine)
+        rows.append([name, str(len(mine)), str(failed), str(warned), *worst, f"{seconds:.2g}"])
+    heads = [
+        "engine",
+        "points",
+        "failed",
+        "with warnings",
+        "sampling, 95 %, at most",
+        "step and model, at most",
+        "seconds",
+    ]
+    note = "Errors relative to the mean power of their point. none: nothing is sampled. -: no such error, or not known."
+    return Grid("Engines", heads, rows, range(1, len(heads)), note)
+
+
+def _worst(rows: list[Row], column: str, factor: float) -> str:
+    found = [
+        factor * abs(float(row[f"mean_power_{column}"]) / float(row["mean_power"]))
+        for row in rows
+        if row[f"mean_power_{column}"] and float(row["mean_power"])
+    ]
+    return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
+
+
+def _rows(table: Table, failures: bool) -> Grid:
+    """All rows, or the first of them."""
+    watt, volt = UNITS[table.physical]
+    heads = [
+        *(a.key for a in table.axes),
+        "engine",
+        "mean power",
+        "sampling, 95 %",
+        "step and model",
+        "mean square voltage",
+    ]
+    heads += ["seconds", *(["error"] if failures else [])]
+    rows = []
+    for row in table.rows[:MOST_ROWS]:
+        cells = [_value(row[a.key], a.key) for a in table.axes] + [row["engine"]]
+        if row["error"]:
+            rows.append([*cells, "-", "-", "-", "-", "-", signs(row["error"])])
+            continue
+        power = float(row["mean_power"])
+        error, bias = (float(row[n]) if row[n] else None for n in ("mean_power_stderr", "mean_power_bias"))
+        cells += [amount(power, watt), share(None if error is None else 1.96 * error, power), share(bias, power)]
+        cells += [amount(float(row["mean_square_voltage"]), volt), row["seconds"], *([""] if failures else [])]
+        rows.append(cells)
+    left = len(table.rows) - len(rows)
+    note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
+    numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]
+    return Grid("Points", heads, rows, numbers, note)
+
+
+def _value(text: str, key: str) -> str:
+    return amount(float(text), unit_of(key))
