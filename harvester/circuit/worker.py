@@ -35,8 +35,8 @@ class Device:
     ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes less than a
     kick a second over ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do.  ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load resistor
-    beside ngspice follows its integration rule.
+    do.  ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load
+    resistor beside ngspice follows its integration rule.
     """
 
     eqs: Equations
