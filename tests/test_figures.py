@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 import harvester as hv
-from harvester import figures, sweep
+from harvester import figures
 from harvester.cost_table import Row
 from harvester.errors import InputError
 from harvester.estimate import Estimate, Value
@@ -19,6 +19,7 @@ from harvester.paper import Point
 from harvester.region import Edge
 from harvester.response_table import Point as Drive
 from harvester.response_table import Response
+from harvester.studies import sweep
 from harvester.studies.motion import Motion
 from harvester.sweeps.table import COLUMNS, Table
 

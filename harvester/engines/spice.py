@@ -87,7 +87,8 @@ class Spice(Sampled):
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES
         count = max(count, FEWEST) if paired else count
-        self._check_patience(kicks * count, ready.burn_in / unit)
+        asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
+        self._check_patience(asked * count, ready.burn_in / unit)
         runs.more(count)
         if target is not None:
             _pursue(runs, target, self.dt is not None)
@@ -131,12 +132,14 @@ class Spice(Sampled):
         )
         return answer if ready.resistive else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
 
-    def _check_patience(self, kicks: int, burn_in: float) -> None:
+    def _check_patience(self, kicks: float, burn_in: float) -> None:
         """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
-        if self.duration is None and kicks > max(self.PATIENCE, self.STEPS_A_SECOND * (held(self.budget) or 0.0)):
+        budget = held(self.budget)
+        most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, 30.0)
+        if kicks > most:
             raise SimulationError(
                 f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "
-                f"use engine 'ensemble', or give --duration, fewer --trajectories, a longer --dt or a --budget above "
+                f"use engine 'ensemble', or give fewer --trajectories, a longer --dt or a --budget above "
                 f"{kicks / self.STEPS_A_SECOND:.2g}s"
             )
 

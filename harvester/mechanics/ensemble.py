@@ -14,7 +14,7 @@ import numpy as np
 
 from harvester.arrays import Floats, aligned
 from harvester.cores import cores
-from harvester.errors import UnboundedResponseError, invalid
+from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.mechanics.densities import Density, Histogram
 from harvester.mechanics.ideal import IdealCircuit
 from harvester.mechanics.ideal_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
@@ -39,6 +39,7 @@ from harvester.mechanics.stops import loss_unit, stops_of
 from harvester.scaling import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
+MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
 
 Progress = Callable[[float], None]  # told the nondimensional time times trajectories done
@@ -144,10 +145,17 @@ class Ensemble:
         ------
         UnboundedResponseError
             when a trajectory leaves the finite numbers.
+        SimulationError
+            for a drive so slow that a period takes more than `MOST_OF_A_PERIOD`.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         whole = round((period(self.eqs) or self.reading) / self.reading)  # readings to a period
+        if whole * self.stride > MOST_OF_A_PERIOD:
+            raise SimulationError(
+                f"a period of the drive would take {whole * self.stride:.1e} steps of {self.h:.2g}/w0: it is too slow "
+                "for the response, which follows it as at rest; give a longer --dt"
+            )
         readings = whole * max(1, round(duration / (whole * self.reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)
@@ -240,8 +248,8 @@ class Ensemble:
         return other
 
     def patient(self, seconds: float | None) -> "Ensemble":
-        """Itself, with steps for a burn-in of about so many seconds, where that is more than `PATIENCE`."""
-        self.patience = max(PATIENCE, STEPS_A_SECOND * (seconds or 0.0))
+        """Itself, with steps for a burn-in of about so many seconds, at least one; None: `PATIENCE`."""
+        self.patience = PATIENCE if seconds is None else STEPS_A_SECOND * max(seconds, 1.0)
         return self
 
     def _shaker(self, k: int) -> tuple[Any, ...] | None:
