@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
@@ -71,4 +72,6 @@ def _label(here: Axes, panel: str, rows: "list[Point]", most: int) -> float:
     here.set_xlabel(broken(f"{_NAMES.get(against, against)} (nondimensional)", most))
     if against == "mu":
         logarithm(here.xaxis)
+    else:
+        here.xaxis.set_major_locator(MaxNLocator(5))  # more numbers would touch
     return found.factor
