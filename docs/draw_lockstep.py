@@ -17,7 +17,7 @@ import harvester as hv
 from harvester.circuit import ngspice, worker
 from harvester.circuit.reference import Reference
 from harvester.engines.preparation import prepare
-from harvester.figures import STYLES, new, png
+from harvester.figures.style import STYLES, image, legend, new, styled
 from harvester.mechanics.noise import gaussian_grid
 
 HERE = Path(__file__).parent
@@ -71,11 +71,12 @@ def panel(axes: np.ndarray, points: np.ndarray, h: float, span: tuple[float, flo
     after = here[:, 3]
     curves = [(t, here[:, 1], "o"), (np.repeat(t, 2)[1:], np.repeat(after, 2)[:-1], ""), (t, here[:, 4], "o")]
     for axis, (at, values, mark), name in zip(axes, curves, ("x", "x'", "V"), strict=True):
-        axis.plot(at, values, color=INK, marker=mark, markersize=4.5, linewidth=1.2, **POINTS)
+        label = "drift, and the points that ngspice accepted" if mark else "_"
+        axis.plot(at, values, color=INK, marker=mark, markersize=4.5, linewidth=1.2, label=label, **POINTS)
         for kick in range(SHOWN + 1):
-            axis.axvline(kick, color="0.6", linestyle=":", linewidth=1.0, zorder=0)
+            axis.axvline(kick, color="0.6", linestyle=":", linewidth=1.0, zorder=0, label="kick")
         for hit in t[here[:, 5] > 0.0]:
-            axis.axvline(hit, color=STOP, linewidth=1.2, zorder=1)
+            axis.axvline(hit, color=STOP, linewidth=1.2, zorder=1, label="impact")
         axis.set_ylabel(f"{name} (nondimensional)")
         axis.set_xlim(-0.15, SHOWN + 0.15)
         inside = values[(at >= -0.3) & (at <= SHOWN + 0.3)]
@@ -92,11 +93,13 @@ def main() -> None:
     given = options.parse_args()
     scene = hv.load(EXAMPLES / "plate_with_stop.toml")
     bridge = scene.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "1 uF"}))
-    figure, axes = new(3, 2, (9.0, 6.4), sharex=True)
-    for column, (one, title) in enumerate(((scene, "load resistor"), (bridge, "bridge rectifier"))):
-        points, h = recorded(one)
-        panel(axes[:, column], points, h, window(points, h), title)
-    given.out.write_bytes(png(figure))
+    with styled():
+        figure, axes = new(3, 2, (9.0, 6.4), sharex=True)
+        for column, (one, title) in enumerate(((scene, "load resistor"), (bridge, "bridge rectifier"))):
+            points, h = recorded(one)
+            panel(axes[:, column], points, h, window(points, h), title)
+        legend(figure)
+    given.out.write_bytes(image(figure, "png"))
 
 
 if __name__ == "__main__":
