@@ -1,0 +1,150 @@
+"""The commands that look closer: cost, response, motion, stability."""
+
+from pathlib import Path
+
+import click
+
+from harvester.commands.options import (
+    ACCURACY,
+    OUTPUT,
+    SEED,
+    WHAT,
+    as_json_option,
+    duration,
+    report_option,
+    vector_option,
+)
+from harvester.commands.shared import (
+    default_engine,
+    drawn,
+    loaded,
+    need_out,
+    print_answer,
+    progress,
+    progress_of_rows,
+    report_file,
+    written,
+)
+from harvester.help import Command, echo, option
+
+
+@click.command(cls=Command, examples=("harvester cost mine.toml --budget 30s --out cost",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--out", group=OUTPUT, required=True, help="Folder for cost.csv, cost.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@option(
+    "--budget",
+    group=ACCURACY,
+    type=duration,
+    metavar="TIME",
+    default="60s",
+    show_default=True,
+    help="Time for all of it.",
+)
+@vector_option
+@report_option
+def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
+    """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
+    from harvester import cost as costs
+    from harvester.cost_table import report as table
+
+    given = loaded(scene)
+    page = report_file(report, out)
+    with progress("cost") as bar:
+        answer = costs.cost(given, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
+    click.echo(table(answer))
+    click.echo(f"written: {Path(out) / 'cost.csv'}, {drawn('cost', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_cost(given, answer, seed, budget))
+        written(page)
+
+
+@click.command(cls=Command, examples=("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--sweep", group=WHAT, required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
+@option("--out", group=OUTPUT, required=True, help="Folder for response.csv, response.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@vector_option
+@as_json_option
+def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
+    """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
+    from harvester.studies import response as responses
+
+    given = loaded(scene)
+    with progress_of_rows("response", {"": 2 * len(responses.frequencies(given, sweep))}) as bar:
+        answer = responses.draw(given, sweep, out, seed, lambda: bar.row(""), vector)
+    print_answer(answer, as_json)
+    if not as_json:
+        click.echo(f"written: {Path(out) / 'response.csv'}, {drawn('response', vector)}, provenance.json")
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "harvester motion mine.toml --out motion",
+        "harvester motion mine.toml --engine spice --duration 2 --out motion",
+    ),
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
+    "--engine", group=WHAT, help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice."
+)
+@option("--duration", group=WHAT, type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
+@option("--out", group=OUTPUT, required=True, help="Folder for motion.csv, motion.png and provenance.json.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@vector_option
+def motion(
+    scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
+) -> None:
+    """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
+    from harvester.studies import motion as motions
+
+    given = loaded(scene)
+    with progress("motion", known=False):
+        answer = motions.draw(given, out, engine or default_engine(given, {"within": None}), duration, seed, vector)
+    echo(str(answer))
+    click.echo(f"written: {Path(out) / 'motion.csv'}, {drawn('motion', vector)}, provenance.json")
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "harvester stability mine.toml",
+        "harvester stability mine.toml --out stability",
+    ),
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same answer.")
+@option(
+    "--trajectories",
+    group=ACCURACY,
+    type=click.IntRange(2, 1_000_000),
+    default=4096,
+    show_default=True,
+    help="Independent ones.",
+)
+@option(
+    "--out", group=OUTPUT, help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."
+)
+@vector_option
+@as_json_option
+def stability(
+    scene: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool
+) -> None:
+    """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
+    from harvester.studies.stability import stability as examine
+
+    need_out(vector, out)
+    given = loaded(scene)
+    with progress("stability") as bar:
+        answer = examine(given, seed, trajectories, tick=bar.tell)
+    print_answer(answer, as_json)
+    if out is not None:
+        from harvester import region
+
+        with progress_of_rows("region", {"": len(region.LOADS)}) as bar:
+            region.draw(given, out, seed, lambda: bar.row(""), vector)
+        if not as_json:
+            click.echo(f"written: {Path(out) / 'stability.csv'}, {drawn('stability', vector)}")

@@ -1,0 +1,221 @@
+"""The commands that tell the power: run, sweep, optimise, compare."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from harvester.commands.options import (
+    GRID,
+    OUTPUT,
+    RUNNERS,
+    WHAT,
+    as_json_option,
+    report_option,
+    sampling,
+    vector_option,
+)
+from harvester.commands.shared import (
+    default_engine,
+    drawn,
+    loaded,
+    made_engine,
+    need_out,
+    print_answer,
+    progress,
+    progress_of_rows,
+    report_file,
+    written,
+)
+from harvester.errors import InputError
+from harvester.help import Command, echo, option
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "harvester run mine.toml",
+        "harvester run mine.toml --within 1%",
+        "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
+    ),
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
+    "--engine",
+    group=WHAT,
+    help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice; with --within, "
+    "the cheapest that is known to reach it.",
+)
+@sampling
+@report_option
+@as_json_option
+def run(scene: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
+    """Mean square voltage and mean power of one SCENE by one engine."""
+    given = loaded(scene)
+    chosen = made_engine(default_engine(given, options) if engine is None else engine, options)
+    page = report_file(report, None)
+    with progress(chosen.NAME) as bar:
+        answer = chosen.run(given, bar.tell)
+    print_answer(answer, as_json)
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_run(given, answer, options["seed"]))
+        written(page, quiet=as_json)
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
+        "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
+    ),
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option("--vary", "varied", group=GRID, multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.")
+@option(
+    "--points", group=GRID, metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
+)
+@option(
+    "--engine",
+    "engines",
+    group=WHAT,
+    multiple=True,
+    help="Repeatable.  Default: all that serve SCENE; for a netlist, spice; with --within, see run.",
+)
+@sampling
+@option("--out", group=OUTPUT, required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json.")
+@option("--resume", group=RUNNERS, is_flag=True, help="Keep the points that an earlier run of the same sweep finished.")
+@option(
+    "--workers", group=RUNNERS, type=int, metavar="N", help="Processes.  Default: one a core, if there are many points."
+)
+@option("--scheduler", group=RUNNERS, metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786.")
+@vector_option
+@report_option
+def sweep(
+    scene: str,
+    varied: tuple[str, ...],
+    points: str | None,
+    engines: tuple[str, ...],
+    out: str,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
+    **options: Any,
+) -> None:
+    """Mean power over a range of one or several scene keys, by one or several engines."""
+    from harvester import tables
+    from harvester.engines import serving
+    from harvester.studies import sweep as sweeps
+
+    if bool(varied) == (points is not None):
+        found = "both are" if varied else "neither is"
+        raise InputError(
+            f"either --vary or --points must be given, but {found} (such as --vary load.resistance=1k:10M:25)"
+        )
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers must be left out where --scheduler is given, but both are given")
+    given = loaded(scene)
+    where = sweeps.read_points(points) if points is not None else sweeps.grid([sweeps.axis(text) for text in varied])
+    default = default_engine(given, options)
+    names = engines or (serving(given) if default == "ensemble" else [default])
+    chosen = [made_engine(name, options) for name in names]
+    page = report_file(report, out)
+    with progress_of_rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
+        table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
+    echo("\n".join([tables.grid(table.rows, given.physical), *tables.warnings(table.rows)]))
+    click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {drawn('sweep', vector)}, provenance.json")
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_sweep(given, table))
+        written(page)
+
+
+@click.command(
+    cls=Command,
+    examples=(
+        "harvester optimise mine.toml --over load.resistance=1k:10M",
+        "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
+    ),
+)
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@option(
+    "--over", "over", group=WHAT, multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys."
+)
+@option(
+    "--engine",
+    group=WHAT,
+    help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice.",
+)
+@sampling
+@option("--out", group=OUTPUT, help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+@vector_option
+@as_json_option
+def optimise(
+    scene: str,
+    over: tuple[str, ...],
+    engine: str | None,
+    out: str | None,
+    vector: tuple[str, ...],
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """The largest mean power over one or several scene keys, and how well both are known.
+
+    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
+    """
+    from harvester.optimum.ranges import parse
+    from harvester.studies import optimise as optimising
+
+    need_out(vector, out)
+    given, ranges = loaded(scene), [parse(text) for text in over]
+    within, budget = options["within"] or 0.01, options["budget"] or 60.0
+    name = default_engine(given, options | {"within": None}) if engine is None else engine
+    chosen = made_engine(name, options | {"within": None, "budget": None})
+    with progress("optimise", most=True) as bar:
+        answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell, vector)
+    print_answer(answer, as_json)
+    if out is not None and not as_json:
+        click.echo(f"written: {Path(out) / 'optimise.csv'}, {drawn('optimise', vector)}, provenance.json")
+
+
+@click.command(cls=Command, examples=("harvester compare mine.toml --within 1% --out compare",))
+@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@sampling
+@option("--out", group=OUTPUT, help="Folder for compare.png: the engines, and V of one path with and without the stop.")
+@vector_option
+@report_option
+@as_json_option
+def compare(
+    scene: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
+) -> None:
+    """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
+    from harvester import files
+    from harvester.studies import compare as comparing
+
+    if as_json:
+        need_out(vector, out)
+    given = loaded(scene)
+    folder = files.folder(out or ".") if out or not as_json else None
+    page = report_file(report, out)
+    with progress("compare") as bar:
+        result = comparing.compare(given, tick=bar.tell, **options)
+    if folder is not None:
+        from harvester import figures
+
+        figures.save(figures.comparison(result, given.title), folder, "compare", vector)
+    if page is not None:
+        from harvester import report as reports
+
+        reports.write(page, reports.of_comparison(given, result, options["seed"]))
+    if as_json:
+        click.echo(json.dumps(result.as_json(), allow_nan=False))
+        return
+    echo(str(result))
+    click.echo(f"written: {Path(out or '.')}/{drawn('compare', vector)}")
+    if page is not None:
+        written(page)

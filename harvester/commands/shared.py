@@ -1,0 +1,89 @@
+"""What several commands do: read a scene, choose an engine, print an answer, name the files."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from harvester.commands.options import HERE
+from harvester.errors import InputError, invalid
+from harvester.help import echo
+
+if TYPE_CHECKING:
+    from harvester.engines import Engine
+    from harvester.progress import Bar, Rows
+    from harvester.scene import Scene
+
+
+def drawn(name: str, vector: tuple[str, ...]) -> str:
+    """The files of a figure."""
+    return ", ".join(f"{name}.{form}" for form in ("png", *dict.fromkeys(vector)))
+
+
+def need_out(vector: tuple[str, ...], out: str | None) -> None:
+    """An option that would be ignored is refused."""
+    if vector and out is None:
+        raise InputError("--vector must go with --out, where the figure is written, but --out is left out")
+
+
+def report_file(report: str | None, out: str | None) -> Path | None:
+    """Where the report goes, checked before anything is computed."""
+    if report is None:
+        return None
+    from harvester import files
+
+    path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
+    files.folder(path.parent, "--out" if report == HERE and out is not None else "--report")
+    if path.is_dir():
+        raise invalid("--report", "be a file", str(path))
+    return path
+
+
+def written(page: Path, quiet: bool = False) -> None:
+    """Say where the report is."""
+    if not quiet:
+        click.echo(f"report: {page}")
+
+
+def loaded(path: str) -> "Scene":
+    """The scene of a file."""
+    from harvester.scene import load
+
+    return load(path)
+
+
+def default_engine(scene: "Scene", options: dict[str, Any]) -> str:
+    """The engine where none is given."""
+    if options["within"] is not None:
+        return "cheapest"
+    return "ensemble" if scene.load is None or scene.load.netlist is None else "spice"
+
+
+def made_engine(name: str, options: dict[str, Any]) -> "Engine":
+    """An engine by its name, with the options that it has."""
+    from harvester.engines import engine
+
+    return engine(name, **options)
+
+
+def print_answer(answer: Any, as_json: bool) -> None:
+    """As text, or as one JSON object."""
+    if as_json:
+        click.echo(json.dumps(answer.as_json(), allow_nan=False))
+    else:
+        echo(str(answer))
+
+
+def progress(what: str, known: bool = True, most: bool = False) -> "Bar":
+    """A progress bar on a terminal, and none in a pipe."""
+    from harvester.progress import Bar
+
+    return Bar(what, known=known, most=most)
+
+
+def progress_of_rows(what: str, rows: dict[str, int]) -> "Rows":
+    """The same for rows of several engines."""
+    from harvester.progress import Rows
+
+    return Rows(what, rows)
