@@ -67,22 +67,22 @@ def judged(scene, *arguments):
     return answer[0]
 
 
-@tries(1800)
+@tries(1850)
 @given(strategies.scenes, st.sampled_from(["published", "averaged"]))
 def test_formulas(scene, engine):
     judged(scene, "run", "--engine", engine, "--json")
 
 
-@tries(80)
+@tries(60)
 @given(strategies.scenes if LONG else strategies.near(COMPILED))
 def test_ensemble(scene):
-    judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "2s")
+    judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s")
 
 
 @tries(15)
 @given(strategies.scenes if LONG else strategies.near(IDEAL))
 def test_ideal(scene):
-    judged(scene, "run", "--engine", "ideal", "--json", *FEW, "--budget", "2s")
+    judged(scene, "run", "--engine", "ideal", "--json", *FEW, "--budget", "1s")
 
 
 @tries(8)
@@ -104,7 +104,7 @@ def test_spice(scene):
     )
 
 
-@tries(150)
+@tries(100)
 @given(strategies.scenes)
 def test_stability(scene):
     judged(scene, "stability", "--json", "--trajectories", "64")
