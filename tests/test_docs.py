@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import runpy
 import subprocess
 import sys
 
@@ -55,3 +56,9 @@ def test_pages(site):
                 assert (site / source.partition("?")[0].partition("#")[0]).exists(), f"{path.name}: {source}"
             else:
                 pytest.fail(f"{path.name} fetches {source}")
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("draw_*.py")), ids=lambda path: path.name)
+def test_the_scripts_that_draw_find_what_they_import(path):
+    """They run for long, and by hand: what they take from the package must be there."""
+    assert callable(runpy.run_path(str(path), run_name="imported")["main"])
