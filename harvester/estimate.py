@@ -160,7 +160,8 @@ class Estimate:
 
 def number(value: Value) -> dict[str, float | None]:
     """A value as ``--json`` prints it."""
-    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}
+    known = any(error is not None for error in (value.stderr, value.bias, value.model))
+    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95 if known else None}
     return {"value": value.value, "stderr": value.stderr, **errors}
 
 

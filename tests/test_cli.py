@@ -198,6 +198,7 @@ def test_json(harvester, scene):
     plain = answer["nondimensional"]
     assert set(plain) == {"mean_square_voltage", "mean_power", "beta", "mu"}
     assert answer["mean_power"]["stderr"] is answer["mean_square_voltage"]["stderr"] is None
+    assert answer["mean_power"]["error95"] is None  # not known, which is not 0
     assert plain["mean_power"] == pytest.approx(plain["beta"] * plain["mu"] * plain["mean_square_voltage"])
     physical = answer["mean_power"]["value"] != plain["mean_power"]
     assert physical == (scene == PLATE)
