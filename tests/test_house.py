@@ -37,6 +37,7 @@ def imports(part):
         ("mechanics", ["PySpice", "harvester.circuit", "harvester.averaging", "harvester.engines"]),
         ("circuit", ["harvester.averaging", "harvester.engines"]),
         ("engines", ["harvester.studies", "harvester.sweep", "harvester.cli", "harvester.figures"]),
+        *((part, ["harvester.commands"]) for part in ("engines", "studies", "sweeps", "optimum", "figures", "report")),
         (".", ["harvester.cli"]),
     ],
 )
