@@ -51,6 +51,11 @@ class Command(click.Command):
                     formatter.write(f"  {example}\n")
 
 
+def command(*examples: str) -> Callable[[Callable[..., Any]], Command]:
+    """`click.command`, whose help ends with examples."""
+    return click.command(cls=Command, examples=examples)
+
+
 class Group(click.Group):
     """The program: its help is a text around the commands, which stand in ``sections`` in the order of use."""
 

@@ -22,16 +22,6 @@ PLATE, FIGURE = (str(Path(__file__).parents[1] / "examples" / f"{name}.toml") fo
 ESCAPE = "\x1b["
 
 
-@pytest.fixture
-def harvester(monkeypatch, capsys):
-    def run(*args):
-        monkeypatch.setattr(sys, "argv", ["harvester", *map(str, args)])
-        status = cli._main()
-        return status, *capsys.readouterr()
-
-    return run
-
-
 def best_of(count, *args):
     """Processor seconds from a cold start of the interpreter, the best of some: other work may run beside the tests."""
     took = []

@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
 import harvester as hv
-from harvester import cli
 from harvester.errors import HarvesterError
 from harvester.new.best_load import best_load
 from harvester.new.device import device
@@ -35,16 +33,6 @@ NOISE = {"acceleration_psd": "1e-5 g^2/Hz"}
 
 def options(flags):
     return [part for name, value in flags.items() for part in ("--" + name.replace("_", "-"), value)]
-
-
-@pytest.fixture
-def harvester(monkeypatch, capsys):
-    def run(*args):
-        monkeypatch.setattr(sys, "argv", ["harvester", *map(str, args)])
-        status = cli._main()
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def numbers(unit, prefixes, least=1e-6, most=1e6):

@@ -7,11 +7,12 @@ import click
 from harvester.commands.options import (
     ACCURACY,
     OUTPUT,
-    SEED,
     WHAT,
     as_json_option,
     duration,
     report_option,
+    scene_argument,
+    seed_option,
     vector_option,
 )
 from harvester.commands.shared import (
@@ -23,15 +24,15 @@ from harvester.commands.shared import (
     progress,
     progress_of_rows,
     report_file,
-    written,
+    save_report,
 )
-from harvester.help import Command, echo, option
+from harvester.help import command, echo, option
 
 
-@click.command(cls=Command, examples=("harvester cost mine.toml --budget 30s --out cost",))
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@command("harvester cost mine.toml --budget 30s --out cost")
+@scene_argument
 @option("--out", group=OUTPUT, required=True, help="Folder for cost.csv, cost.png and provenance.json.")
-@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@seed_option
 @option(
     "--budget",
     group=ACCURACY,
@@ -54,18 +55,14 @@ def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...]
         answer = costs.cost(given, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
     click.echo(table(answer))
     click.echo(f"written: {Path(out) / 'cost.csv'}, {drawn('cost', vector)}, provenance.json")
-    if page is not None:
-        from harvester import report as reports
-
-        reports.write(page, reports.of_cost(given, answer, seed, budget))
-        written(page)
+    save_report(page, lambda report: report.of_cost(given, answer, seed, budget))
 
 
-@click.command(cls=Command, examples=("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",))
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@command("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response")
+@scene_argument
 @option("--sweep", group=WHAT, required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).")
 @option("--out", group=OUTPUT, required=True, help="Folder for response.csv, response.png and provenance.json.")
-@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@seed_option
 @vector_option
 @as_json_option
 def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
@@ -80,20 +77,16 @@ def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...
         click.echo(f"written: {Path(out) / 'response.csv'}, {drawn('response', vector)}, provenance.json")
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester motion mine.toml --out motion",
-        "harvester motion mine.toml --engine spice --duration 2 --out motion",
-    ),
+@command(
+    "harvester motion mine.toml --out motion", "harvester motion mine.toml --engine spice --duration 2 --out motion"
 )
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@scene_argument
 @option(
     "--engine", group=WHAT, help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice."
 )
 @option("--duration", group=WHAT, type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0).")
 @option("--out", group=OUTPUT, required=True, help="Folder for motion.csv, motion.png and provenance.json.")
-@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise.")
+@seed_option
 @vector_option
 def motion(
     scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
@@ -108,15 +101,9 @@ def motion(
     click.echo(f"written: {Path(out) / 'motion.csv'}, {drawn('motion', vector)}, provenance.json")
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester stability mine.toml",
-        "harvester stability mine.toml --out stability",
-    ),
-)
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
-@option("--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same answer.")
+@command("harvester stability mine.toml", "harvester stability mine.toml --out stability")
+@scene_argument
+@seed_option
 @option(
     "--trajectories",
     group=ACCURACY,

@@ -30,6 +30,10 @@ def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
 ACCURACY, EFFORT, OUTPUT = "Accuracy", "Effort by hand (engines that sample)", "Output"
 WHAT, GRID, RUNNERS = "What to compute", "Where", "Who computes"
 SEED = click.IntRange(min=0)
+scene_argument = click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+seed_option = option(
+    "--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise."
+)
 
 
 def sampling(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -14,15 +14,13 @@ from harvester.commands.options import (
 from harvester.commands.shared import (
     progress,
     report_file,
-    written,
+    save_report,
 )
 from harvester.errors import unknown
-from harvester.help import Command, option
+from harvester.help import command, option
 
 
-@click.command(
-    cls=Command, examples=("harvester keys", "harvester keys excitation", "harvester keys load.resistance --json")
-)
+@command("harvester keys", "harvester keys excitation", "harvester keys load.resistance --json")
 @click.argument("what", required=False, metavar="[TABLE|KEY]", help="Such as load or load.resistance.  Default: all.")
 @as_json_option
 def keys(what: str | None, as_json: bool) -> None:
@@ -36,13 +34,7 @@ def keys(what: str | None, as_json: bool) -> None:
     click.echo(everything.text(found))
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester paper --out paper",
-        "harvester paper 3 7 --out paper",
-    ),
-)
+@command("harvester paper --out paper", "harvester paper 3 7 --out paper")
 @click.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
 @option("--out", group=OUTPUT, required=True, help="Folder for fig1.csv, fig1.png and so on.")
 @vector_option
@@ -60,14 +52,10 @@ def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: s
         made = papers.draw(numbers, out, bar.tell, vector)
     also = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
     click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {also} of each")
-    if page is not None:
-        from harvester import report as reports
-
-        reports.write(page, reports.of_paper(made))
-        written(page)
+    save_report(page, lambda report: report.of_paper(made))
 
 
-@click.command(cls=Command, examples=("harvester doctor",))
+@command("harvester doctor")
 def doctor() -> None:
     """What is installed, what is missing, and how to get it."""
     from harvester.doctor import examine

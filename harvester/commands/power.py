@@ -1,6 +1,5 @@
 """The commands that tell the power: run, sweep, optimise, compare."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from harvester.commands.options import (
     as_json_option,
     report_option,
     sampling,
+    scene_argument,
     vector_option,
 )
 from harvester.commands.shared import (
@@ -26,21 +26,18 @@ from harvester.commands.shared import (
     progress,
     progress_of_rows,
     report_file,
-    written,
+    save_report,
 )
 from harvester.errors import InputError
-from harvester.help import Command, echo, option
+from harvester.help import command, echo, option
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester run mine.toml",
-        "harvester run mine.toml --within 1%",
-        "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
-    ),
+@command(
+    "harvester run mine.toml",
+    "harvester run mine.toml --within 1%",
+    "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
 )
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@scene_argument
 @option(
     "--engine",
     group=WHAT,
@@ -58,21 +55,14 @@ def run(scene: str, engine: str | None, report: str | None, as_json: bool, **opt
     with progress(chosen.NAME) as bar:
         answer = chosen.run(given, bar.tell)
     print_answer(answer, as_json)
-    if page is not None:
-        from harvester import report as reports
-
-        reports.write(page, reports.of_run(given, answer, options["seed"]))
-        written(page, quiet=as_json)
+    save_report(page, lambda report: report.of_run(given, answer, options["seed"]), quiet=as_json)
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
-        "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
-    ),
+@command(
+    "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
+    "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
 )
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@scene_argument
 @option("--vary", "varied", group=GRID, multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.")
 @option(
     "--points", group=GRID, metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
@@ -128,21 +118,14 @@ def sweep(
         table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
     echo("\n".join([tables.grid(table.rows, given.physical), *tables.warnings(table.rows)]))
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {drawn('sweep', vector)}, provenance.json")
-    if page is not None:
-        from harvester import report as reports
-
-        reports.write(page, reports.of_sweep(given, table))
-        written(page)
+    save_report(page, lambda report: report.of_sweep(given, table))
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester optimise mine.toml --over load.resistance=1k:10M",
-        "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
-    ),
+@command(
+    "harvester optimise mine.toml --over load.resistance=1k:10M",
+    "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
 )
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@scene_argument
 @option(
     "--over", "over", group=WHAT, multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys."
 )
@@ -183,8 +166,8 @@ def optimise(
         click.echo(f"written: {Path(out) / 'optimise.csv'}, {drawn('optimise', vector)}, provenance.json")
 
 
-@click.command(cls=Command, examples=("harvester compare mine.toml --within 1% --out compare",))
-@click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
+@command("harvester compare mine.toml --within 1% --out compare")
+@scene_argument
 @sampling
 @option("--out", group=OUTPUT, help="Folder for compare.png: the engines, and V of one path with and without the stop.")
 @vector_option
@@ -208,14 +191,7 @@ def compare(
         from harvester import figures
 
         figures.save(figures.comparison(result, given.title), folder, "compare", vector)
-    if page is not None:
-        from harvester import report as reports
-
-        reports.write(page, reports.of_comparison(given, result, options["seed"]))
-    if as_json:
-        click.echo(json.dumps(result.as_json(), allow_nan=False))
-        return
-    echo(str(result))
-    click.echo(f"written: {Path(out or '.')}/{drawn('compare', vector)}")
-    if page is not None:
-        written(page)
+    print_answer(result, as_json)
+    if not as_json:
+        click.echo(f"written: {Path(out or '.')}/{drawn('compare', vector)}")
+    save_report(page, lambda report: report.of_comparison(given, result, options["seed"]), quiet=as_json)

@@ -1,6 +1,7 @@
 """What several commands do: read a scene, choose an engine, print an answer, name the files."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from harvester.help import echo
 if TYPE_CHECKING:
     from harvester.engines import Engine
     from harvester.progress import Bar, Rows
+    from harvester.report import Page
     from harvester.scene import Scene
 
 
@@ -40,8 +42,13 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     return path
 
 
-def written(page: Path, quiet: bool = False) -> None:
-    """Say where the report is."""
+def save_report(page: Path | None, made: Callable[[Any], "Page"], quiet: bool = False) -> None:
+    """Where a report is wanted, write what is ``made`` by `harvester.report`, and say where it is unless ``quiet``."""
+    if page is None:
+        return
+    from harvester import report
+
+    report.write(page, made(report))
     if not quiet:
         click.echo(f"report: {page}")
 

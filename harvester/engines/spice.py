@@ -60,6 +60,7 @@ class Spice(Sampled):
     TRAJECTORIES: ClassVar[int] = 16
     KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
     PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
+    SHORTEST: ClassVar[float] = 30.0  # s: a smaller --budget counts as this, so that a few runs are always made
     STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
     WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 
@@ -135,7 +136,7 @@ class Spice(Sampled):
     def _check_patience(self, kicks: float, burn_in: float) -> None:
         """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
         budget = held(self.budget)
-        most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, 30.0)
+        most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
         if kicks > most:
             raise SimulationError(
                 f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "

@@ -9,27 +9,24 @@ from typing import Any
 import click
 
 from harvester.errors import InputError, invalid
-from harvester.help import Command, echo, option
+from harvester.help import command, echo, option
 from harvester.new.flags import FLAGS, LOAD
 
 OUTPUT = "File and output"
 
 
-def _flags(command: Any) -> Any:
+def _flags(made: Any) -> Any:
     for flag in reversed(FLAGS.values()):
-        command = option(flag.option, flag.name, group=flag.group, metavar="VALUE", help=flag.help)(command)
-    return command
+        made = option(flag.option, flag.name, group=flag.group, metavar="VALUE", help=flag.help)(made)
+    return made
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "harvester new mine.toml      (asks)",
-        "harvester new mine.toml --mass '40 g' --frequency '3.2 Hz' --q 125 --capacitance '50 nF' "
-        "--open-circuit-frequency '4.8 Hz' --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
-        "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
-        "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
-    ),
+@command(
+    "harvester new mine.toml      (asks)",
+    "harvester new mine.toml --mass '40 g' --frequency '3.2 Hz' --q 125 --capacitance '50 nF' "
+    "--open-circuit-frequency '4.8 Hz' --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
+    "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
+    "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
 )
 @click.argument("file", help="The scene file to write, such as mine.toml.")
 @_flags

@@ -5,7 +5,7 @@ import textwrap
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.engines import ENGINES, Averaged, candidates
+from harvester.engines import Averaged, serving
 from harvester.errors import HarvesterError
 from harvester.estimate import Value
 from harvester.new.best_load import DECADES, NEAR, best_load
@@ -152,12 +152,8 @@ def engines(scene: Scene) -> list[str]:
     if scene.load is None or not present & SHAKERS:
         return []
     if scene.load.netlist is None:
-        quiet = "external_noise" not in present
-        unserved: dict[str, frozenset[str]] = {
-            name: getattr(ENGINES[name], "UNSERVED", frozenset()) for name in candidates(scene)
-        }
-        formulas = ("published", "averaged") if quiet else ()
-        return [name for name, unknown in unserved.items() if not present & unknown and name not in formulas]
+        formulas = () if "external_noise" in present else ("published", "averaged")
+        return [name for name in serving(scene) if name not in formulas]
     from harvester.circuit.ideal import TOPOLOGIES
     from harvester.engines.ideal import UNIDEAL
 

@@ -43,9 +43,9 @@ def stop(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:
     s, gap = scales(scene), eqs.gap or 0.0
     f0 = s.frequency / (2.0 * math.pi)
     if gap == 0.0:
-        rate = 2.0 * (f0 if eqs.drive_frequency is None or eqs.n1 else f0 * eqs.drive_frequency / 2.0)
         if eqs.n1 is None:
             return ["stop: at the mass's rest, so it is hit in every swing"], {"stop": "often"}
+        rate = 2.0 * f0  # against a stop there a swing lasts half a period
         told = f"stop: at the mass's rest, so it is hit in every swing, about {rate:.3g} times a second"
         return [told], {"stop": "often", "stop_hits_a_second": rate}
     if gap < 0.0:

@@ -1,0 +1,11 @@
+"""What several files of tests use."""
+
+import pytest
+
+from tests.judge import asked
+
+
+@pytest.fixture
+def harvester():
+    """The command line, run in this process: arguments -> exit status, stdout, stderr."""
+    return asked
