@@ -9,11 +9,11 @@ import dataclasses
 import numpy as np
 from common import PAPER, report
 
-from harvester.averaging.stationary import mean_square_voltages
-from harvester.averaging.two_scale import solve_many
-from harvester.mechanics.ensemble import Ensemble
-from harvester.mechanics.step_pair import StepPair
-from harvester.scaling import Equations
+from harvester.averaging.published.stationary import mean_square_voltages
+from harvester.averaging.two_scale.law import solve_many
+from harvester.equations.scaling import Equations
+from harvester.mechanics.ensemble.richardson import StepPair
+from harvester.mechanics.ensemble.trajectories import Ensemble
 
 RANGES = {
     "Figure 3: r": [{"restitution": r} for r in (0.8, 0.85, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99)],

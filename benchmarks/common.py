@@ -6,8 +6,8 @@ import time
 from importlib import metadata
 from pathlib import Path
 
-from harvester.provenance import machine, versions
-from harvester.scaling import Equations
+from harvester.equations.scaling import Equations
+from harvester.machine.provenance import machine, versions
 
 # The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5, tests/systems.py).
 PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)

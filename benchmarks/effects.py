@@ -18,12 +18,12 @@ import numpy as np
 from common import PAPER, report
 from peers import by_hand
 
-from harvester.mechanics.ensemble import Ensemble
-from harvester.mechanics.lanes import LANES, SUMS, advance
-from harvester.mechanics.noise import random_words
-from harvester.mechanics.path import coefficients
-from harvester.records import Record
-from harvester.scaling import Equations
+from harvester.equations.scaling import Equations
+from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.kernels.lanes import LANES, SUMS, advance
+from harvester.mechanics.kernels.noise import random_words
+from harvester.mechanics.kernels.path import coefficients
+from harvester.scene.records import Record
 
 H, PAIRS, READINGS = 0.1, 2, 1500
 EFFECTS = {

@@ -18,7 +18,7 @@ from multiprocessing import get_context
 import numpy as np
 from common import PAPER, PAPER_V2, counts, report
 
-from harvester.mechanics.ensemble import Ensemble
+from harvester.mechanics.ensemble.trajectories import Ensemble
 
 H = 0.1
 BURN_IN = 150.0  # time units: seven times 1/mu

@@ -13,10 +13,10 @@ import time
 import numpy as np
 from common import PAPER, report
 
-from harvester.averaging.voltage import amplitude_through
-from harvester.mechanics.densities import Histogram
-from harvester.mechanics.ensemble import Ensemble
-from harvester.mechanics.lanes import LANES
+from harvester.averaging.published.voltage import amplitude_through
+from harvester.mechanics.ensemble.histograms import Histogram
+from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.kernels.lanes import LANES
 
 GRID, EACH, H = 80, 1000, 0.1
 EDGES = {"A": np.linspace(0, 2.4, 61), "x": np.linspace(0, 2.4, 61), "x'": np.linspace(-3, 3, 61)}

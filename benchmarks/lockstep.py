@@ -26,8 +26,8 @@ ROUNDS = 5
 
 
 def circuit(name):
-    from harvester.circuit.netlist import load_circuit
-    from harvester.scene import Load
+    from harvester.netlists.load_circuit import load_circuit
+    from harvester.scene.scene import Load
 
     parameters = LOADS[name][0]
     load = Load(resistance=parameters["R"]) if name == "resistor" else Load(netlist=name, parameters=parameters)
@@ -38,8 +38,8 @@ def alone(name):
     """ngspice through PySpice with a sine of 20 V and not a callback of ours."""
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared
 
-    from harvester.circuit.library import find_library
-    from harvester.circuit.ngspice import deck
+    from harvester.circuit.ngspice.instance import deck
+    from harvester.circuit.ngspice.library import find_library
 
     text = deck(circuit(name), CP, STEP, LOADS[name][1] * STEP).text
     NgSpiceShared.LIBRARY_PATH = find_library()
@@ -54,9 +54,9 @@ def alone(name):
 
 def lockstep(name, native, restitution=None):
     """A device of some 20 V, with a restitution coefficient also with its stop."""
-    from harvester.circuit.lockstep import Drive
-    from harvester.circuit.ngspice import deck, ngspice
-    from harvester.scaling import Equations
+    from harvester.circuit.lockstep.drive import Drive
+    from harvester.circuit.ngspice.instance import deck, ngspice
+    from harvester.equations.scaling import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.05, restitution=restitution)
     load = circuit(name)
@@ -101,13 +101,13 @@ def costs():
 
 
 def errors():
-    from harvester.circuit import worker
-    from harvester.circuit.netlist import load_circuit
-    from harvester.circuit.processes import in_order
-    from harvester.mechanics.noise import gaussian_grid, refined
-    from harvester.mechanics.path import trace
-    from harvester.scaling import Equations, Scales
-    from harvester.scene import Load
+    from harvester.circuit import runs as worker
+    from harvester.circuit.worker_pool import in_order
+    from harvester.equations.scaling import Equations, Scales
+    from harvester.mechanics.kernels.noise import gaussian_grid, refined
+    from harvester.mechanics.kernels.path import trace
+    from harvester.netlists.load_circuit import load_circuit
+    from harvester.scene.scene import Load
 
     plate = Equations(beta=1.25, mu=1.0, c1=-0.05, n1=0.01)
     scenes = {

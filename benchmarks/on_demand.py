@@ -14,7 +14,7 @@ import statistics
 from common import report
 
 import harvester as hv
-from harvester.estimate import z_score
+from harvester.uncertainty.value import z_score
 
 SCENES = {name: hv.load(f"examples/{name}.toml") for name in ("paper_figure3", "plate_with_stop", "plate_bridge")}
 

@@ -25,9 +25,9 @@ import kills
 from common import report
 
 import harvester as hv
-from harvester.cores import VARIABLE
 from harvester.errors import HarvesterError
-from harvester.studies import sweep as sweeps
+from harvester.machine.cores import VARIABLE
+from harvester.studies.sweep import sweep as sweeps
 
 PLATE = hv.load("examples/plate_with_stop.toml")
 QUICK = hv.loads(kills.SCENE)

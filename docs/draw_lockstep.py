@@ -14,11 +14,12 @@ from typing import ClassVar
 import numpy as np
 
 import harvester as hv
-from harvester.circuit import ngspice, worker
-from harvester.circuit.reference import Reference
-from harvester.engines.preparation import prepare
+from harvester.circuit import runs as worker
+from harvester.circuit.ngspice import instance as ngspice
+from harvester.circuit.ngspice.python_callbacks import Reference
+from harvester.engines.spice.preparation import prepare
 from harvester.figures.style import STYLES, image, legend, new, styled
-from harvester.mechanics.noise import gaussian_grid
+from harvester.mechanics.kernels.noise import gaussian_grid
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"

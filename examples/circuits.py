@@ -17,10 +17,10 @@ import numpy as np
 
 import harvester as hv
 from harvester import figures
+from harvester.equations.scaling import scales
 from harvester.figures.quantities import logarithm
 from harvester.figures.style import legend, styled
-from harvester.scaling import scales
-from harvester.scene import Stop
+from harvester.scene.scene import Stop
 
 HERE = Path(__file__).parent
 CIRCUITS = {  # Okabe and Ito's palette, told apart without colour by line and marker

@@ -8,11 +8,11 @@ from typing import NoReturn
 import click
 
 from harvester.commands.closer import cost, motion, response, stability
+from harvester.commands.help import WIDTH, Group, coloured, complain
+from harvester.commands.new import new
 from harvester.commands.other import doctor, keys, paper
 from harvester.commands.power import compare, optimise, run, sweep
 from harvester.errors import HarvesterError
-from harvester.help import WIDTH, Group, coloured, complain
-from harvester.new.command import new
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 

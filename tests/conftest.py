@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.judge import asked
+from tests.support.judge import asked
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError
-from harvester.scaling import Equations
 
 T = TypeVar("T")
 

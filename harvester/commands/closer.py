@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from harvester.commands.help import command, echo, option
 from harvester.commands.options import (
     ACCURACY,
     OUTPUT,
@@ -26,7 +27,6 @@ from harvester.commands.shared import (
     report_file,
     save_report,
 )
-from harvester.help import command, echo, option
 
 
 @command("harvester cost mine.toml --budget 30s --out cost")
@@ -46,8 +46,8 @@ from harvester.help import command, echo, option
 @report_option
 def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
     """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
-    from harvester import cost as costs
-    from harvester.cost_table import report as table
+    from harvester.studies.work_precision import cost as costs
+    from harvester.studies.work_precision.cost_table import report as table
 
     given = loaded(scene)
     page = report_file(report, out)
@@ -67,7 +67,7 @@ def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...]
 @as_json_option
 def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
     """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
-    from harvester.studies import response as responses
+    from harvester.studies.frequency_response import response as responses
 
     given = loaded(scene)
     with progress_of_rows("response", {"": 2 * len(responses.frequencies(given, sweep))}) as bar:
@@ -121,7 +121,7 @@ def stability(
     scene: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool
 ) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
-    from harvester.studies.stability import stability as examine
+    from harvester.studies.stability.exponent import stability as examine
 
     need_out(vector, out)
     given = loaded(scene)
@@ -129,7 +129,7 @@ def stability(
         answer = examine(given, seed, trajectories, tick=bar.tell)
     print_answer(answer, as_json)
     if out is not None:
-        from harvester import region
+        from harvester.studies.stability import region
 
         with progress_of_rows("region", {"": len(region.LOADS)}) as bar:
             region.draw(given, out, seed, lambda: bar.row(""), vector)

@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
+from harvester.commands.help import option
 from harvester.errors import InputError, shown
-from harvester.help import option
-from harvester.quantity import fraction, seconds
+from harvester.scene.units import fraction, seconds
 
 
 def percent(text: str) -> float:
@@ -77,7 +77,7 @@ def as_json_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def _form(text: str) -> str:
     """A form of a figure."""
-    from harvester import files
+    from harvester.machine import files
 
     files.check_vector([text])
     return text

@@ -5,19 +5,10 @@ from pathlib import Path
 
 import click
 
-from harvester.commands.options import (
-    OUTPUT,
-    as_json_option,
-    report_option,
-    vector_option,
-)
-from harvester.commands.shared import (
-    progress,
-    report_file,
-    save_report,
-)
+from harvester.commands.help import command, option
+from harvester.commands.options import OUTPUT, as_json_option, report_option, vector_option
+from harvester.commands.shared import progress, report_file, save_report
 from harvester.errors import unknown
-from harvester.help import command, option
 
 
 @command("harvester keys", "harvester keys excitation", "harvester keys load.resistance --json")
@@ -25,7 +16,7 @@ from harvester.help import command, option
 @as_json_option
 def keys(what: str | None, as_json: bool) -> None:
     """All keys of a scene file: unit, example, meaning."""
-    from harvester import keys as everything
+    from harvester.scene import keys as everything
 
     found = everything.chosen(what)
     if as_json:
@@ -41,7 +32,7 @@ def keys(what: str | None, as_json: bool) -> None:
 @report_option
 def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: str | None) -> None:
     """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
-    from harvester import paper as papers
+    from harvester.studies import paper as papers
 
     numbers = list(figures or papers.TITLES)
     for number in numbers:
@@ -58,7 +49,7 @@ def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: s
 @command("harvester doctor")
 def doctor() -> None:
     """What is installed, what is missing, and how to get it."""
-    from harvester.doctor import examine
+    from harvester.commands.doctor import examine
 
     for line in examine():
         click.echo(line)

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from harvester.commands.help import command, echo, option
 from harvester.commands.options import (
     GRID,
     OUTPUT,
@@ -29,7 +30,6 @@ from harvester.commands.shared import (
     save_report,
 )
 from harvester.errors import InputError
-from harvester.help import command, echo, option
 
 
 @command(
@@ -97,9 +97,9 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester import tables
+    from harvester.answers import sweep_columns as tables
     from harvester.engines import serving
-    from harvester.studies import sweep as sweeps
+    from harvester.studies.sweep import sweep as sweeps
 
     if bool(varied) == (points is not None):
         found = "both are" if varied else "neither is"
@@ -151,8 +151,8 @@ def optimise(
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
-    from harvester.optimum.ranges import parse
-    from harvester.studies import optimise as optimising
+    from harvester.studies.optimum import optimise as optimising
+    from harvester.studies.optimum.ranges import parse
 
     need_out(vector, out)
     given, ranges = loaded(scene), [parse(text) for text in over]
@@ -177,7 +177,7 @@ def compare(
     scene: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
 ) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
-    from harvester import files
+    from harvester.machine import files
     from harvester.studies import compare as comparing
 
     if as_json:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from harvester.commands.help import echo
 from harvester.commands.options import HERE
 from harvester.errors import InputError, invalid
-from harvester.help import echo
 
 if TYPE_CHECKING:
+    from harvester.commands.progress import Bar, Rows
     from harvester.engines import Engine
-    from harvester.progress import Bar, Rows
     from harvester.report import Page
-    from harvester.scene import Scene
+    from harvester.scene.scene import Scene
 
 
 def drawn(name: str, vector: tuple[str, ...]) -> str:
@@ -33,7 +33,7 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     """Where the report goes, checked before anything is computed."""
     if report is None:
         return None
-    from harvester import files
+    from harvester.machine import files
 
     path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
     files.folder(path.parent, "--out" if report == HERE and out is not None else "--report")
@@ -55,7 +55,7 @@ def save_report(page: Path | None, made: Callable[[Any], "Page"], quiet: bool = 
 
 def loaded(path: str) -> "Scene":
     """The scene of a file."""
-    from harvester.scene import load
+    from harvester.scene.scene import load
 
     return load(path)
 
@@ -84,13 +84,13 @@ def print_answer(answer: Any, as_json: bool) -> None:
 
 def progress(what: str, known: bool = True, most: bool = False) -> "Bar":
     """A progress bar on a terminal, and none in a pipe."""
-    from harvester.progress import Bar
+    from harvester.commands.progress import Bar
 
     return Bar(what, known=known, most=most)
 
 
 def progress_of_rows(what: str, rows: dict[str, int]) -> "Rows":
     """The same for rows of several engines."""
-    from harvester.progress import Rows
+    from harvester.commands.progress import Rows
 
     return Rows(what, rows)

@@ -4,14 +4,14 @@ import dataclasses
 from typing import Any
 
 from harvester.engines.cheapest import Cheapest
-from harvester.engines.common import Engine, Progress, Vectorised
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.formulas import Averaged, Published
 from harvester.engines.ideal import Ideal
-from harvester.engines.spice import Spice
+from harvester.engines.protocol import Engine, Progress, Vectorised
+from harvester.engines.spice.spice import Spice
+from harvester.equations.scaling import effects, equations
 from harvester.errors import unknown
-from harvester.scaling import effects, equations
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
 
 __all__ = [
     "ENGINES",

@@ -4,15 +4,15 @@ import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
-from harvester.engines.common import Progress
+from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.formulas import Averaged
 from harvester.engines.given import held
-from harvester.engines.sampled import Sampled
-from harvester.engines.spice import Spice
+from harvester.engines.options import Sampled
+from harvester.engines.protocol import Progress
+from harvester.engines.spice.spice import Spice
 from harvester.errors import HarvesterError, InputError
-from harvester.estimate import Estimate
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from harvester.engines.common import Progress, estimate, resistive
+from harvester.answers.estimate import Estimate
 from harvester.engines.given import held
-from harvester.engines.sampled import Sampled, balance
-from harvester.engines.target import Target, best_factor, further
-from harvester.estimate import Estimate, Value
-from harvester.scaling import Equations, scales
-from harvester.scene import Scene
+from harvester.engines.options import Sampled, balance
+from harvester.engines.protocol import Progress, estimate, resistive
+from harvester.equations.scaling import Equations, scales
+from harvester.scene.scene import Scene
+from harvester.uncertainty.target import Target, best_factor, further
+from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.mechanics.ideal import IdealCircuit
-    from harvester.mechanics.moments import Moments
-    from harvester.mechanics.step_pair import StepPair
+    from harvester.mechanics.ensemble.richardson import StepPair
+    from harvester.mechanics.kernels.moments import Moments
+    from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 TOLD = 0.5  # seconds of compilation that are worth a word
 NO_NOISE = "no sampling error: nothing is random, and all starts come to the same response"
@@ -68,9 +69,9 @@ class Ensemble(Sampled):
 
     def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
-        from harvester.mechanics import ensemble as mc
-        from harvester.mechanics.compiled import compilation
-        from harvester.mechanics.step_pair import StepPair, warm_up
+        from harvester.mechanics.ensemble import trajectories as mc
+        from harvester.mechanics.ensemble.richardson import StepPair, warm_up
+        from harvester.mechanics.kernels.compiled import compilation
 
         what = self.model(scene)
         eqs, circuit = what.eqs, what.circuit
@@ -126,7 +127,7 @@ class Ensemble(Sampled):
         self, pair: "StepPair", model: Model, target: Target, warnings: list[str], progress: Progress | None
     ) -> "StepPair":
         """Go on, at the step that is best for the target, until it is reached or the budget is spent."""
-        from harvester.mechanics.step_pair import StepPair
+        from harvester.mechanics.ensemble.richardson import StepPair
 
         while True:
             value = found(pair, model.name)
@@ -162,7 +163,7 @@ class Ensemble(Sampled):
 
 def affordable(eqs: Equations, circuit: "IdealCircuit | None") -> int:
     """Trajectories by default: few where nothing is random, or each must wait long for a large capacitor."""
-    from harvester.mechanics.shaking import is_random, is_shaken
+    from harvester.mechanics.kernels.shaking import is_random, is_shaken
 
     if is_shaken(eqs) and not is_random(eqs):
         return FEWEST
@@ -178,7 +179,7 @@ def found(pair: "StepPair", name: str, exact: bool = False) -> Value:
 
 def disagreement(moments: "Moments", eqs: Equations) -> str | None:
     """Of a steady response to a drive: `NO_NOISE`, or a warning where trajectories differ; None for random shaking."""
-    from harvester.mechanics.shaking import is_random, is_shaken
+    from harvester.mechanics.kernels.shaking import is_random, is_shaken
 
     if is_random(eqs) or not is_shaken(eqs):
         return None

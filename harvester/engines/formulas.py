@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from harvester.engines.common import Progress, estimate, refuse, resistive
+from harvester.answers.estimate import Estimate
 from harvester.engines.given import Given
+from harvester.engines.protocol import Progress, estimate, refuse, resistive
+from harvester.equations.scaling import Equations
 from harvester.errors import HarvesterError
-from harvester.estimate import Estimate, Value
-from harvester.quantity import fraction
-from harvester.scaling import Equations
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
+from harvester.scene.units import fraction
+from harvester.uncertainty.value import Value
 
 SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
 STOPS = frozenset({"compliant_stop", "opposite_stop"})
@@ -112,7 +113,7 @@ class Published(_Formula):
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | SHAKING | {"gap"}
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
-        from harvester.averaging.stationary import mean_square_voltages
+        from harvester.averaging.published.stationary import mean_square_voltages
 
         return mean_square_voltages
 
@@ -124,7 +125,7 @@ class Published(_Formula):
 
 @dataclass(frozen=True, kw_only=True)
 class Averaged(_Formula):
-    """Impact-aware averaging (`harvester.averaging.two_scale`): E[V^2], E[P] = beta mu E[V^2], and its own error.
+    """Impact-aware averaging (`harvester.averaging.two_scale.law`): E[V^2], E[P] = beta mu E[V^2], and its own error.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -144,7 +145,7 @@ class Averaged(_Formula):
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | SHAKING
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
-        from harvester.averaging.two_scale import solve_many
+        from harvester.averaging.two_scale.law import solve_many
 
         return solve_many
 

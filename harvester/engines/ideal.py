@@ -4,12 +4,12 @@ import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
-from harvester.engines.common import Progress, refuse
+from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble, Model
+from harvester.engines.protocol import Progress, refuse
+from harvester.equations.scaling import equations, scales
 from harvester.errors import CannotServeError
-from harvester.estimate import Estimate
-from harvester.scaling import equations, scales
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
 
 # Effects that the ideal circuits' kernel does not know
 SHAKING = frozenset({"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"})
@@ -18,7 +18,7 @@ UNIDEAL = SHAKING | {"negative_stiffness", "quadratic_stiffness", "compliant_sto
 
 @dataclass(frozen=True, kw_only=True)
 class Ideal(Ensemble):
-    """The coupled equations with a load circuit that is piecewise linear (`harvester.mechanics.ideal`).
+    """The coupled equations with a load circuit that is piecewise linear (`harvester.mechanics.rectifiers.circuit`).
 
     >>> import harvester as hv
     >>> hv.Ideal(within="2%", budget="1min").budget
@@ -42,7 +42,7 @@ class Ideal(Ensemble):
 
     def model(self, scene: Scene) -> Model:
         """What is simulated for a scene; raises as the class says."""
-        from harvester.circuit.ideal import ideal_circuit
+        from harvester.circuit.idealised import ideal_circuit
 
         if scene.load is None or scene.load.netlist is None:
             raise CannotServeError("engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'")

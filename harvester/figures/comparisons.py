@@ -6,7 +6,7 @@ from harvester.figures.quantities import scale
 from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
-    from harvester.estimate import Estimate
+    from harvester.answers.estimate import Estimate
     from harvester.studies.compare import Comparison
 
 _SHOWN = 40.0  # 1/w0 of the path

@@ -7,7 +7,7 @@ from harvester.figures.quantities import logarithm
 from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
-    from harvester.cost_table import Row
+    from harvester.studies.work_precision.cost_table import Row
 
 
 def cost(rows: "Sequence[Row]", title: str | None) -> Plot:

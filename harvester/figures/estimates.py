@@ -8,7 +8,7 @@ from harvester.figures.quantities import scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, new, styled
 
 if TYPE_CHECKING:
-    from harvester.estimate import Estimate
+    from harvester.answers.estimate import Estimate
 
 _LEDGER = "ledger_"
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}

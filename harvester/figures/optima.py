@@ -10,7 +10,7 @@ from harvester.figures.quantities import broken, mark, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
-    from harvester.optimum.answer import Key, Optimum
+    from harvester.studies.optimum.answer import Key, Optimum
 
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
 _MOST_BARS = 150  # evaluations with an error bar each

@@ -11,7 +11,7 @@ from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
 
 if TYPE_CHECKING:
-    from harvester.paper import Point
+    from harvester.studies.paper import Point
 
 _MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
 _NAMES = {

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import EngFormatter, Formatter
 
-from harvester.scene import unit_of
+from harvester.scene.scene import unit_of
 
 NONDIMENSIONAL = "nondimensional"
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}

@@ -8,7 +8,7 @@ from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
-    from harvester.region import Edge
+    from harvester.studies.stability.region import Edge
 
 
 def region(edges: "list[Edge]", title: str | None) -> Plot:

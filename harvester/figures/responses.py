@@ -9,7 +9,7 @@ from harvester.figures.quantities import scale
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
 if TYPE_CHECKING:
-    from harvester.response_table import Response
+    from harvester.studies.frequency_response.curve import Response
 
 _LOOKS: dict[str, dict[str, Any]] = {
     "up": {"color": "#0072B2", "marker": ">", "linestyle": "-", "linewidth": 1.0},

@@ -12,7 +12,7 @@ from harvester.figures.quantities import broken, logarithm, mark, plain, quantit
 from harvester.figures.style import MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
 
 if TYPE_CHECKING:
-    from harvester.sweeps.table import Table
+    from harvester.studies.sweep.table import Table
 
 Rows = list[dict[str, str]]
 MOST_SHOWN = 2000  # points of a curve

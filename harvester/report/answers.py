@@ -1,13 +1,13 @@
 """Reports of `run` and `compare`."""
 
-from harvester.estimate import Estimate
-from harvester.provenance import provenance
+from harvester.answers.estimate import Estimate
 from harvester.report import engines
 from harvester.report.numbers import signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
+from harvester.studies.output_folder import provenance
 
 
 def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:

@@ -1,12 +1,12 @@
 """Report of `cost`."""
 
-from harvester.cost_table import TARGETS, Cost, Row
-from harvester.provenance import provenance
 from harvester.report.engines import UNITS, refusals
 from harvester.report.numbers import share, signs, with_errors
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
+from harvester.studies.output_folder import provenance
+from harvester.studies.work_precision.cost_table import TARGETS, Cost, Row
 
 
 def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:

@@ -1,7 +1,7 @@
 """The effects in words, so that a page can say which are present and which are not computed at all."""
 
-from harvester.scaling import effects, equations
-from harvester.scene import Scene
+from harvester.equations.scaling import effects, equations
+from harvester.scene.scene import Scene
 
 WORDS = {
     "negative_stiffness": "negative stiffness: two wells",

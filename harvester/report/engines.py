@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
-from harvester.estimate import Estimate, Value
+from harvester.answers.estimate import Estimate
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import Grid
+from harvester.uncertainty.value import Value
 
 UNITS = {True: ("W", "V^2"), False: ("", "")}
 

@@ -2,7 +2,7 @@
 
 import re
 
-from harvester.estimate import Value
+from harvester.uncertainty.value import Value
 
 _SIGNS = {" +- ": " ± ", "^2": "²", "^3": "³", "^4": "⁴", "^5": "⁵", "ohm": "Ω"}
 NONE = "-"  # no such error, or not known: the reason stands beside the table

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from harvester import files
+from harvester.machine import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

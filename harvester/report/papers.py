@@ -3,11 +3,11 @@
 import numpy as np
 
 from harvester import figures
-from harvester.paper import RESPONSE, STABILITY, Drawn, Point
-from harvester.provenance import whence
+from harvester.machine.provenance import whence
 from harvester.report.numbers import share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
+from harvester.studies.paper import RESPONSE, STABILITY, Drawn, Point
 
 
 def of_paper(drawn: list[Drawn]) -> Page:

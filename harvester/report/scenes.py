@@ -3,11 +3,11 @@
 import shlex
 from typing import Any
 
+from harvester.equations.scaling import Equations, equations, scales
 from harvester.report.effects import WORDS, absent, present
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Grid, Listing, Section
-from harvester.scaling import Equations, equations, scales
-from harvester.scene import Scene, unit_of
+from harvester.scene.scene import Scene, unit_of
 
 _COEFFICIENTS = {
     "linear": "linear stiffness (1 where it is not named)",
@@ -45,7 +45,7 @@ def scene_section(scene: Scene, text: str = "") -> Section:
         tables = [_given(scene), *tables, _scales(scene)]
     listings = [Listing("Scene file", scene.to_toml())]
     if scene.load is not None and scene.load.netlist is not None:
-        from harvester.circuit.netlist import load_circuit
+        from harvester.netlists.load_circuit import load_circuit
 
         listings.append(Listing(f"Netlist {scene.load.netlist}", load_circuit(scene.load).text, folded=True))
     return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)

@@ -1,12 +1,12 @@
 """Report of `sweep`."""
 
+from harvester.answers.sweep_columns import warnings
 from harvester.report.engines import UNITS
 from harvester.report.numbers import amount, share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
-from harvester.scene import Scene, unit_of
-from harvester.sweeps.table import Row, Table
-from harvester.tables import warnings
+from harvester.scene.scene import Scene, unit_of
+from harvester.studies.sweep.table import Row, Table
 
 MOST_ROWS = 400  # of the table on the page
 

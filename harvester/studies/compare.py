@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Ideal, Published, Spice, candidates, engine
-from harvester.engines.preparation import READING, prepare
+from harvester.engines.spice.preparation import READING, prepare
 from harvester.errors import (
     CannotServeError,
     HarvesterError,
@@ -18,8 +19,8 @@ from harvester.errors import (
     SimulationError,
     UnboundedResponseError,
 )
-from harvester.estimate import Estimate, z_score
-from harvester.scene import Scene
+from harvester.scene.scene import Scene
+from harvester.uncertainty.value import z_score
 
 if TYPE_CHECKING:
     from harvester.figures import Plot
@@ -120,7 +121,7 @@ class Comparison:
         return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
 
     def _repr_html_(self) -> str:
-        from harvester import notebook
+        from harvester.printing import notebook
 
         unit = "W" if self.reference.physical else ""
         rows = []
@@ -190,10 +191,10 @@ def compare(
 
 def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
     """ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
-    from harvester.averaging.voltage import amplitude_through, decoupled, omega2
-    from harvester.circuit import worker
-    from harvester.mechanics.noise import gaussian_grid
-    from harvester.mechanics.path import trace
+    from harvester.averaging.published.voltage import amplitude_through, decoupled, omega2
+    from harvester.circuit import runs as worker
+    from harvester.mechanics.kernels.noise import gaussian_grid
+    from harvester.mechanics.kernels.path import trace
 
     device = prepare(scene, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs

@@ -1,7 +1,7 @@
 """One path of a scene: displacement, velocity and voltage over time, on paper rather than in the mean.
 
-By the exact update of a load resistor (`harvester.mechanics.path`), or by ngspice in lock-step.  A path has no error of
-sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
+By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
+error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
 """
 
 import csv
@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester import files
 from harvester.arrays import Floats
-from harvester.engines.common import resistive
+from harvester.engines.protocol import resistive
+from harvester.equations.scaling import equations, scales
 from harvester.errors import invalid, unknown
-from harvester.provenance import provenance
-from harvester.scaling import equations, scales
-from harvester.scene import Scene
+from harvester.machine import files
+from harvester.scene.scene import Scene
+from harvester.studies.output_folder import provenance
 
 if TYPE_CHECKING:
     from harvester.figures import Plot
-    from harvester.mechanics.path import Path
+    from harvester.mechanics.kernels.path import Path
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
 ENGINES = ("ensemble", "spice")
@@ -102,9 +102,9 @@ def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None
     CannotServeError
         for a netlist without engine `spice`, and what that does not know.
     """
-    from harvester.mechanics.noise import gaussian_grid
-    from harvester.mechanics.path import trace
-    from harvester.mechanics.shaking import forcing
+    from harvester.mechanics.kernels.noise import gaussian_grid
+    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.kernels.shaking import forcing
 
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
@@ -146,9 +146,9 @@ def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None
 
 
 def _step(scene: Scene) -> float:
-    from harvester.mechanics.ensemble import STEP
-    from harvester.mechanics.limits import check_bounded, resting_places, typical_frequency
-    from harvester.mechanics.shaking import whole_steps
+    from harvester.mechanics.ensemble.trajectories import STEP
+    from harvester.mechanics.kernels.bounds import check_bounded, resting_places, typical_frequency
+    from harvester.mechanics.kernels.shaking import whole_steps
 
     eqs = equations(scene)
     check_bounded(eqs)
@@ -159,9 +159,9 @@ def _step(scene: Scene) -> float:
 def _in_ngspice(scene: Scene, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":
     import dataclasses
 
-    from harvester.circuit import worker
-    from harvester.engines.preparation import prepare
-    from harvester.engines.spice import Spice
+    from harvester.circuit import runs as worker
+    from harvester.engines.spice.preparation import prepare
+    from harvester.engines.spice.spice import Spice
 
     s = scales(scene)
     device = prepare(scene, Spice(dt=h / (s.frequency if scene.physical else 1.0))).device

@@ -1,0 +1,90 @@
+"""An answer: values with their errors, what it took, and what to beware of.  It prints itself."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from harvester.arrays import Floats
+from harvester.uncertainty.value import Value, number
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an engine says of a scene.
+
+    mean_square_voltage and mean_power are in V^2 and W for a physical scene, nondimensional for
+    a nondimensional one; ``nondimensional`` holds both and beta and mu without units.  ``steps``
+    are trajectory-steps (ensemble) or accepted ngspice steps (spice); ``seconds`` is the
+    computation without compilation.  ``reason`` says why there is no sampling error, or what
+    is known of the model's own.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> answer = hv.Averaged().run(scene)
+    >>> answer.engine, answer.effects
+    ('averaged', ('linear_damping', 'external_noise', 'back_coupling', 'resistive_load'))
+    """
+
+    engine: str
+    physical: bool
+    mean_square_voltage: Value
+    mean_power: Value
+    nondimensional: dict[str, float | None]
+    effects: tuple[str, ...]
+    seconds: float
+    steps: int
+    reason: str = ""
+    warnings: tuple[str, ...] = ()
+    details: dict[str, float] = field(default_factory=dict)
+    samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
+    # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
+    power_samples: Floats | None = field(default=None, compare=False)
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """The parts of the error, and the ledger where there is one, as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.estimate(self, title)
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        return {
+            "engine": self.engine,
+            "mean_square_voltage": number(self.mean_square_voltage),
+            "mean_power": number(self.mean_power),
+            "nondimensional": self.nondimensional,
+            "effects": list(self.effects),
+            "seconds": self.seconds,
+            "steps": self.steps,
+            "reason": self.reason,
+            "warnings": list(self.warnings),
+            "details": self.details,
+        }
+
+    def __str__(self) -> str:
+        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
+        took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
+        lines = [
+            f"{self.engine}: {took}",
+            f"  mean power           {self.mean_power.text(power_unit)}",
+            f"  mean square voltage  {self.mean_square_voltage.text(voltage_unit)}",
+            f"  effects              {', '.join(self.effects)}",
+        ]
+        lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
+        lines += [f"  note: {self.reason}"] if self.reason else []
+        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    def _repr_html_(self) -> str:
+        from harvester.printing import notebook
+
+        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
+        rows = [
+            ("mean power", self.mean_power.text(power_unit)),
+            ("mean square voltage", self.mean_square_voltage.text(voltage_unit)),
+            ("effects", ", ".join(self.effects)),
+            ("seconds", f"{self.seconds:.2g}"),
+        ]
+        notes = ([f"note: {self.reason}"] if self.reason else []) + notebook.warnings(self.warnings)
+        return notebook.table(self.engine, (), rows, notes)

@@ -1,0 +1,1 @@
+"""The paper's averaging, its misprints corrected: harmonic decoupling of the voltage."""

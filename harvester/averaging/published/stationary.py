@@ -1,0 +1,158 @@
+"""Stationary density of the amplitude, mean square voltage and power (paper, Eqs. 26-31)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import cumulative_simpson
+
+from harvester.arrays import Coefficient, Floats
+from harvester.averaging.grids import around_the_mass, given, noisy_stacks, stacked
+from harvester.averaging.published.ito import diffusion, drift
+from harvester.averaging.published.orbit import nu2
+from harvester.averaging.published.voltage import K, omega2
+from harvester.equations.scaling import Equations
+from harvester.errors import SimulationError, UnboundedResponseError
+
+_PHI = np.asarray(
+    (np.arange(16) + 0.5) * (0.5 * math.pi / 16), dtype=np.float64
+)  # a quarter of the orbit; the rest mirrors it
+_WIDEST = (math.log(1e-20), math.log(1e10))  # of ln A
+_AMPLITUDES, _SEARCH = 2001, 321  # of a density that is looked at; in looking for it
+_ENOUGH = 801  # amplitudes for E[V^2], to 2e-6
+_KEPT = 32.0  # amplitudes less likely than e^-32 of the likeliest are left out
+_TOGETHER = 16  # scenes in one go: their arrays stay in the processor's cache
+_UNBOUNDED = "the averaged amplitude grows without bound: add damping that bounds it"
+_NO_NOISE = (
+    "the averaged density needs external noise (D11 or acceleration_psd): without it the stationary "
+    "amplitude is zero or not unique"
+)
+
+
+@dataclass(frozen=True)
+class Stationary:
+    """p(A) on a grid: ``A`` and ``p`` of shape (n,), weights of the integral over ln A in ``mass``.
+
+    A stack of scenes has them in rows, shape (scenes, n).
+    """
+
+    A: Floats
+    p: Floats
+    mass: Floats
+
+    def mean(self, values: Floats) -> Floats:
+        """E[values(A)]."""
+        return np.asarray((self.mass * values).sum(axis=-1))
+
+
+def density(eqs: Equations) -> Stationary:
+    """p(A) = C sigma^-2 exp(int_A0^A 2 b/sigma^2 du), the law of the averaged FPK equation (paper, Eqs. 25, 26).
+
+        0 = -d(b p)/dA + 1/2 d^2(sigma^2 p)/dA^2,   p finite at 0, p -> 0 at infinity
+
+    The lower limit A0 must be above 0, where it is printed: near 0, 2 b/sigma^2 = 1/A.  Integrated
+    in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
+    amplitudes where p A is above 1e-14 of its peak.
+
+    Raises
+    ------
+    SimulationError
+        without external noise, where no density exists.
+    UnboundedResponseError
+        where p does not fall off, or so slowly that E[A^2] is infinite.
+    """
+    if eqs.n1 is None:
+        raise SimulationError(_NO_NOISE)
+    with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
+        law, unbounded = _densities(stacked([eqs]), 1, _AMPLITUDES)
+    if unbounded[0]:
+        raise UnboundedResponseError(_UNBOUNDED)
+    return Stationary(law.A[0], law.p[0], law.mass[0])
+
+
+def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, Any]:
+    """The laws of a stack, and which of them do not fall off."""
+    low, high = (np.full(scenes, end) for end in _WIDEST)
+    unbounded = np.zeros(scenes, dtype=bool)
+    for _ in range(6):  # zoom in on where the mass is
+        u = np.linspace(low, high, _SEARCH, axis=-1)
+        widest = high == _WIDEST[1]
+        low, high, open_end = around_the_mass(u, _log_mass(u, eqs), _KEPT, _KEPT)
+        unbounded |= open_end & widest
+    u = np.linspace(low, high, points, axis=-1)
+    log_mass = _log_mass(u, eqs)
+    mass = np.exp(log_mass - log_mass.max(axis=-1, keepdims=True))
+    mass /= mass.sum(axis=-1, keepdims=True)
+    A = np.exp(u)
+    return Stationary(A=A, p=mass / (A * (u[:, 1:2] - u[:, :1])), mass=mass), unbounded
+
+
+def _log_mass(u: Floats, eqs: Equations) -> Floats:
+    """ln(p A) at A = e^u, up to a constant."""
+    A = np.exp(u)
+    s = sum(diffusion(A, eqs))
+    slope = 2.0 * drift(A, eqs) * A / s
+    out = u - np.log(s) + cumulative_simpson(slope, dx=(u[:, 1] - u[:, 0])[:, None], initial=0.0)
+    return np.where(np.isfinite(out), out, -np.inf)
+
+
+def mean_square_voltage(eqs: Equations) -> float:
+    """E[V^2] of Eq. 30: the decoupled V of Eq. 6 averaged over orbits and over p(A).
+
+    The plane (x, x') is covered orbit by orbit: p(x, x') dx dx' = p(A) dA dt/T(A).  On an orbit the
+    average is over time (weight 1/nu); <x x'> = 0, so that
+
+        <V^2> = (omega^4 <x^2> + mu^2 <x'^2>)/(mu^2 + omega^2)^2
+
+    With a stop the paper uses the same V with x = |y|, so the value does not depend on it
+    other than through p(A): here lies its factor of about four.
+
+    Raises
+    ------
+    SimulationError, UnboundedResponseError
+        as `density`, and where E[V^2] is infinite though p(A) exists.
+    """
+    answer = mean_square_voltages([eqs])[0]
+    if isinstance(answer, SimulationError):
+        raise answer
+    return answer
+
+
+def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
+    """`mean_square_voltage` for a grid of scenes, many at once; the error of each without one stands in its place."""
+    return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
+
+
+def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationError]:
+    eqs = stacked(scenes)
+    law, unbounded = _densities(eqs, len(scenes), _ENOUGH)
+    V2 = voltage_on_orbit(law.A, eqs)
+    unbounded |= law.mass[:, -1] * V2[:, -1] > 1e-6 * (law.mass * V2).max(axis=-1)
+    means = law.mean(V2)
+    return [
+        UnboundedResponseError(_UNBOUNDED) if lost or not math.isfinite(value) else float(value)
+        for value, lost in zip(means, unbounded, strict=True)
+    ]
+
+
+def voltage_on_orbit(A: Floats, eqs: Equations) -> Floats:
+    """<V^2> of the decoupled V (Eq. 6) over the orbit of amplitude A, averaged over time."""
+    alpha, beta, mu = given(eqs.alpha), given(eqs.beta), given(eqs.mu)
+    w2 = omega2(A, alpha, beta, mu)
+    x2, v2 = orbit_means(A, alpha, K(A, alpha, beta, mu))
+    return np.asarray((w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2)
+
+
+def mean_power(eqs: Equations) -> float:
+    """E[P] = beta mu E[V^2], in units of M w0^3 l^2 (paper, Eq. 31)."""
+    return float(given(eqs.beta) * given(eqs.mu)) * mean_square_voltage(eqs)
+
+
+def orbit_means(A: Floats, alpha: Coefficient, K: Floats) -> tuple[Floats, Floats]:
+    """Time averages <x^2> and <x'^2> over the orbit of amplitude A: dt = dPhi/nu(A, Phi)."""
+    n2 = nu2(A[..., None], _PHI, np.asarray(alpha, dtype=np.float64)[..., None], K[..., None])
+    weight = 1.0 / np.sqrt(n2)
+    weight /= weight.sum(axis=-1, keepdims=True)
+    return weight @ np.cos(_PHI) ** 2 * A**2, (weight * n2) @ np.sin(_PHI) ** 2 * A**2

@@ -1,0 +1,102 @@
+"""The slow scale: drift and diffusion of the energy, their stationary law, and the voltage that follows it.
+
+Arrays have the shape (scenes, amplitudes), ln A = u evenly spaced in each row.
+"""
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from harvester.arrays import Floats
+from harvester.averaging.grids import given
+from harvester.averaging.two_scale.cycles import Cycles
+from harvester.equations.scaling import Equations
+
+
+def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
+    """b(E) at each amplitude; ``slow`` is the square of the slow voltage that the mass pays for there."""
+    b = -cycle.damped - given(eqs.beta) * given(eqs.mu) * (cycle.V2 + slow)
+    b = b + given(eqs.n1) + given(eqs.n2) * cycle.x2 + 2.0 * given(eqs.n12) * cycle.x
+    if eqs.restitution is not None:
+        r2 = eqs.restitution**2
+        b = b - 2.0 * (1.0 - r2) / (1.0 + r2) * cycle.wall / cycle.period
+    return b
+
+
+def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
+    """sigma^2(E) at each amplitude."""
+    n1, n2, n12 = given(eqs.n1), given(eqs.n2), given(eqs.n12)
+    return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
+
+
+def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equations) -> Floats:
+    """ln(p(E) dE/du) up to a constant; the integral by the trapezoidal rule with its end correction."""
+    s = diffusion(cycle, eqs)
+    rate = 2.0 * drift(cycle, slow, eqs) / s * slope
+    du, bend = u[..., 1:] - u[..., :-1], slope_on_grid(u, rate)
+    inner = 0.5 * du * (rate[..., 1:] + rate[..., :-1]) - du**2 / 12.0 * (bend[..., 1:] - bend[..., :-1])
+    return np.asarray(np.log(slope / s) + np.concatenate([0.0 * u[..., :1], np.cumsum(inner, axis=-1)], axis=-1))
+
+
+def slope_on_grid(u: Floats, values: Floats) -> Floats:
+    """Slope d/du on an evenly spaced grid: of fourth order inside, of second at the ends, where the law is nothing."""
+    du = u[..., 1] - u[..., 0]
+    slope = np.empty_like(values)
+    one, two = values[..., 2:] - values[..., :-2], values[..., 4:] - values[..., :-4]
+    slope[..., 2:-2] = (8.0 * one[..., 1:-1] - two) / 12.0
+    slope[..., 1], slope[..., -2] = 0.5 * one[..., 0], 0.5 * one[..., -1]
+    slope[..., 0] = -1.5 * values[..., 0] + 2.0 * values[..., 1] - 0.5 * values[..., 2]
+    slope[..., -1] = 1.5 * values[..., -1] - 2.0 * values[..., -2] + 0.5 * values[..., -3]
+    return np.asarray(slope / du[..., None])
+
+
+def rising(u: Floats, energy: Floats) -> Floats:
+    """dE/du, kept positive where the slow voltage would turn it around."""
+    return np.asarray(energy * np.maximum(slope_on_grid(u, np.log(energy)), 0.1))
+
+
+def normalised(log_p: Floats) -> Floats:
+    """The probability of each amplitude, from its logarithm up to a constant."""
+    mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
+    return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
+
+
+def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> tuple[Floats, Floats]:
+    """Mean and mean square of the slow voltage V = xt - y at each amplitude, y' = mu (xt - y).
+
+    (mu - L) E[y|A] = mu xt,    (2 mu - L) E[y^2|A] = 2 mu xt E[y|A]
+    """
+    xt = cycle.x - (mass * cycle.x).sum(axis=-1, keepdims=True)
+    if eqs.restitution is None or eqs.mu is None:
+        return xt, xt**2
+    flow = diffusion(cycle, eqs) * mass / slope**2 / (u[:, 1:2] - u[:, :1]) ** 2
+    flow = 0.5 * np.sqrt(flow[:, 1:] * flow[:, :-1])
+    # Slower than rounding lets L be told from nothing, y is its mean, 0, all the same.
+    mu = np.maximum(given(eqs.mu), 1e-13 * flow.sum(axis=-1, keepdims=True))
+    y = _resolvent(mu, mu * xt, flow, mass)
+    y2 = _resolvent(2.0 * mu, 2.0 * mu * xt * y, flow, mass)
+    return xt - y, np.maximum(xt**2 - 2.0 * xt * y + y2, (xt - y) ** 2)
+
+
+def paid(square: Floats, cycle: Cycles, eqs: Equations) -> Floats:
+    """What of the slow voltage's mean square the mass pays for: nothing slow is faster than the cycle."""
+    return np.asarray(square / (1.0 + (given(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
+
+
+def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Floats:
+    """(rate - L)^-1 right, with L the averaged generator.
+
+    L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
+    ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal matrix.
+    Scenes of a stack are blocks of it without current in between.
+    """
+    bands = np.zeros((2, *mass.shape))
+    bands[0, :, 1:] = -flow
+    bands[1] = rate * mass
+    bands[1, :, :-1] += flow
+    bands[1, :, 1:] += flow
+    # A scene whose law is not finite must not spoil its neighbours.
+    lost = ~(np.isfinite(bands).all(axis=(0, 2)) & (bands[1] > 0.0).all(axis=1))
+    bands[0, lost], bands[1, lost] = 0.0, 1.0
+    weighted = np.where(lost[:, None], np.nan, mass * right)
+    solved = solveh_banded(bands.reshape(2, -1), weighted.ravel(), check_finite=False)
+    return np.asarray(solved.reshape(mass.shape))

@@ -1,0 +1,89 @@
+"""The package's netlists as circuits of `harvester.mechanics.rectifiers.circuit`: for the ensemble, and beside ngspice.
+
+Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery and breakdown, and
+the time of a switching, pi sqrt(L Cp), in which the netlists' switches close gradually: at a few volts the start of
+SECE's quarter oscillation loses some 5 % of the power there, and nothing here.
+"""
+
+import math
+from functools import partial
+
+from harvester.equations.scaling import Scales
+from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit
+from harvester.netlists.allowed import Line, header_of
+from harvester.netlists.load_circuit import load_circuit, number
+from harvester.scene.scene import Load
+
+THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V, at ngspice's 27 degrees Celsius
+CLOSED = 100.0  # ohm of a closed switch
+TOPOLOGIES = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
+
+
+def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
+    """The circuit of a load that is a netlist of this package, by its name.
+
+    None for a resistance, for a netlist of one's own, and for element values that are not above zero.
+
+    Raises
+    ------
+    InputError
+        as `harvester.netlists.load_circuit.load_circuit`.
+    """
+    name = load.netlist
+    if name not in TOPOLOGIES:
+        return None
+    capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
+    circuit = load_circuit(load, capacitance)
+    _, _, defaults = header_of(Line(name, circuit.text.split("\n", 1)[0]))
+    p = {key: number(value or "") or 0.0 for key, value in defaults.items()} | circuit.parameters
+    if (
+        any(value <= 0.0 for key, value in p.items() if key not in ("play", "rest", "Rcoil"))
+        or p.get("play", 0.0) < 0.0
+    ):
+        return None
+    leak = p["Is"] / (capacitance * volts * w0)
+    paths = 1 if name in ("doubler", "sece") else 2  # of reverse currents out of the capacitor
+    circuit_of = partial(
+        IdealCircuit,
+        mu=1.0 / (p["R"] * capacitance * w0),
+        kappa=p["C"] / capacitance,
+        n=p["N"] * THERMAL / volts,
+        leak=leak,
+        loss=paths * leak,
+    )
+    if name == "doubler":
+        return circuit_of(doubler=True)
+    if name == "bridge":
+        return circuit_of(bridge=True)
+    play = p["play"] / volts
+    if name == "parallel_sshi":
+        return circuit_of(bridge=True, play=play, parallel=_coil(p, capacitance, capacitance, w0))
+    if name == "series_sshi":
+        both = capacitance * p["C"] / (capacitance + p["C"])  # in series: what the coil oscillates with
+        return circuit_of(play=play, series=_coil(p, both, capacitance, w0))
+    sece = Flyback(
+        damping=_damping(p, capacitance),
+        peak=_peak(p, capacitance, capacitance, w0),
+        rest=max(p["rest"], 0.0) / volts,
+        wire=p["Rcoil"] * capacitance * w0,
+        core=1.0 / (p["Rcore"] * capacitance * w0),
+    )
+    return circuit_of(play=play, sece=sece)
+
+
+def _damping(p: dict[str, float], capacitance: float) -> float:
+    """Damping ratio 1/(2 Q) of the coil with a capacitance, the closed switch in series and the core in parallel."""
+    impedance = math.sqrt(p["L"] / capacitance)
+    return 0.5 * ((p["Rcoil"] + CLOSED) / impedance + impedance / p["Rcore"])
+
+
+def _peak(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> float:
+    """Peak current of an oscillation from 1 V, over that into the piezo's capacitance at 1 V w0."""
+    return math.sqrt(capacitance / p["L"]) / (piezo * w0)
+
+
+def _coil(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> Coil:
+    """An inversion leaves q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage, and nothing where it is overdamped."""
+    zeta = _damping(p, capacitance)
+    kept = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)) if zeta < 1.0 else 0.0
+    return Coil(kept, _peak(p, capacitance, piezo, w0))

@@ -1,0 +1,1 @@
+"""How mass and ngspice advance together: state, transitions, stops, and the energy ledger."""

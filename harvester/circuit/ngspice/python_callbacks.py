@@ -1,0 +1,63 @@
+"""The lock-step in plain Python: the same functions, interpreted; what the compiled path is tested against."""
+
+import ctypes
+import math
+from typing import Any
+
+import numpy as np
+
+from harvester.circuit.lockstep.drive import Drive, accepted, proposed, source
+from harvester.errors import UnboundedResponseError
+from harvester.mechanics.kernels.interpreted import interpreted
+
+
+class Reference:
+    """The three answers to ngspice for one run, in Python; ``state`` is the run's state, one element.
+
+    ngspice cannot pass on an exception, and would read a source without a value: the first exception is kept
+    in ``error``, to be raised after the run, and from then on the source holds its last finite value.
+    """
+
+    def __init__(self, drive: Drive, state: Any) -> None:
+        self.drive, self.state = drive, state.view(np.recarray)[0]
+        self.error: Exception | None = None
+        self.last = 0.0
+        self._source, self._proposed, self._accepted = (interpreted(one) for one in (source, proposed, accepted))
+        asked = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)
+        told = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
+        self._pointers = {"source_at": asked(self.source), "step_at": asked(self.step), "accepted_at": told(self.data)}
+        for name, pointer in self._pointers.items():
+            state[name] = ctypes.cast(pointer, ctypes.c_void_p).value
+
+    def source(self, t: float, _: float) -> float:
+        """Voltage of the source at a candidate time."""
+        if self.error is None:
+            try:
+                value = float(self._source(self.state, t))
+                if not math.isfinite(value):
+                    raise UnboundedResponseError(f"the source's voltage is not finite at {t:.6g} s")
+                self.last = value
+            except Exception as error:
+                self.error = error
+        return self.last
+
+    def step(self, t: float, delta: float) -> float:
+        """Length of the step that ngspice is about to try."""
+        if self.error is None:
+            try:
+                return float(self._proposed(self.state, t, delta))
+            except Exception as error:
+                self.error = error
+        return delta
+
+    def data(self, _: int, t: float, v: float, power: float, current: float, smooth: float) -> int:
+        """Take an accepted point."""
+        if self.error is None:
+            drive = self.drive
+            try:
+                values = (t, v, power, current, smooth)
+                arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge)
+                self._accepted(self.state, *values, *arrays, *drive.given)
+            except Exception as error:
+                self.error = error
+        return 0

@@ -1,0 +1,43 @@
+"""What is installed, what is missing, and how to get it."""
+
+import shutil
+from collections.abc import Iterator
+
+from harvester.errors import CircuitError, MissingProgramError
+from harvester.machine.provenance import machine, versions
+
+
+def examine() -> Iterator[str]:
+    """One line for each thing that the package uses."""
+    found = versions()
+    for name, version in found.items():
+        yield _line(name, version, "run 'make setup'")
+    yield from _ngspice()
+    from harvester.netlists.load_circuit import folder
+
+    names = sorted(path.stem for path in folder().glob("*.cir"))
+    yield _line("netlists", ", ".join(names), "run 'make setup'")
+    this = machine()
+    yield _line("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}", "")
+
+
+def _ngspice() -> Iterator[str]:
+    from harvester.circuit.ngspice.library import find_library
+
+    how = "run 'make setup' or 'apt-get install libngspice0 ngspice'"
+    try:
+        library = find_library()
+    except MissingProgramError:
+        yield _line("libngspice", "", how)
+    else:
+        from harvester.circuit.runs import ngspice_version
+
+        try:
+            yield _line("libngspice", f"{ngspice_version()} ({library})", how)
+        except (CircuitError, OSError) as error:
+            yield _line("libngspice", "", f"{library} does not load: {error}")
+    yield _line("ngspice program", shutil.which("ngspice") or "", how + " (only for netlists by hand)")
+
+
+def _line(what: str, found: str, how: str) -> str:
+    return f"{'ok     ' if found else 'MISSING'}  {what:<16} {found or how}"

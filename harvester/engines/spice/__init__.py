@@ -1,0 +1,1 @@
+"""Engine `spice`: its preparation, its ngspice runs, and what is concluded from them."""

@@ -1,0 +1,151 @@
+"""What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.engines.ensemble import KNOWN, affordable, told
+from harvester.engines.ideal import UNIDEAL
+from harvester.engines.options import Sampled
+from harvester.equations.scaling import effects, equations, scales
+from harvester.errors import CannotServeError
+from harvester.scene.scene import Load, Scene
+from harvester.uncertainty.target import Target, best_factor
+
+if TYPE_CHECKING:
+    from harvester.circuit.runs import Device
+    from harvester.mechanics.ensemble.richardson import StepPair
+
+CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
+LONGEST_CHARGING = 2e4  # nondimensional
+READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What runs, and what is known of it before.
+
+    ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
+    (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation.
+    """
+
+    device: "Device"
+    burn_in: float
+    warnings: list[str]
+    pair: "StepPair | None"
+    seconds: float
+
+    @property
+    def resistive(self) -> bool:
+        """Whether the load is a resistance of the equations, and no netlist."""
+        return self.device.eqs.mu is not None
+
+    @property
+    def quantity(self) -> str:
+        """The moment that the power is made of."""
+        return "V2" if self.resistive else "load"
+
+    def relative_bias(self, name: str) -> float | None:
+        """Of the step, as the cheap model shows it; None where there is none."""
+        return None if self.pair is None else abs(self.pair.bias(name)[0] / self.pair.mean(name)[0])
+
+    @property
+    def reason(self) -> str:
+        """What is known of the bias of the step, where it is not that of the very same equations."""
+        if self.resistive:
+            return ""
+        if self.pair is None:
+            return "the bias of the step is not known, as no ideal circuit serves: compare with half of --dt"
+        return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
+
+    def chosen(self, unit: float, physical: bool) -> str:
+        """The step, and why."""
+        if self.pair is None:
+            return f"a step of {self.device.h / unit:.3g}{' s' if physical else ''}"
+        return told(self.pair, self.quantity, unit, physical)
+
+
+def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
+    """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
+
+    Raises
+    ------
+    CannotServeError
+        for an open circuit, or a scene in which nothing shakes the mass at rest.
+    MissingProgramError
+        when ngspice is not installed.
+    """
+    from harvester.circuit.idealised import ideal_circuit
+    from harvester.circuit.ngspice.library import find_library
+    from harvester.circuit.runs import Device
+    from harvester.mechanics.ensemble import trajectories as mc
+    from harvester.mechanics.ensemble.richardson import StepPair, warm_up
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.mechanics.kernels.shaking import is_shaken, period
+    from harvester.netlists.load_circuit import load_circuit
+
+    find_library()
+    eqs, s = equations(scene), scales(scene)
+    unit = s.frequency if scene.physical else 1.0
+    load = scene.load
+    if not scene.physical and eqs.mu is not None:
+        load = Load(resistance=s.resistance(eqs.mu))
+    if load is None:
+        raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
+    circuit = load_circuit(load, s.capacitance)
+    if not is_shaken(eqs):
+        raise CannotServeError(
+            "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
+        )
+    repeat = period(eqs)
+    charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
+    known = not UNIDEAL.intersection(effects(eqs))
+    ideal = ideal_circuit(load, s) if known and charging <= LONGEST_CHARGING else None
+    ruled = known and eqs.mu is not None
+    seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
+    with compilation():
+        warm_up(eqs, seed, ideal, ruled)
+    begin = time.perf_counter()
+    pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
+    warnings = pilot.patient(options.budget).settle()
+    burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
+    if charging > LONGEST_CHARGING:
+        warnings.append(
+            f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
+            f"Rload Csmooth = {circuit.storage:g} s"
+        )
+    if repeat is not None:
+        burn_in = repeat * math.ceil(burn_in / repeat - 1e-6)
+    pair: StepPair | None = None
+    if eqs.mu is not None or ideal is not None:
+        pair = StepPair(pilot, burn_in)
+        if options.within is not None:
+            target = Target(options.within, options.budget, begin)
+            pair = _with_best_step(pair, "load", target, options.dt is not None)
+            pilot = pair.many
+    stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
+    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
+    return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
+
+
+def _with_best_step(pair: "StepPair", name: str, target: Target, fixed: bool) -> "StepPair":
+    """The pair with its bias known well enough for the target, at a smaller step where that is called for.
+
+    A longer step would save little of the few ngspice runs that are needed.
+    """
+    from harvester.mechanics.ensemble.richardson import StepPair
+
+    while True:
+        bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
+        factor = 1.0 if fixed else best_factor(target.within, abs(bias), error)
+        if error < KNOWN * target.within:
+            pair.rest()
+        if factor < 1.0:
+            pair = StepPair(pair.many.with_step(factor * pair.many.h), pair.duration)
+        elif error < 0.25 * target.within or target.seconds_left < pair.rate * pair.duration:
+            return pair
+        else:
+            pair.extend(pair.duration)

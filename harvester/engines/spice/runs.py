@@ -1,0 +1,135 @@
+"""The ngspice runs of one estimate, alone or paired with a cheap model, and what is concluded from them."""
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.protocol import Progress
+from harvester.engines.spice.preparation import Prepared
+from harvester.uncertainty.control_variate import Controlled, controlled, split
+from harvester.uncertainty.target import further
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.circuit.runs import Measured
+    from harvester.mechanics.kernels.moments import Moments
+
+FEWEST = 8  # pairs, of which each half weighs the other
+
+
+@dataclass
+class Runs:
+    """Trajectories of ``kicks`` steps each; ``paired`` ones also know the cheap model's means on the same noise."""
+
+    ready: Prepared
+    paired: bool
+    kicks: int
+    root: np.random.SeedSequence
+    progress: Progress | None
+    done: "list[Measured]" = field(default_factory=list)
+    seconds: float = 0.0
+    ngspice_seconds: float = 0.0
+
+    def more(self, count: int) -> None:
+        """Run ``count`` more."""
+        from harvester.circuit import runs as worker
+        from harvester.mechanics.kernels.noise import child
+
+        begin = time.perf_counter()
+        seeds = [child(self.root, 0, len(self.done) + k) for k in range(count)]
+        ready = self.ready
+        for k, one in enumerate(worker.measure_apart(ready.device, seeds, self.kicks, ready.burn_in, self.paired)):
+            self.done.append(one)
+            if self.progress is not None:
+                self.progress((k + 1) / count)
+        self.ngspice_seconds += time.perf_counter() - begin
+        self.seconds += time.perf_counter() - begin
+
+    def extend(self, duration: float) -> None:
+        """Go on with the long ensemble of the cheap model."""
+        assert self.ready.pair is not None
+        begin = time.perf_counter()
+        self.ready.pair.extend(duration)
+        self.seconds += time.perf_counter() - begin
+
+    @property
+    def cost(self) -> float:
+        """Seconds that one more run costs."""
+        return self.ngspice_seconds / len(self.done)
+
+    @property
+    def rate(self) -> float:
+        """Seconds that a unit of the long ensemble's time costs."""
+        return 0.0 if self.ready.pair is None else self.ready.pair.rate
+
+    def mean_square_voltage(self) -> Controlled:
+        """E[V^2], nondimensional."""
+        return self._estimate("V2", np.array([one.moments.V2[0] for one in self.done]), 1.0)
+
+    def power(self) -> Controlled:
+        """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
+        device = self.ready.device
+        beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
+        if self.ready.resistive:
+            found = self.mean_square_voltage()
+            return dataclasses.replace(
+                found, value=found.value.scaled(beta * mu), residual=found.residual * (beta * mu) ** 2
+            )
+        high = np.array([one.load_power for one in self.done]) / device.scales.watts
+        return self._estimate("load", high, beta)
+
+    def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
+        """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
+        pair = self.ready.pair
+        if not self.paired or pair is None:
+            mean, variance = float(high.mean()), float(high.var(ddof=1))
+            bias = self.ready.relative_bias(name)
+            error = math.sqrt(variance / len(high))
+            value = Value(mean, error, None if bias is None else abs(bias * mean), freedom=len(high) - 1.0)
+            return Controlled(value, variance, 0.0, 0.0)
+        low = factor * np.array([getattr(one.cheap, name)[0] for one in self.done])
+        return controlled(high, low, Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor))
+
+    def asked_for(self, found: Controlled, variance: float) -> tuple[float, float]:
+        """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
+        now = float(len(self.done))
+        pair = self.ready.pair
+        if not self.paired or pair is None:
+            return further(now, found.residual / variance), 0.0
+        spread = max((found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0) * pair.duration
+        runs, duration = split(variance, found.residual, self.cost, spread, self.rate)
+        more = further(now, runs) if runs > now else 0.0
+        return more, further(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0
+
+    def moments(self) -> "Moments":
+        """Of all ngspice runs, one entry each."""
+        whole = self.done[0].moments
+        for one in self.done[1:]:
+            whole = whole + one.moments
+        return whole
+
+    def details(self) -> dict[str, float]:
+        """What the pairing did."""
+        pair = self.ready.pair
+        if not self.paired or pair is None:
+            return {}
+        found = self.power()
+        return {
+            "control_weight": found.weight,
+            "control_correlation": found.correlation,
+            "ensemble_trajectories": float(pair.many.trajectories),
+            "ensemble_steps": float(pair.steps),
+        }
+
+    def ledger(self, watts: float) -> dict[str, float]:
+        """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""
+        from harvester.circuit.lockstep.energy_ledger import mean
+
+        whole = mean([one.ledger for one in self.done])
+        entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
+        return entries | {"ledger_residual": whole.residual}

@@ -1,0 +1,185 @@
+"""Engine `spice`: Monte Carlo with the electrical side in ngspice."""
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.ensemble import NO_NOISE, disagreement
+from harvester.engines.given import held
+from harvester.engines.options import Sampled, balance
+from harvester.engines.protocol import Progress, estimate
+from harvester.engines.spice.preparation import Prepared, prepare
+from harvester.engines.spice.runs import FEWEST, Runs
+from harvester.equations.scaling import effects, equations, scales
+from harvester.errors import SimulationError, invalid
+from harvester.scene.scene import Scene
+from harvester.uncertainty.target import Target
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spice(Sampled):
+    """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
+
+    A few ngspice runs are paired with a cheap model on the same noise, whose mean a long ensemble knows: the exact
+    update of a load resistor, or the netlist's circuit made of ideal diodes and switches
+    (`harvester.uncertainty.control_variate`). The mean has no bias from that, and the standard error of many more
+    ngspice runs.
+
+    >>> import harvester as hv
+    >>> hv.Spice(within="1%", budget="30s").budget
+    30.0
+
+    alone
+        no cheap model: ngspice runs only.
+    reltol
+        ngspice's relative tolerance, for a netlist.
+    gaussian
+        Gaussian noise in place of the three-point noise of the ensemble; only ``alone``.
+
+    Raises
+    ------
+    CannotServeError
+        without a load or anything that shakes the mass at rest.
+    MissingProgramError
+        when ngspice is not installed.
+    CircuitError
+        when ngspice refuses the circuit or does not converge.
+    UnboundedResponseError
+        where no stationary response exists.
+    """
+
+    alone: bool = False
+    reltol: float = 1e-4
+    gaussian: bool = False
+
+    NAME: ClassVar[str] = "spice"
+    TRAJECTORIES: ClassVar[int] = 16
+    KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
+    PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
+    SHORTEST: ClassVar[float] = 30.0  # s: a smaller --budget counts as this, so that a few runs are always made
+    STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
+    WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1e-7 <= self.reltol <= 1e-2:
+            raise invalid("reltol", "be between 1e-7 and 1e-2", self.reltol)
+        if self.gaussian and not self.alone:
+            raise invalid("gaussian", "be given with alone only: pairs share the ensemble's noise", "True")
+
+    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+        """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
+        from harvester.circuit import runs as worker
+        from harvester.mechanics.kernels.shaking import is_random, period
+
+        eqs, s = equations(scene), scales(scene)
+        unit = s.frequency if scene.physical else 1.0
+        ready = prepare(scene, self, self.reltol, self.gaussian)
+        noisy = is_random(eqs)
+        paired = ready.pair is not None and not self.alone and noisy
+        warm = worker.warm_up(ready.device, paired)
+        within, budget = held(self.within), held(self.budget)
+        target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
+        kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
+        runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
+        count = self.trajectories or self.TRAJECTORIES
+        count = max(count, FEWEST) if paired else count
+        asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
+        self._check_patience(asked * count, ready.burn_in / unit)
+        runs.more(count)
+        if target is not None:
+            _pursue(runs, target, self.dt is not None)
+        seconds = ready.seconds + runs.seconds
+        details = {"step": ready.device.h / unit, "burn_in": ready.burn_in / unit}
+        details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
+        details["trajectories"] = len(runs.done)
+        details |= runs.details() | {"warm_up_seconds": warm}
+        moments = runs.moments()
+        if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
+            details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
+        else:
+            details |= runs.ledger(1.0 if scene.physical else s.watts)
+        agreed = disagreement(moments, eqs)
+        if agreed is not None:
+            ready.warnings.extend([] if agreed == NO_NOISE else [agreed])
+        v2, power = (
+            dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value
+            for one in (runs.mean_square_voltage(), runs.power())
+        )
+        reasons = [ready.reason, agreed if agreed == NO_NOISE else ""]
+        if target is not None:
+            reasons.insert(0, f"--within {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
+        if not scene.physical:
+            reasons.append(
+                f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
+                f"theta = {s.coupling:.4g} N/V; results are nondimensional"
+            )
+        answer = estimate(
+            self.NAME,
+            scene,
+            eqs,
+            v2,
+            power,
+            seconds,
+            sum(one.steps for one in runs.done),
+            "; ".join(reason for reason in reasons if reason),
+            tuple(ready.warnings),
+            details,
+            moments.V2,
+        )
+        return answer if ready.resistive else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
+
+    def _check_patience(self, kicks: float, burn_in: float) -> None:
+        """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
+        budget = held(self.budget)
+        most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
+        if kicks > most:
+            raise SimulationError(
+                f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "
+                f"use engine 'ensemble', or give fewer --trajectories, a longer --dt or a --budget above "
+                f"{kicks / self.STEPS_A_SECOND:.2g}s"
+            )
+
+    def _kicks(self, ready: Prepared, paired: bool, unit: float, repeat: float | None) -> int:
+        """Of a trajectory, burn-in included: whole readings and periods, and an even number of steps."""
+        device = ready.device
+        if self.duration is not None:
+            duration = self.duration * unit
+        elif paired or self.within is not None:
+            duration = self.WINDOWS * ready.burn_in
+        else:
+            duration = max(self.KICKS / self.TRAJECTORIES * device.h, 4.0 * ready.burn_in)
+        whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
+        return math.ceil((ready.burn_in + duration) / device.h / whole - 1e-6) * whole
+
+
+def _pursue(runs: Runs, target: Target, fixed: bool) -> None:
+    """More pairs and a longer ensemble, in the proportion that costs least, until the target is reached."""
+    warnings = runs.ready.warnings
+    while True:
+        found = runs.power()
+        if target.reached(found.value):
+            return
+        variance = target.variance(found.value)
+        if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
+            warnings.append(
+                f"--within {target.within:.3g} needs a smaller --dt: the bias of the step alone is too large"
+                if fixed
+                else target.missed(found.value)
+            )
+            return
+        pairs, longer = runs.asked_for(found, variance)
+        seconds = pairs * runs.cost + longer * runs.rate
+        share = min(target.seconds_left / seconds, 1.0)
+        if share < 0.02:
+            warnings.append(target.missed(found.value))
+            return
+        if pairs >= 1.0:
+            runs.more(max(2 * round(0.5 * share * pairs), 2))
+        if longer > 0.0:
+            runs.extend(share * longer)

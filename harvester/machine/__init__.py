@@ -1,0 +1,1 @@
+"""What the machine gives: cores, worker processes, files written whole, versions."""

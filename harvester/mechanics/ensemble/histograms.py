@@ -1,0 +1,68 @@
+"""Probability densities of an ensemble, counted in compiled code, with their errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.mechanics.kernels.compiled import kernel
+
+
+@dataclass(frozen=True)
+class Density:
+    """A density by its means over bins of equal width.
+
+    ``edges`` has shape (n + 1,).  ``entries`` has shape (m, n): one density from each of m independent
+    groups of trajectories.  What lies outside the edges counts as probability, but in no bin.
+    """
+
+    edges: Floats
+    entries: Floats
+
+    @property
+    def at(self) -> Floats:
+        """Centres of the bins, shape (n,)."""
+        return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
+
+    @property
+    def value(self) -> Floats:
+        """Density, shape (n,)."""
+        return np.asarray(self.entries.mean(axis=0))
+
+    @property
+    def stderr(self) -> Floats:
+        """Standard error of `value`, shape (n,); infinite for one group."""
+        groups = len(self.entries)
+        if groups < 2:
+            return np.full(self.entries.shape[1], np.inf)
+        return np.asarray(self.entries.std(axis=0, ddof=1) / np.sqrt(groups))
+
+
+@kernel
+def _count(values, low, per_unit, counts):  # type: ignore[no-untyped-def]
+    """Add the values of each row, shape (m, k), to that row's counts, shape (m, n)."""
+    bins = counts.shape[1]
+    for row in range(values.shape[0]):
+        for value in values[row]:
+            place = (value - low) * per_unit
+            if 0.0 <= place < bins:
+                counts[row, int(place)] += 1.0
+
+
+class Histogram:
+    """Counts in bins of equal width between the first and the last of ``edges``, for m groups."""
+
+    def __init__(self, edges: Floats, groups: int) -> None:
+        self.edges = np.linspace(edges[0], edges[-1], len(edges))
+        self.counts, self.drawn = np.zeros((groups, len(edges) - 1)), 0
+
+    def add(self, values: Floats) -> None:
+        """Count values, shape (m k,): k of each group, the groups one after the other."""
+        rows = np.ascontiguousarray(values.reshape(len(self.counts), -1))
+        bins = self.counts.shape[1]
+        _count(rows, self.edges[0], bins / (self.edges[-1] - self.edges[0]), self.counts)
+        self.drawn += rows.shape[1]
+
+    def density(self) -> Density:
+        """What was counted so far, over numbers and widths."""
+        return Density(self.edges, self.counts / (self.drawn * (self.edges[1] - self.edges[0])))

@@ -1,0 +1,163 @@
+"""Top Lyapunov exponent by Monte Carlo: trajectories of the linearised equations, scaled back to size one.
+
+Near rest and without external noise Eq. 2 is homogeneous of degree one in (x, x', V), impacts
+included, so that a trajectory may be scaled at any time without changing what it does next:
+
+    lambda = lim ln |(x, x', V)| / t = (sum of the logs of the scales) / time
+
+The steps are those of the ensemble (`drift`, `kick`).  V counts where it acts on the mass through a
+load; without a load V = x is a spring; without coupling the size is that of (x, x').
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.scaling import Equations
+from harvester.errors import SimulationError
+from harvester.machine.cores import cores
+from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
+from harvester.mechanics.kernels.lanes import LANES
+from harvester.mechanics.kernels.moments import mean_and_error
+from harvester.mechanics.kernels.noise import child, random_words, shuffle, two_variates
+
+STEP = 0.05  # default step, in units of 1/(frequency of the linear response + rate of its noise)
+MEMORY = 6.0  # burn-in, in units of the longest memory
+LONGEST = 2e4  # time units: the burn-in is never longer
+PATIENCE = 3e10  # trajectory-steps: a minute or so
+_SCALED = 0.4  # time units, about, between two rescalings
+
+
+@kernel
+def _grow(x, v, V, s0, s1, logs, rounds, pairs, h, mu, r, beta, c1, n2):  # type: ignore[no-untyped-def]
+    """Advance a block by ``rounds`` times ``2 * pairs`` steps of length h; add the logs of the scales to ``logs``.
+
+    x, v, V, s0, s1: shape (LANES,), state and generator, changed in place.  A coefficient that is
+    None is an absent effect.
+    """
+    e, g = relaxation(h, mu)
+    for _ in range(rounds):
+        for _ in range(pairs):
+            for i in range(LANES):
+                xi1 = xi2 = 0.0
+                if n2 is not None:
+                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                    xi1, xi2 = two_variates(bits)
+                xi, vi, Vi, _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
+                vi = kick(xi, vi, Vi, xi1, h, None, beta, c1, None, None, None, n2, None)
+                xi, vi, Vi, _hit = drift(xi, vi, Vi, h, e, g, mu, r)
+                vi = kick(xi, vi, Vi, xi2, h, None, beta, c1, None, None, None, n2, None)
+                x[i], v[i], V[i] = xi, vi, Vi
+        for i in range(LANES):
+            size2 = x[i] * x[i] + v[i] * v[i]
+            if mu is not None:
+                size2 += V[i] * V[i]
+            size = math.sqrt(size2)
+            logs[i] += math.log(size)
+            x[i] /= size
+            v[i] /= size
+            # Without a load V - x = 0 for good; in a shrinking motion its rounding errors would not shrink along.
+            V[i] = x[i] if mu is None else V[i] / size
+
+
+def memory(eqs: Equations) -> float:
+    """Time after which the start is forgotten: that of the phase, and of the voltage where it acts."""
+    return MEMORY / min(0.1, eqs.mu if eqs.beta and eqs.mu else 0.1)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A measured exponent (nondimensional), with its errors and what it took.
+
+    ``bias`` estimates the error of the finite step.
+    """
+
+    value: float
+    stderr: float
+    bias: float
+    h: float
+    duration: float
+    burn_in: float
+    steps: int
+    samples: Floats  # one a trajectory
+
+
+def exponent(
+    eqs: Equations,
+    seed: np.random.SeedSequence,
+    trajectories: int = 4096,
+    duration: float = 1000.0,
+    h: float | None = None,
+    tick: Callable[[float], None] | None = None,
+) -> Growth:
+    """Measure lambda over ``duration`` after a burn-in; a run of twice the step gives the bias (Richardson).
+
+    ``trajectories`` is rounded up to whole blocks of `LANES`; each gives one sample.  The same seed,
+    the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
+    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is told the fraction done.
+
+    Raises
+    ------
+    SimulationError
+        where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or would take too long.
+    """
+    if h is None:
+        h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
+    burn_in = min(memory(eqs), LONGEST)
+    wanted = 1.5 * (burn_in + duration) / h * trajectories
+    if wanted > PATIENCE:
+        raise SimulationError(
+            f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
+            "strong: give fewer --trajectories"
+        )
+    told = (lambda fraction: None) if tick is None else tick
+    fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h, lambda part: told(part * 2 / 3))
+    coarse, more = _run(
+        eqs, child(seed, 1), trajectories, burn_in, duration, 2.0 * h, lambda part: told((2 + part) / 3)
+    )
+    value, stderr = mean_and_error(fine)
+    bias = abs(float(coarse.mean()) - value) / 3.0
+    return Growth(value, stderr, bias, h, duration, burn_in, steps + more, fine)
+
+
+def _run(
+    eqs: Equations,
+    seed: np.random.SeedSequence,
+    trajectories: int,
+    burn_in: float,
+    duration: float,
+    h: float,
+    told: Callable[[float], None],
+) -> tuple[Floats, int]:
+    """One sample of lambda a trajectory, and trajectory-steps."""
+    blocks = -(-trajectories // LANES)
+    pairs = max(1, round(0.5 * _SCALED / h))
+    time = 2 * pairs * h
+    before, after = math.ceil(burn_in / time), math.ceil(duration / time)
+    words = np.stack([random_words(child(seed, 0, k), LANES) for k in range(blocks)])
+    phase = np.random.default_rng(child(seed, 1)).uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, LANES))
+    state = np.stack([np.cos(phase), np.sin(phase), np.zeros_like(phase)], axis=1)
+    mu = eqs.mu if eqs.beta else None
+    if mu is None:
+        state[:, 2] = state[:, 0]
+    logs = np.zeros((blocks, LANES))
+
+    def block(k: int) -> None:
+        arguments = (pairs, h, mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2)
+        _grow(*state[k], *words[k], logs[k], before, *arguments)  # type: ignore[call-arg]
+        logs[k] = 0.0
+        _grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
+
+    with ThreadPoolExecutor(cores()) as pool:
+        for done, _ in enumerate(pool.map(block, range(blocks)), 1):
+            told(done / blocks)
+    if not np.isfinite(logs).all():
+        raise SimulationError(
+            "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
+        )
+    return logs.ravel() / (after * time), 2 * pairs * (before + after) * blocks * LANES

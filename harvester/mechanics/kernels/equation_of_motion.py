@@ -1,0 +1,224 @@
+"""One step of the mechanics, written like its equations, compiled for the effects present.
+
+The equations (paper, Eq. 2; nondimensional) are
+
+    x'' + f(x) x' + x + alpha x^3 + beta V = noise,   f(x) = c3 x^4 - c2 x^2 - c1
+    x'+ = -r x'-   at x = 0 (other stops: `harvester.mechanics.kernels.other_stops`)
+    V' + mu V = x'
+
+split into two parts that are each solved in closed form and applied in turn:
+
+    drift   x' = v, V' = v - mu V, with the impact         (exact for every mu and every h)
+    kick    v' = -f(x) v - x - alpha x^3 - beta V + a + noise  (x and V held)
+
+(a: other shaking, `harvester.mechanics.kernels.shaking`)
+
+One drift of length h between two kicks makes a step; read half-way through a drift, the
+composition is symmetric and of second order.  During a drift the mass moves at constant
+speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
+noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
+
+An argument that is None is an effect that the scene does not have: numba compiles a version
+without it.  Called without numba (``.py_func``) the same lines are the readable reference.
+"""
+
+import math
+
+import numpy as np
+
+from harvester.mechanics.kernels.compiled import inlined
+
+
+@inlined
+def decayed(z):
+    """1 - exp(-z) for z >= 0 to 1e-10, without a library call, so that loops over lanes vectorise.
+
+    Taylor series of q = 1 - exp(-z/16) in pairs of terms that do not wait for each other, then
+    q <- q (2 - q) four times, which keeps the relative precision of a small z; beyond z = 32 the
+    value stays what it is there.
+    """
+    u = min(z, 32.0) * (1.0 / 16.0)
+    u2 = u * u
+    first = (1.0 - u * (1.0 / 2)) + u2 * (1.0 / 6 - u * (1.0 / 24))
+    second = (1.0 / 120 - u * (1.0 / 720)) + u2 * (1.0 / 5040 - u * (1.0 / 40320))
+    q = u * (first + u2 * u2 * second)
+    q *= 2.0 - q
+    q *= 2.0 - q
+    q *= 2.0 - q
+    q *= 2.0 - q
+    return q
+
+
+@inlined
+def drift(x, v, V, h, e, g, mu, r):
+    """Move for a time h at constant velocity, reflect at the stop, and carry the voltage along.
+
+    With ``e = exp(-mu h)`` and ``g = (1 - e)/mu`` (see `relaxation`) the voltage is
+
+        V(h) = e V + g v                                   no impact
+        V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a still to go
+
+    and without a load (mu None) V - x is conserved.  Returns (x, v, V, speed of the impact or 0).
+    """
+    x1 = x + h * v
+    if r is None:
+        if mu is None:
+            return x1, v, V + h * v, 0.0
+        return x1, v, e * V + g * v, 0.0
+    hit = x1 < 0.0
+    x2 = -r * x1 if hit else x1
+    if mu is None:
+        V1 = V + (x2 - x)
+    else:
+        after = x1 / v if hit else 0.0
+        V1 = e * V + v * (g - (1.0 + r) * decayed(mu * after) / mu)
+    speed = -v if hit else 0.0
+    return x2, (-r * v if hit else v), V1, speed
+
+
+@inlined
+def carried(V, way, t, mu):
+    """V after a motion by ``way`` at constant speed in a time t: V' = way/t - mu V."""
+    if mu is None:
+        return V + way
+    z = mu * t
+    return V - decayed(z) * V + (way * decayed(z) / z if z > 0.0 else way)
+
+
+@inlined
+def push(x, V, beta, n1, pull=None, a=None):
+    """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
+
+    ``pull`` is the spring's share, None at rest, ``a`` the shaking's.  0 where white noise drowns it.
+    """
+    total = 0.0
+    if n1 is None:
+        if beta is not None:
+            total -= beta * (V - x)
+        if pull is not None:
+            total += pull
+        if a is not None:
+            total += a
+    return total
+
+
+@inlined
+def meeting(x, v, h, a):
+    """(time from the kick, speed) at which x + u s + a s^2/2 meets the stop, with u = v - a h/2.
+
+    A kick stands for the force of half a step to either side of it: a mass under a constant a is on
+    this parabola, and at the ends of the drift also on the straight line of `drift`.
+    """
+    u = v - 0.5 * a * h
+    speed = math.sqrt(max(u * u - 2.0 * a * x, 0.0))
+    return (2.0 * x / (speed - u) if u < 0.0 else (u + speed) / -a), speed
+
+
+@inlined
+def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None):
+    """`drift` by the first t of a step h, for a mass that may come to rest on the stop.
+
+    A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
+    infinitely often in a finite time (chatter), and then sticks.  Where no external noise keeps it
+    moving, an impact therefore has the speed of the accelerated motion (`meeting`), for between kicks and
+    straight lines small bounces would live for ever; and after an impact whose next flight is shorter than a step
+    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).  `kick_at_stop` frees it.
+
+    Without a stop, with external noise, or without a force at the stop, this is `drift`.
+    """
+    if r is None or n1 is not None or (beta is None and pull is None and shaking is None):
+        return drift(x, v, V, t, e, g, mu, r)
+    a = push(x, V, beta, n1, pull, shaking)
+    stuck = x == 0.0 and v == 0.0
+    if stuck or x + t * (v - 0.5 * a * (h - t)) >= 0.0:
+        x1, v1, V1, _ = drift(x, v, V, t, e, g, mu, None)
+        return max(x1, 0.0), v1, V1, 0.0
+    s, speed = meeting(x, v, h, a)
+    up, left = r * speed, t - s
+    if 2.0 * up <= -a * h:  # back within a step
+        if r < 1.0 or up == 0.0:
+            up = left = a = 0.0
+        else:
+            bounce = 2.0 * up / -a
+            left -= bounce * np.floor(left / bounce)
+    x1 = max(left * (up + 0.5 * a * left), 0.0)
+    V1 = carried(carried(V, -x, s, mu), x1, t - s, mu)
+    return x1, up + a * (left - t + 0.5 * h), V1, speed
+
+
+@inlined
+def friction(x, c1, c2, c3):
+    """f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
+    f = 0.0
+    if c1 is not None:
+        f -= c1
+    if c2 is not None:
+        f -= c2 * x * x
+    if c3 is not None:
+        f += c3 * x * x * x * x
+    return f
+
+
+@inlined
+def intensity(x, n1, n2, n12):
+    """N(x) = N1 + 2 N12 x + N2 x^2: the acceleration noise at x is sqrt(2 N) times white noise."""
+    n = 0.0
+    if n1 is not None:
+        n += n1
+    if n12 is not None:
+        n += 2.0 * n12 * x
+    if n2 is not None:
+        n += n2 * x * x
+    return n
+
+
+@inlined
+def spring(x, alpha, linear=None, alpha2=None):
+    """Force -(linear x + alpha2 x^2 + alpha x^3), of the terms present; linear None is 1."""
+    force = -x
+    if linear is not None:
+        force *= linear
+    if alpha2 is not None:
+        force -= alpha2 * x * x
+    if alpha is not None:
+        force -= alpha * x * x * x
+    return force
+
+
+@inlined
+def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
+    """Change of velocity in a time h at fixed x, V and shaking a; xi is a variate of mean 0 and variance 1.
+
+    v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
+    replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
+    y, and going to 0 with stiff damping, so that no step makes it unstable.
+    """
+    force = spring(x, alpha, linear, alpha2)
+    if beta is not None:
+        force -= beta * V
+    if a is not None:
+        force += a
+    dv = h * force
+    if n1 is not None or n2 is not None:
+        dv += xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12))
+    if c1 is None and c2 is None and c3 is None:
+        return v + dv
+    y = h * friction(x, c1, c2, c3)
+    return (v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)
+
+
+@inlined
+def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
+    """`kick` that leaves a mass stuck on the stop there, until the force on it points away from the stop."""
+    pressed = beta is not None or a is not None
+    stuck = r is not None and pressed and n1 is None and x == 0.0 and v == 0.0
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+    return max(v1, 0.0) if stuck else v1
+
+
+@inlined
+def relaxation(h, mu):
+    """(exp(-mu h), (1 - exp(-mu h))/mu): what `drift` needs of the resistive load, once a run."""
+    if mu is None:
+        return 1.0, h
+    return math.exp(-mu * h), -math.expm1(-mu * h) / mu

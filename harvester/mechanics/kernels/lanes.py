@@ -1,0 +1,125 @@
+"""The kernel of the ensemble: a block of trajectories side by side, advanced with their sums.
+
+The innermost loop runs over the lanes of a block, so that the compiler turns it into vector
+instructions; each lane keeps its own state and its own random generator.
+"""
+
+import numpy as np
+
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, relaxation
+from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.kernels.other_stops import kick_at_stops, move
+from harvester.mechanics.kernels.shaking import held, shaken
+
+LANES = 64
+
+# Rows of the sums of one lane.  At a reading, x and V are taken at the kick and in mid-drift:
+# their errors of order h^2 have opposite signs.
+SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss", "driven")
+
+
+@forced
+def _step(
+    i, x, v, V, xi, sums, coarse,
+    h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+):  # fmt: skip
+    """One step of lane i, with the sums of its impacts, and of the shaking's work but white noise's."""
+    a, a1 = shaken(i, coarse, shaker)
+    if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
+        x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1, None, a)
+        if r is not None:
+            sums[10, i] += 1.0 if speed > 0.0 else 0.0
+            sums[11, i] += speed * speed
+    else:
+        (x, v, V), (_, _, impacts, lost) = move(x, v, V, h, h, e, g, mu, r, beta, n1, stops, a)
+        sums[10, i] += impacts
+        sums[11, i] += lost
+    v1 = kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a1)
+    if shaker is not None:
+        sums[12, i] += 0.5 * h * a1 * (v + v1)
+    return x, v1, V
+
+
+@kernel
+def advance(
+    x, v, V, s0, s1, sums, readings, stride, coarse,
+    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+):  # fmt: skip
+    """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
+
+    x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
+    sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
+    shaker: as of `shaken`, its states changed in place.
+
+    A draw of random bits is the noise of two steps, and ``stride`` even; or, where ``coarse`` is not None, of one
+    step of twice the length: the sum of both variates has the moments that weak order 2 uses, as they have.
+    """
+    e, g = relaxation(h, mu)
+    e_half, g_half = relaxation(0.5 * h, mu)
+    # A step with a square root, a division or the stop's voltage is a long chain of results that wait
+    # for each other.  The processor overlaps as many lanes as fit into its window: twice as many if
+    # the loop body is one step, not two.  A short step is better off with fewer loads and stores.
+    short = c2 is None and c3 is None and n2 is None and (r is None or mu is None) and shaker is None
+    later = np.zeros(LANES)
+    for _ in range(readings):
+        if coarse is not None:
+            for _ in range(stride):
+                for i in range(LANES):
+                    xi = 0.0
+                    if n1 is not None or n2 is not None:
+                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                        xi1, xi2 = two_variates(bits)
+                        xi = (xi1 + xi2) * HALF_ROOT
+                    x[i], v[i], V[i] = _step(
+                        i, x[i], v[i], V[i], xi, sums, coarse,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                    )  # fmt: skip
+        else:
+            for _ in range(stride // 2):
+                for i in range(LANES):
+                    xi1 = xi2 = 0.0
+                    if n1 is not None or n2 is not None:
+                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                        xi1, xi2 = two_variates(bits)
+                    xi, vi, Vi = _step(
+                        i, x[i], v[i], V[i], xi1, sums, coarse,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                    )  # fmt: skip
+                    if short:
+                        xi, vi, Vi = _step(
+                            i, xi, vi, Vi, xi2, sums, coarse,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                        )  # fmt: skip
+                    elif n1 is not None or n2 is not None:
+                        later[i] = xi2
+                    x[i], v[i], V[i] = xi, vi, Vi
+                if not short:
+                    for i in range(LANES):
+                        x[i], v[i], V[i] = _step(
+                            i, x[i], v[i], V[i], later[i], sums, coarse,
+                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                        )  # fmt: skip
+        for i in range(LANES):
+            xi, vi, Vi = x[i], v[i], V[i]
+            (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops, held(i, shaker))
+            sums[0, i] += 0.5 * (Vi + Vm)
+            sums[1, i] += Vi * Vi
+            sums[2, i] += Vm * Vm
+            sums[3, i] += 0.5 * (xi + xm)
+            sums[4, i] += xi * xi
+            sums[5, i] += xm * xm
+            sums[6, i] += vm * vm
+            sums[7, i] += 0.5 * (xi * Vi + xm * Vm)
+            sums[8, i] += vm * Vm
+            if c1 is not None or c2 is not None or c3 is not None:
+                sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
+
+
+@kernel
+def mid_drift(state, out, h, mu, r, beta, n1, stops, shaker):
+    """From states after a kick to states half a step later, shapes (3, LANES)."""
+    e, g = relaxation(0.5 * h, mu)
+    for i in range(LANES):
+        x, v, V = state[0, i], state[1, i], state[2, i]
+        (out[0, i], out[1, i], out[2, i]), _ = move(x, v, V, h, 0.5 * h, e, g, mu, r, beta, n1, stops, held(i, shaker))

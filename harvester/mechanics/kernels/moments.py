@@ -1,0 +1,143 @@
+"""Stationary moments: from the ensemble's sums, or from a recorded path cut into batches."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.scaling import Equations
+from harvester.mechanics.kernels.equation_of_motion import friction
+from harvester.mechanics.kernels.lanes import SUMS
+from harvester.mechanics.kernels.path import Path
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Time averages, one entry a trajectory or batch, shape (n,) each; nondimensional.
+
+    V, V2, x, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
+    h^2 have opposite signs.
+    """
+
+    V: Floats
+    V2: Floats
+    x: Floats
+    x2: Floats
+    v2: Floats
+    xV: Floats  # noqa: N815 - the paper's symbols
+    vV: Floats  # noqa: N815
+    damped: Floats  # f(x) x'^2
+    impacts: Floats  # impacts in a unit of time
+    impact_loss: Floats  # energy that the stops took in a unit of time
+    driven: Floats  # power that other shaking than white noise put in, a x'
+    load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
+
+    def mean(self, name: str) -> tuple[float, float]:
+        """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
+        return mean_and_error(getattr(self, name))
+
+    def agrees(self, other: "Moments", name: str) -> bool:
+        """Whether one moment is the same in both, within two standard errors or .1 %."""
+        (mine, my_error), (theirs, their_error) = self.mean(name), other.mean(name)
+        return abs(mine - theirs) <= max(2.0 * math.hypot(my_error, their_error), 1e-3 * abs(mine))
+
+    def __add__(self, other: "Moments") -> "Moments":
+        """The entries of both, side by side."""
+        names = [f.name for f in fields(self)]
+        return Moments(**{n: np.concatenate([getattr(self, n), getattr(other, n)]) for n in names})
+
+    def mixed(self, other: "Moments", share: float) -> "Moments":
+        """Entry by entry the mean of two windows of the same trajectories, of which the other makes the ``share``."""
+        names = [f.name for f in fields(self)]
+        return Moments(**{n: (1.0 - share) * getattr(self, n) + share * getattr(other, n) for n in names})
+
+    def balance(self, eqs: Equations) -> Floats:
+        """Power in minus power out, over power in, entry by entry: zero within the errors.
+
+        N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
+        """
+        power_in = (eqs.n1 or 0.0) + (eqs.n2 or 0.0) * self.x2 + 2.0 * (eqs.n12 or 0.0) * self.x + self.driven
+        out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2 + self.impact_loss
+        return np.asarray((power_in - out) / power_in.mean())
+
+
+# On arrays the uncompiled function does the same.
+_friction = friction.py_func  # type: ignore[attr-defined]
+
+
+def mean_and_error(values: Floats) -> tuple[float, float]:
+    """Mean of independent entries and the standard error of it (infinite for one entry)."""
+    n = len(values)
+    return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
+
+
+def correlation_time(means: Floats, values: Floats, length: float) -> float:
+    """Integrated correlation time of a quantity from its means over windows of a length, and its values at one time.
+
+    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; of a window shorter than tau
+    it says at most length/2.
+    """
+    spread = float(values.var())
+    return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
+
+
+def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
+    """One entry a trajectory, from sums over ``readings``, shape (blocks, rows, LANES): `SUMS`, and ``load`` or mu.
+
+    ``loss`` is the unit of the impacts' losses.
+    """
+    s = dict(zip((*SUMS, "load"), np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / readings, strict=False))
+    rate = readings / elapsed
+    v2 = 0.5 * (s["V2_kick"] + s["V2_mid"])
+    return Moments(
+        V=s["V"],
+        V2=v2,
+        x=s["x"],
+        x2=0.5 * (s["x2_kick"] + s["x2_mid"]),
+        v2=s["v2"],
+        xV=s["xV"],
+        vV=s["vV"],
+        damped=s["fv2"],
+        impacts=rate * s["impacts"],
+        impact_loss=loss * rate * s["impact_loss"],
+        driven=rate * s["driven"],
+        load=s.get("load", (mu or 0.0) * v2),
+    )
+
+
+def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
+    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts.  Rigid stops only."""
+    first = math.ceil(discard / (path.h * path.stride) - 1e-6)
+    rows = (len(path.readings) - first) // batches
+    part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
+    xk, Vk, x, v, V = np.moveaxis(part, 2, 0)
+    length = rows * path.stride * path.h
+    edges = first * path.stride * path.h + length * np.arange(batches + 1)
+    times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
+    r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
+    a: Floats | float = 0.0
+    if path.shaking is not None:  # at the readings, in mid-drift
+        kicks = np.arange(first + 1, first + 1 + rows * batches) * path.stride
+        after = np.minimum(kicks + 1, len(path.shaking) - 1)
+        a = 0.5 * (path.shaking[kicks] + path.shaking[after]).reshape(batches, rows)
+    lost = 0.5 * (1.0 - np.where(speeds > 0.0, r, r_high) ** 2) * speeds**2
+
+    def mean(values: Floats) -> Floats:
+        return np.asarray(values.mean(axis=1))
+
+    v2 = mean(0.5 * (Vk**2 + V**2))
+    return Moments(
+        V=mean(0.5 * (Vk + V)),
+        V2=v2,
+        x=mean(0.5 * (xk + x)),
+        x2=mean(0.5 * (xk**2 + x**2)),
+        v2=mean(v**2),
+        xV=mean(0.5 * (xk * Vk + x * V)),
+        vV=mean(v * V),
+        damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
+        impacts=np.histogram(times, edges)[0] / length,
+        impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
+        driven=mean(a * v),
+        load=(eqs.mu or 0.0) * v2,
+    )

@@ -1,0 +1,242 @@
+"""Shaking that is no white noise: the acceleration a that every kick adds to the other forces.
+
+    harmonic     a = F cos(Omega t)
+    coloured     tau a' = -a + sqrt(2 D) white noise                      (Ornstein and Uhlenbeck)
+    band-pass    a' = -B a - W b + B sqrt(2 D) white noise,   b' = W a    (a resonator of frequency W)
+    record       a given, repeated for ever (`harvester.scene.records`), also one of a density, with random phases
+
+The first three are a linear filter of two states, a = p, whose step is exact in law:
+
+    (p, q)  <-  A (p, q) + L (xi1, xi2)     with variates of mean 0 and variance 1
+
+A kick takes a at its own time, so that the scheme stays of second order.  Coloured noise is less smooth: of
+correlation times below the step its samples would carry too much power to low frequencies.  Their variance is
+therefore (2 D/h) tanh(h/(2 tau)) in place of D/tau, which makes the spectrum at frequency 0 exact for every tau and h;
+as tau -> 0 the kicks become those of white noise of intensity D, as h -> 0 the samples those of the process.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.scaling import Equations
+from harvester.errors import invalid
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.noise import shuffle, two_variates
+
+FINEST = 64  # steps to a period, at least
+
+
+def period(eqs: Equations) -> float | None:
+    """Period of a shaking that repeats itself; None for one that does not, and without any."""
+    if eqs.drive is not None:
+        assert eqs.drive_frequency is not None, "Scene checks this"
+        return 2.0 * math.pi / eqs.drive_frequency
+    return None if eqs.record is None else eqs.record.period
+
+
+def is_random(eqs: Equations) -> bool:
+    """Whether anything in the equations is random."""
+    return not (eqs.n1 is None and eqs.n2 is None and eqs.coloured is None and eqs.density is None)
+
+
+def is_shaken(eqs: Equations) -> bool:
+    """Whether anything shakes the mass at rest."""
+    return eqs.n1 is not None or has_shaker(eqs)
+
+
+def has_shaker(eqs: Equations) -> bool:
+    """Whether anything other than white noise does."""
+    return any(one is not None for one in (eqs.coloured, eqs.drive, eqs.record, eqs.density))
+
+
+def whole_steps(eqs: Equations, h: float) -> float:
+    """The longest step up to h of which a period of the shaking takes a multiple of `FINEST`; h where nothing repeats.
+
+    Half and a quarter of so many, to twice and four times the step, are accepted as they are.
+    """
+    repeat = period(eqs)
+    if repeat is None:
+        return h
+    parts = repeat / h
+    quarter = FINEST // 4
+    if parts > 0.5 and abs(parts / quarter - round(parts / quarter)) < 1e-9 * parts and parts > 0.9 * quarter:
+        return h
+    return repeat / (FINEST * math.ceil(parts / FINEST))
+
+
+def _noise_filter(eqs: Equations, h: float) -> tuple[Floats, Floats]:
+    """Matrix A of a step h of the band-pass, and L with L L^T = S - A S A^T, S = B D times the unit matrix."""
+    from scipy.linalg import expm
+
+    assert eqs.coloured is not None and eqs.bandwidth is not None and eqs.centre is not None
+    step = expm(h * np.array([[-eqs.bandwidth, -eqs.centre], [eqs.centre, 0.0]]))
+    (q11, q12), (_, q22) = eqs.bandwidth * eqs.coloured * (np.eye(2) - step @ step.T)
+    l11 = math.sqrt(max(q11, 0.0))
+    l21 = q12 / l11 if l11 > 0.0 else 0.0
+    return step, np.array([[l11, 0.0], [l21, math.sqrt(max(q22 - l21 * l21, 0.0))]])
+
+
+def deviation(eqs: Equations, h: float) -> float:
+    """Standard deviation of the samples of coloured or band-pass noise at a step h."""
+    assert eqs.coloured is not None
+    if eqs.correlation_time is None:
+        assert eqs.bandwidth is not None
+        return math.sqrt(eqs.bandwidth * eqs.coloured)
+    return math.sqrt(2.0 * eqs.coloured / h * math.tanh(0.5 * h / eqs.correlation_time))
+
+
+def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | None:
+    """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
+    if eqs.density is not None:
+        return eqs.density.record(h, rng).values
+    return None if eqs.record is None else eqs.record.sampled(round(eqs.record.period / h))
+
+
+def shaker(
+    eqs: Equations, h: float, coarse: bool | None = None, samples: Floats | None = None
+) -> tuple[Any, ...] | None:
+    """What `shaken` needs beside its states: (a11, a12, a21, a22, l11, l21, l22, gain, samples), None where absent.
+
+    With ``samples`` of `samples_of`, at the steps that the filter makes, p is the present one and q its place.
+
+    ``coarse``: the filter makes two steps of h/2 in each step, on the noise of both, so that the ensembles of a pair of
+    steps are shaken alike.  None: there is no such shaking.
+    """
+    whole, h = h, 0.5 * h if coarse else h
+    if eqs.drive is not None:
+        assert eqs.drive_frequency is not None
+        c, s = math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h)
+        return c, -s, s, c, None, None, None, None, None
+    if samples is not None:
+        return (0.0, *7 * [None], samples)
+    if eqs.coloured is None:
+        return None
+    if eqs.correlation_time is not None:
+        fading = h / eqs.correlation_time
+        spread = deviation(eqs, h)
+        gain = deviation(eqs, whole) / spread if coarse else None
+        innovation = spread * math.sqrt(-math.expm1(-2.0 * fading))
+        return math.exp(-fading), None, None, None, innovation, None, None, gain, None
+    a, lower = _noise_filter(eqs, h)
+    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None, None
+
+
+def shaker_start(
+    eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
+) -> Floats:
+    """States (p, q) at first, shape (2, trajectories): a random phase or place, or the stationary law of the noise."""
+    if samples is not None:
+        places = rng.integers(0, len(samples), trajectories)
+        return np.array([samples[places], places])
+    if eqs.drive is not None:
+        phase = rng.uniform(0.0, 2.0 * math.pi, trajectories)
+        return eqs.drive * np.array([np.cos(phase), np.sin(phase)])
+    return deviation(eqs, h) * rng.standard_normal((2, trajectories))
+
+
+@forced
+def shaken(i, coarse, shaker):
+    """The acceleration of lane i: its mean over the coming drift, and that of the kick at its end; advances the filter.
+
+    ``shaker`` is None, then both are None, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,).
+    """
+    if shaker is None:
+        return None, None
+    return _shaken(i, coarse, *shaker)
+
+
+@forced
+def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+    before = p[i]
+    _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+    if coarse is not None:
+        _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+    after = p[i]
+    if gain is not None:
+        before *= gain
+        after *= gain
+    return 0.5 * (before + after), after
+
+
+@forced
+def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
+    """One step of the filter of lane i, or one sample further."""
+    if samples is not None:
+        place = int(q[i]) + 1
+        place = place if place < len(samples) else 0
+        p[i], q[i] = samples[place], place
+        return
+    p1, q1 = a11 * p[i], 0.0
+    if a12 is not None:
+        p1 += a12 * q[i]
+        q1 = a21 * p[i] + a22 * q[i]
+    if l11 is not None:
+        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+        xi1, xi2 = two_variates(bits)
+        p1 += l11 * xi1
+        if l22 is not None:
+            q1 += l21 * xi1 + l22 * xi2
+    p[i] = p1
+    if a12 is not None:
+        q[i] = q1
+
+
+@forced
+def held(i, shaker):
+    """The acceleration of lane i at its last kick; None without a shaker."""
+    if shaker is None:
+        return None
+    return _held(i, *shaker)
+
+
+@forced
+def _held(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+    if gain is not None:
+        return gain * p[i]
+    return p[i]
+
+
+@kernel
+def _coloured(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
+    """Fill ``out`` with p, from variates of shape (2, n)."""
+    for k in range(len(out)):
+        out[k] = p
+        p1, q1 = a11 * p + l11 * xi[0, k], 0.0
+        if a12 is not None:
+            p1 += a12 * q
+            q1 = a21 * p + a22 * q + l21 * xi[0, k] + l22 * xi[1, k]
+        p, q = p1, q1
+
+
+def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
+    """Accelerations at the times 0, h, ..., steps h of one path, shape (steps + 1,); None without such a shaking.
+
+    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
+
+    Raises
+    ------
+    InputError
+        for random shaking without a generator.
+    """
+    if eqs.drive is not None:
+        assert eqs.drive_frequency is not None
+        phase = 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi)
+        return np.asarray(eqs.drive * np.cos(eqs.drive_frequency * h * np.arange(steps + 1) + phase))
+    if eqs.record is not None:
+        start = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
+        return eqs.record.at(start + h * np.arange(steps + 1, dtype=np.float64), h)
+    if not has_shaker(eqs):
+        return None
+    if rng is None:
+        raise invalid("forcing", "be given where coloured noise shakes the mass", None)
+    if eqs.density is not None:
+        return eqs.density.record(h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
+    whole = shaker(eqs, h)
+    assert whole is not None
+    out = np.empty(steps + 1)
+    p, q = shaker_start(eqs, h, 1, rng)[:, 0]
+    _coloured(rng.standard_normal((2, steps + 1)), p, q, *whole, out)  # type: ignore[call-arg]
+    return out

@@ -1,0 +1,100 @@
+"""The kernel of an ensemble with a load circuit of `harvester.mechanics.rectifiers.circuit`.
+
+As in `harvester.mechanics.kernels.lanes`, a block of trajectories side by side.  What happens now and then, an impact
+or a switching, is done lane by lane; what happens at every step, the flow through the diodes, in a loop that the
+compiler turns into vector instructions.
+"""
+
+import numpy as np
+
+from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.equation_of_motion import friction, kick
+from harvester.mechanics.kernels.lanes import LANES, SUMS
+from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.rectifiers.circuit import conducted, until_free
+
+IDEAL_SUMS = (*SUMS, "load")
+
+
+@inlined
+def _drift(x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
+    """Drift all lanes by h; ``left`` is scratch, ``hit`` gets the speeds of impacts."""
+    if r is None and play is None:
+        for i in range(LANES):
+            x[i] += h * v[i]
+            V[i], U[i] = conducted(V[i], U[i], v[i], h, mu, kappa, n, leak, loss, bridge, doubler)
+        return
+    for i in range(LANES):
+        x[i], v[i], V[i], U[i], m[i], left[i], hit[i] = until_free(
+            x[i], v[i], V[i], U[i], m[i], h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
+        )
+    for i in range(LANES):
+        V[i], U[i] = conducted(V[i], U[i], v[i], left[i], mu, kappa, n, leak, loss, bridge, doubler)
+
+
+@kernel
+def advance_ideal(
+    x, v, V, U, m, s0, s1, sums, readings, stride, coarse, h,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+    r, alpha, beta, c1, c2, c3, n1, n2, n12,
+):  # fmt: skip
+    """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
+
+    x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
+    added to.  The noise is that of `harvester.mechanics.kernels.lanes.advance`.
+    """
+    left, hit, later = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+    mid = np.zeros((5, LANES))
+    for _ in range(readings):
+        for k in range(stride):
+            _drift(
+                x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
+            )
+            if r is not None:
+                for i in range(LANES):
+                    sums[10, i] += 1.0 if hit[i] > 0.0 else 0.0
+                    sums[11, i] += hit[i] * hit[i]
+            if coarse is not None or k % 2 == 0:
+                for i in range(LANES):
+                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                    first, second = two_variates(bits)
+                    xi = (first + second) * HALF_ROOT if coarse is not None else first
+                    later[i] = second
+                    v[i] = kick(x[i], v[i], V[i], xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
+            else:
+                for i in range(LANES):
+                    v[i] = kick(x[i], v[i], V[i], later[i], h, alpha, beta, c1, c2, c3, n1, n2, n12)
+        mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
+        _drift(
+            mid[0], mid[1], mid[2], mid[3], mid[4], left, hit, 0.5 * h, r,
+            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+        )  # fmt: skip
+        for i in range(LANES):
+            xi, Vi, Ui, xm, vm, Vm, Um = x[i], V[i], U[i], mid[0, i], mid[1, i], mid[2, i], mid[3, i]
+            sums[0, i] += 0.5 * (Vi + Vm)
+            sums[1, i] += Vi * Vi
+            sums[2, i] += Vm * Vm
+            sums[3, i] += 0.5 * (xi + xm)
+            sums[4, i] += xi * xi
+            sums[5, i] += xm * xm
+            sums[6, i] += vm * vm
+            sums[7, i] += 0.5 * (xi * Vi + xm * Vm)
+            sums[8, i] += vm * Vm
+            if c1 is not None or c2 is not None or c3 is not None:
+                sums[9, i] += friction(xm, c1, c2, c3) * vm * vm
+            sums[13, i] += 0.5 * mu * (Ui * Ui + Um * Um)
+
+
+@kernel
+def mid_drift_ideal(state, out, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
+    """x, v and V of states after a kick, shape (blocks, 5, LANES), half a step later: shape (3, blocks LANES)."""
+    left, hit = np.zeros(LANES), np.zeros(LANES)
+    for k in range(len(state)):
+        mid = state[k].copy()
+        x, v, V, U, m = mid[0], mid[1], mid[2], mid[3], mid[4]
+        _drift(
+            x, v, V, U, m, left, hit, 0.5 * h, r,
+            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+        )  # fmt: skip
+        for i in range(LANES):
+            out[0, k * LANES + i], out[1, k * LANES + i], out[2, k * LANES + i] = x[i], v[i], V[i]

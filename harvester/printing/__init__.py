@@ -1,0 +1,1 @@
+"""What a table looks like on a terminal and in a notebook."""

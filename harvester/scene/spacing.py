@@ -1,0 +1,53 @@
+"""Values of a scene key at even spaces, with their unit: ``logspace("1 kohm", "10 Mohm", 25)``."""
+
+from harvester.errors import InputError, invalid
+from harvester.scene.units import ends
+
+
+def logspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
+    """``count`` values from ``low`` to ``high``, each the same multiple of the one before.
+
+    Numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
+
+    >>> import harvester as hv
+    >>> hv.logspace(1.0, 100.0, 3)
+    (1.0, 10.0, 100.0)
+    >>> hv.logspace("1 kohm", "1 Mohm", 4)
+    ('1.0 kohm', '10.0 kohm', '100.0 kohm', '1000.0 kohm')
+
+    Raises
+    ------
+    InputError
+        for ends that are no quantities of one kind, or not both above 0, and a count below 2.
+    """
+    a, b, unit = _ends(low, high, count)
+    if not min(a, b) > 0.0:
+        raise invalid("the ends of logspace", "be above 0", (low, high))
+    values = [a, *(float(f"{a * (b / a) ** (k / (count - 1)):.15g}") for k in range(1, count - 1)), b]
+    return tuple(values if unit is None else (f"{value!r} {unit}".rstrip() for value in values))
+
+
+def linspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
+    """``count`` values from ``low`` to ``high``, each the same amount above the one before.
+
+    >>> import harvester as hv
+    >>> hv.linspace("0 mm", "0.5 mm", 3)
+    ('0.0 mm', '0.25 mm', '0.5 mm')
+
+    Raises
+    ------
+    InputError
+        for ends that are no quantities of one kind, and a count below 2.
+    """
+    a, b, unit = _ends(low, high, count)
+    values = [a, *(float(f"{a + (b - a) * k / (count - 1):.15g}") for k in range(1, count - 1)), b]
+    return tuple(values if unit is None else (f"{value!r} {unit}".rstrip() for value in values))
+
+
+def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float, str | None]:
+    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 100_000:
+        raise invalid("the count of values", "be a whole number between 2 and 100000", count)
+    try:
+        return ends(low, high)
+    except ValueError as error:
+        raise InputError(f"the ends of the values {error}, but are {low!r} and {high!r}") from None

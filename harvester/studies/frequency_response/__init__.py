@@ -1,0 +1,1 @@
+"""Voltage and power of a harmonically driven scene against the frequency."""

@@ -1,0 +1,162 @@
+"""The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
+
+import csv
+import io
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.engines.ensemble import UNLIKE
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
+
+
+@dataclass(frozen=True)
+class Point:
+    """One frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
+
+    ``spread``: between the trajectories in E[V^2], relative to the largest; None where there is noise.
+    """
+
+    direction: str
+    frequency: float
+    mean_square_voltage: Value
+    mean_power: Value
+    spread: float | None
+
+    @property
+    def voltage_rms(self) -> Value:
+        """Square root of E[v^2], with errors to first order."""
+        v2 = self.mean_square_voltage
+        root = math.sqrt(v2.value)
+        errors = (None if e is None else e / (2.0 * root) if root > 0.0 else 0.0 for e in (v2.stderr, v2.bias))
+        return Value(root, *errors)
+
+
+@dataclass(frozen=True)
+class Response:
+    """All points: the sweep up, then the sweep down, each in the order in which it was made.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> found = hv.response(scene, [0.9, 1.0, 1.1])
+    >>> len(found.points), found.hysteresis
+    (6, [])
+    """
+
+    points: tuple[Point, ...]
+    physical: bool
+
+    def sweep(self, direction: str) -> list[Point]:
+        """The points of one direction ("up" or "down"), frequencies ascending."""
+        return sorted((p for p in self.points if p.direction == direction), key=lambda p: p.frequency)
+
+    def peak(self, direction: str) -> Point:
+        """The frequency of the sweep with the largest power."""
+        return max(self.sweep(direction), key=lambda p: p.mean_power.value)
+
+    def bandwidth(self, direction: str) -> float | None:
+        """Half-power bandwidth: between the `edges`; None without."""
+        edges = self.edges(direction)
+        return None if edges is None else edges[1] - edges[0]
+
+    def edges(self, direction: str) -> tuple[float, float] | None:
+        """The frequencies to either side of the peak where the power is half of it; None if one is beyond the sweep.
+
+        Linear between the frequencies of the sweep, whose spacing is the resolution.
+        """
+        points = self.sweep(direction)
+        f = [p.frequency for p in points]
+        power = np.array([p.mean_power.value for p in points])
+        top = int(power.argmax())
+        half = 0.5 * power[top]
+        edges = []
+        for way in (range(top, 0, -1), range(top, len(points) - 1)):
+            step = -1 if way.step < 0 else 1
+            crossing = next((k for k in way if power[k + step] <= half < power[k]), None)
+            if crossing is None:
+                return None
+            share = (power[crossing] - half) / (power[crossing] - power[crossing + step])
+            edges.append(float(f[crossing] + share * (f[crossing + step] - f[crossing])))
+        return edges[0], edges[1]
+
+    @property
+    def hysteresis(self) -> list[float]:
+        """Frequencies where up and down differ in E[v^2] by more than 1 % and their errors."""
+        found = []
+        for up, down in zip(self.sweep("up"), self.sweep("down"), strict=True):
+            a, b = up.mean_square_voltage, down.mean_square_voltage
+            if abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
+                found.append(up.frequency)
+        return found
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """Power and RMS voltage against the frequency as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.response(self, title)
+
+    def text(self) -> str:
+        """The CSV file."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        unit = ("Hz", "V", "W") if self.physical else ("", "", "")
+        names = ("frequency", "voltage_rms", "mean_power")
+        heads = [f"{name} ({one})" if one else name for name, one in zip(names, unit, strict=True)]
+        errors = [f"{name}_{error}" for name in names[1:] for error in ("stderr", "step_bias")]
+        writer.writerow(["direction", *heads, *errors, "spread_of_trajectories"])
+        for p in self.points:
+            values: list[float | None] = [p.frequency, p.voltage_rms.value, p.mean_power.value]
+            values += [e for v in (p.voltage_rms, p.mean_power) for e in (v.stderr, v.bias)]
+            row = ["" if v is None else f"{v:.9g}" for v in values]
+            writer.writerow([p.direction, *row, "" if p.spread is None else f"{p.spread:.3g}"])
+        return out.getvalue()
+
+    def as_json(self) -> dict[str, object]:
+        """The object that ``--json`` prints."""
+
+        def number(value: Value) -> dict[str, float | None]:
+            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias}
+
+        sweeps = {}
+        for direction in ("up", "down"):
+            peak = self.peak(direction)
+            sweeps[direction] = {
+                "peak_frequency": peak.frequency,
+                "peak_power": number(peak.mean_power),
+                "half_power_bandwidth": self.bandwidth(direction),
+                "points": [
+                    {
+                        "frequency": p.frequency,
+                        "voltage_rms": number(p.voltage_rms),
+                        "mean_power": number(p.mean_power),
+                        "spread_of_trajectories": p.spread,
+                    }
+                    for p in self.sweep(direction)
+                ],
+            }
+        return {"sweeps": sweeps, "hysteresis": self.hysteresis}
+
+    def __str__(self) -> str:
+        hertz, watt = ("Hz", "W") if self.physical else ("", "")
+        f = [p.frequency for p in self.sweep("up")]
+        lines = []
+        for direction in ("up", "down"):
+            peak, width = self.peak(direction), self.bandwidth(direction)
+            told = "not within the sweep" if width is None else f"{width:.4g} {hertz}".rstrip()
+            at = f"{peak.frequency:.5g} {hertz}".rstrip()
+            lines.append(f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}; half-power bandwidth {told}")
+        widest = max(b - a for a, b in itertools.pairwise(f))
+        lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
+        if self.hysteresis:
+            low, high = min(self.hysteresis), max(self.hysteresis)
+            lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}: hysteresis".rstrip())
+        several = [p for p in self.points if (p.spread or 0.0) > UNLIKE]
+        if several:
+            lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
+        return "\n".join(lines)

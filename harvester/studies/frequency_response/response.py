@@ -1,0 +1,178 @@
+"""Frequency response under a harmonic drive: voltage and power up the frequencies and down again.
+
+At each frequency the mass goes on from its motion, and the phase of the drive, at the one before, so that a response of
+two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
+"""
+
+import json
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.engines.protocol import refuse, resistive, with_power
+from harvester.equations.scaling import Equations, equations, scales
+from harvester.errors import InputError, UnboundedResponseError, invalid
+from harvester.machine import files
+from harvester.scene.scene import Scene
+from harvester.studies.frequency_response.curve import Point, Response
+from harvester.studies.output_folder import provenance
+from harvester.studies.sweep.points import axis
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.kernels.moments import Moments
+
+QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
+LEAST, MOST = 3, 10_000  # frequencies
+
+
+def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
+    """``FROM:TO:COUNT``, ascending (spaced by ratio where the ends differ tenfold), in Hz, nondimensional in rad.
+
+    Raises
+    ------
+    InputError
+        for anything else.
+    """
+    parts = text.split(":")
+    if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
+        raise invalid("--sweep", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
+    key = "excitation.frequency" if scene.physical else "nondimensional.drive_frequency"
+    found = sorted(axis(f"{key}={text}").values)
+    if found[0] == found[-1]:
+        raise invalid("--sweep", "be between two different frequencies", text)
+    return tuple(found)
+
+
+def response(
+    scene: Scene, sweep: str | Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None
+) -> Response:
+    """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
+
+    ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> hv.response(scene, "0.8:1.2:5").peak("up").frequency
+    1.0
+
+    Raises
+    ------
+    InputError
+        for a scene without a harmonic drive.
+    CannotServeError
+        for a load other than a resistance.
+    UnboundedResponseError
+        where the response grows without bound.
+    """
+    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.kernels.shaking import is_random
+
+    if isinstance(sweep, str):
+        sweep = frequencies(scene, sweep)
+    eqs = resistive(scene, "ensemble")
+    refuse(
+        eqs,
+        frozenset({"coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}),
+        "a frequency response",
+        "engine 'ensemble'",
+    )
+    key = ("excitation", "acceleration_amplitude", "frequency")
+    if not scene.physical:
+        key = ("nondimensional", "drive", "drive_frequency")
+    if eqs.drive is None:
+        raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
+    noisy, points = is_random(eqs), []
+    many = None
+    for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
+        for frequency in run:
+            here = equations(scene.vary(f"{key[0]}.{key[2]}", frequency))
+            if many is None:
+                rest = np.zeros((3, NOISY if noisy else QUIET))
+                rest[0] = _rest(here)
+                many = Ensemble(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
+            many, fine, coarse = _at(many, here)
+            points.append(_point(scene, here, direction, frequency, fine, coarse, noisy))
+            if tick is not None:
+                tick()
+    return Response(tuple(points), scene.physical)
+
+
+def _rest(eqs: Equations) -> float:
+    from harvester.mechanics.kernels.bounds import resting_places
+
+    return resting_places(eqs)[0]
+
+
+def _at(before: "Ensemble", eqs: Equations) -> "tuple[Ensemble, Moments, Moments | None]":
+    """Go on from an ensemble's motion at another frequency: steady means there, and those of twice the step."""
+    from harvester.mechanics.ensemble.burn_in import until_steady
+    from harvester.mechanics.ensemble.trajectories import STEP
+    from harvester.mechanics.kernels.bounds import typical_frequency
+
+    x, v, _ = before.snapshot()
+    h = STEP / typical_frequency(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
+    while True:
+        many = before.continued(eqs, h)
+        found, _ = until_steady(many)
+        frequency = typical_frequency(eqs, found.mean("x2")[0], found.mean("v2")[0])
+        if many.h * frequency < 1.5 * STEP:
+            break
+        h = STEP / frequency
+    coarse = before.continued(eqs, 2.0 * many.h)
+    time = many.time
+    try:
+        coarse.run(time)
+        return many, many.run(time), coarse.run(time)
+    except UnboundedResponseError:
+        return many, many.run(time), None
+
+
+def _point(
+    scene: Scene,
+    eqs: Equations,
+    direction: str,
+    frequency: float,
+    fine: "Moments",
+    coarse: "Moments | None",
+    noisy: bool,
+) -> Point:
+    """Means of the fine step in the scene's units; a third of the difference from twice the step is its bias."""
+    from harvester.engines.ensemble import ALIKE
+
+    value, stderr = fine.mean("V2")
+    bias = value if coarse is None else abs(coarse.mean("V2")[0] - value) / 3.0
+    spread = None if noisy else float(np.ptp(fine.V2) / fine.V2.max()) if value > 0.0 else 0.0
+    v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, bias)
+    power, s = with_power(v2, eqs), scales(scene)
+    if scene.physical:
+        v2, power = v2.scaled(s.volts**2), power.scaled(s.watts)
+    return Point(direction, frequency, v2, power, spread)
+
+
+def draw(
+    scene: Scene,
+    text: str,
+    out: str | Path,
+    seed: int = 0,
+    tick: Callable[[], None] | None = None,
+    vector: Sequence[str] = (),
+) -> Response:
+    """`response` over ``text`` (`frequencies`).
+
+    Writes response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json into a folder.
+    """
+    from harvester import figures
+
+    files.check_vector(vector)
+    sweep, folder = frequencies(scene, text), files.folder(out)
+    found = response(scene, sweep, seed, tick)
+    files.write(folder / "response.csv", found.text())
+    figures.save(figures.response(found, scene.title), folder, "response", vector)
+    whence = provenance(scene, sweep=list(sweep), seed=seed)
+    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    return found

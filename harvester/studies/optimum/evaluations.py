@@ -1,0 +1,139 @@
+"""The power over the unit cube of the keys: every evaluation is kept, also those that failed."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines import Engine, Vectorised
+from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
+from harvester.scene.scene import Scene
+from harvester.studies.optimum.ranges import Range, scene_at
+from harvester.uncertainty.value import Value
+
+_TOGETHER = 64  # points of an engine of formulas between two looks at the clock
+
+Tick = Callable[[float], None]  # told the fraction of the budget that is spent
+
+
+class SpentError(Exception):
+    """The budget ended; what was found before it counts."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One evaluation: where, by which engine and why, and what came of it."""
+
+    u: Floats
+    engine: str
+    stage: str
+    seed: int | None
+    answer: Estimate | HarvesterError
+
+    @property
+    def power(self) -> Value | None:
+        """The mean power; None where the engine failed."""
+        return self.answer.mean_power if isinstance(self.answer, Estimate) else None
+
+
+@dataclass
+class Surface:
+    """A scene over ranges of its keys, evaluated until the budget ends."""
+
+    scene: Scene
+    ranges: tuple[Range, ...]
+    budget: float
+    tick: Tick | None = None
+    share: float = 1.0  # of the budget that may be spent now
+    begin: float = field(default_factory=time.perf_counter)
+    points: list[Point] = field(default_factory=list)
+
+    @property
+    def dimensions(self) -> int:
+        """Number of keys."""
+        return len(self.ranges)
+
+    @property
+    def left(self) -> float:
+        """Seconds of the budget."""
+        return self.begin + self.budget - time.perf_counter()
+
+    def values(self, u: Floats) -> dict[str, float]:
+        """The keys' values at a place of the cube."""
+        return {r.key: r.value(float(place)) for r, place in zip(self.ranges, u, strict=True)}
+
+    def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Point]:
+        """The power at each of the places, shape (n, keys); ``stage`` says what for.
+
+        Raises
+        ------
+        SpentError
+            when ``share`` of the budget is spent before all are done; those that are done are kept.
+        """
+        done: list[Point] = []
+        some = _TOGETHER if isinstance(engine, Vectorised) else 1
+        for at in range(0, len(where), some):
+            if self.points and self.left < (1.0 - self.share) * self.budget:
+                raise SpentError
+            rows = where[at : at + some]
+            seed = getattr(engine, "seed", None)
+            for u, answer in zip(rows, self._answers(rows, engine), strict=True):
+                done.append(Point(np.array(u), engine.NAME, stage, seed, answer))
+                self.points.append(done[-1])
+            if self.tick is not None:
+                self.tick(min(1.0 - self.left / self.budget, 1.0))
+        return done
+
+    def _answers(self, where: Floats, engine: Engine) -> Sequence[Estimate | HarvesterError]:
+        answers: list[Estimate | HarvesterError] = []
+        scenes: list[Scene] = []
+        places: list[int] = []
+        for u in where:
+            answers.append(HarvesterError())
+            try:
+                scenes.append(scene_at(self.scene, self.ranges, u))
+                places.append(len(answers) - 1)
+            except InputError as error:  # such as stops without room between them, at this place
+                answers[-1] = error
+        many = engine.run_many(scenes) if isinstance(engine, Vectorised) else (_run(engine, one) for one in scenes)
+        for place, answer in zip(places, many, strict=True):
+            answers[place] = answer
+        return answers
+
+
+def _run(engine: Engine, scene: Scene) -> Estimate | HarvesterError:
+    try:
+        return engine.run(scene)
+    except (SimulationError, CannotServeError) as error:
+        return error
+
+
+def served(points: Iterable[Point]) -> tuple[Floats, Floats, list[Value]]:
+    """Of the points with an answer: places (n, keys), powers (n,), and these with their errors."""
+    good = [(p.u, p.power) for p in points if p.power is not None]
+    if not good:
+        return np.empty((0, 0)), np.empty(0), []
+    return np.array([u for u, _ in good]), np.array([v.value for _, v in good]), [v for _, v in good]
+
+
+def peaks(u: Floats, power: Floats) -> list[int]:
+    """Indices of the points that no neighbour exceeds, best first; neighbours are the 2 n nearest in n dimensions."""
+    from scipy.spatial import cKDTree
+
+    if len(u) < 3:
+        return [int(np.argmax(power))]
+    count = min(2 * u.shape[1] + 1, len(u))
+    _, near = cKDTree(u).query(u, count)
+    found = [k for k in range(len(u)) if power[k] >= power[near[k]].max()]
+    return sorted(found, key=lambda k: -power[k])
+
+
+def with_options(engine: Any, **options: Any) -> Any:
+    """The engine with those of the options that it has."""
+    names = {f.name for f in dataclasses.fields(engine)}
+    return dataclasses.replace(engine, **{k: v for k, v in options.items() if k in names})

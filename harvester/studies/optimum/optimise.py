@@ -1,0 +1,147 @@
+"""The largest mean power over one or several keys of a scene, with intervals of both."""
+
+import dataclasses
+import json
+import math
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from harvester.answers.estimate import Estimate
+from harvester.engines import Cheapest, Engine, Vectorised
+from harvester.engines import engine as named
+from harvester.errors import InputError, invalid
+from harvester.machine import files
+from harvester.scene.scene import Scene
+from harvester.studies.optimum import certain
+from harvester.studies.optimum.answer import Key, Optimum, end
+from harvester.studies.optimum.evaluations import Surface, Tick, with_options
+from harvester.studies.optimum.peaks import Found, Peak
+from harvester.studies.optimum.ranges import Range, ranges, scene_at
+from harvester.studies.optimum.sampled import Search
+from harvester.studies.output_folder import provenance
+
+SEARCHED = 0.75  # of the budget at most, so that the rest tells the power at the optimum
+DISAGREE = 4.0  # standard errors between the surface's power and the last evaluation's that bring a warning
+
+
+def optimise(
+    scene: Scene,
+    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
+    engine: Engine | None = None,
+    within: float = 0.01,
+    budget: float = 60.0,
+    out: str | Path | None = None,
+    tick: Tick | None = None,
+    vector: Sequence[str] = (),
+) -> Optimum:
+    """The keys' values of the largest mean power.
+
+    ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
+    default `Ensemble`, for a netlist `Spice`.  ``within`` is the relative error of the power at the
+    optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
+    towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
+    evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> best = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, hv.Averaged())
+    >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
+    '1.02'
+
+    Raises
+    ------
+    InputError
+        for a range that cannot be, the engine 'cheapest', a target or a budget out of range, or a folder that cannot
+        be written.
+    HarvesterError
+        where the engine fails everywhere, the last error.
+    """
+    files.check_vector(vector)
+    found_ranges = ranges(over)
+    if engine is None:
+        engine = named("ensemble" if scene.load is None or scene.load.netlist is None else "spice")
+    if isinstance(engine, Cheapest):
+        raise InputError("--engine must be one for all places, such as 'ensemble', but is left out")
+    if not 1e-5 <= within < 1.0:
+        raise invalid("--within", "be between 0.001% and 100%", f"{within:.3g}")
+    if not (budget > 0.0 and math.isfinite(budget)):
+        raise invalid("--budget", "be above 0", budget)
+    for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
+        point = scene
+        for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is told before anything runs
+            point = point.vary(r.key, value)
+    folder = None if out is None else files.folder(out)
+    begin = time.perf_counter()
+    surface = Surface(scene, found_ranges, budget, tick)
+    surface.share = SEARCHED
+    search = None if isinstance(engine, Vectorised) else Search(surface, engine, within)
+    found = certain.search(surface, engine) if search is None else search.find()
+    surface.share = math.inf  # the optimum itself is always told
+    best = found.peaks[0]
+    estimate, warnings = _last(surface, engine, search, best, within)
+    answer = _answer(surface, engine, found, estimate, warnings, time.perf_counter() - begin)
+    if folder is not None:
+        _write(folder, answer, scene, engine, {"within": within, "budget": budget}, vector)
+    return answer
+
+
+def _last(
+    surface: Surface, engine: Engine, search: Search | None, best: Peak, within: float
+) -> tuple[Estimate, tuple[str, ...]]:
+    """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
+    if search is None:
+        return engine.run(scene_at(surface.scene, surface.ranges, best.u)), ()
+    options = {"within": within, "budget": max(surface.left, 0.1), "seed": search.seed()}
+    point = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
+    if not isinstance(point.answer, Estimate):
+        raise point.answer
+    power, error = point.answer.mean_power, best.power.stderr
+    if best.low is None or not error:
+        return point.answer, ()
+    if abs(power.value - best.power.value) > DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
+        word = f"the surface says {best.power.value:.5g} at the optimum, and its own evaluation {power.value:.5g}"
+        return point.answer, (word,)
+    return point.answer, ()
+
+
+def _answer(
+    surface: Surface, engine: Engine, found: Found, estimate: Estimate, warnings: tuple[str, ...], seconds: float
+) -> Optimum:
+    best, keys = found.peaks[0], []
+    for k, r in enumerate(surface.ranges):
+        low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
+        if found.flat:
+            low, high = r.low, r.high
+        keys.append(Key(r, r.value(float(best.u[k])), low, high, None if found.flat else end(best.faces[k])))
+    own = [p.answer for p in surface.points if p.engine == engine.NAME]
+    failed = [answer for answer in own if not isinstance(answer, Estimate)]
+    told = [f"{len(failed)} of {len(own)} evaluations failed, the first: {failed[0]}"] if failed else []
+    return Optimum(
+        engine=engine.NAME,
+        keys=tuple(keys),
+        estimate=estimate,
+        peaks=tuple((surface.values(p.u), p.power) for p in found.peaks),
+        why=best.why,
+        flat=found.flat,
+        points=tuple(surface.points),
+        seconds=seconds,
+        warnings=(*dict.fromkeys((*found.warnings, *warnings, *told, *estimate.warnings)),),
+    )
+
+
+def _write(
+    folder: Path, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float], vector: Sequence[str]
+) -> None:
+    from harvester import figures
+
+    chosen = {f.name: getattr(engine, f.name) for f in dataclasses.fields(engine)} | options
+    whence = provenance(
+        scene,
+        over={key.range.key: [key.range.low, key.range.high] for key in answer.keys},
+        engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
+    )
+    files.write(folder / "optimise.csv", answer.text())
+    figures.save(figures.optimum(answer, scene.title), folder, "optimise", vector)
+    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")

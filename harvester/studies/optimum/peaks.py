@@ -1,0 +1,33 @@
+"""What a search finds: peaks with intervals, or that there is nothing to find."""
+
+from dataclasses import dataclass
+
+from harvester.arrays import Floats
+from harvester.uncertainty.value import Value
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A place in the unit cube that none near it exceeds.
+
+    ``low`` and ``high`` are the ends of its interval, None where there is none, for the reason ``why``; ``faces`` is of
+    each key -1, 0 or 1: at the lower end of the range, inside, at the upper end; ``width`` the half-width of a box over
+    which the power falls by a tenth or so, None where that is not known.
+    """
+
+    u: Floats
+    power: Value
+    faces: Floats
+    low: Floats | None = None
+    high: Floats | None = None
+    width: Floats | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Peaks, best first; ``flat`` where no place is better than another within the errors, and ``warnings``."""
+
+    peaks: tuple[Peak, ...]
+    flat: str = ""
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,98 @@
+"""Ranges of scene keys, and the unit cube that they are searched in."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.scaling import equations
+from harvester.errors import InputError, invalid
+from harvester.scene.scene import Scene, read_value, split_key
+
+MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for that
+
+
+@dataclass(frozen=True)
+class Range:
+    """A scene key and the ends that it is searched between, in SI units."""
+
+    key: str
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        split_key(self.key)
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise invalid(f"the range of {self.key}", "be LOW:HIGH with LOW below HIGH", f"{self.low:g}:{self.high:g}")
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether it is searched by ratio: where the ends differ tenfold."""
+        return self.low > 0.0 and self.high >= 10.0 * self.low
+
+    def value(self, u: float) -> float:
+        """The key's value at a place from 0 to 1."""
+        if u in (0.0, 1.0):  # to the last digit: a value beyond the end may be one that the key cannot take
+            return self.high if u else self.low
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** u)
+        return self.low + u * (self.high - self.low)
+
+
+def parse(text: str) -> Range:
+    """``load.resistance=1k:10M``.
+
+    Raises
+    ------
+    InputError
+        for a key that no scene has, or ends that it cannot take.
+    """
+    key, equals, ends = text.partition("=")
+    if not equals or ends.count(":") != 1:
+        raise invalid("--over", "be KEY=LOW:HIGH", text)
+    split_key(key)
+    low, high = (read_value(key, end) for end in ends.split(":"))
+    return Range(key, low, high)
+
+
+def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]) -> tuple[Range, ...]:
+    """One to `MOST_KEYS` ranges of different keys; InputError otherwise."""
+    found = (
+        (*over,)
+        if not isinstance(over, Mapping)
+        else tuple(Range(k, _number(k, a), _number(k, b)) for k, (a, b) in over.items())
+    )
+    if not 1 <= len(found) <= MOST_KEYS:
+        raise invalid("--over", f"be given for 1 to {MOST_KEYS} keys", len(found))
+    keys = [r.key for r in found]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"--over must name each key only once, but names {key!r} twice")
+    return found
+
+
+def _number(key: str, end: float | str) -> float:
+    return read_value(key, end) if isinstance(end, str) else float(end)
+
+
+def scene_at(scene: Scene, found: Sequence[Range], u: Floats) -> Scene:
+    """The scene at a place in the unit cube; InputError where there can be none."""
+    for r, place in zip(found, u, strict=True):
+        scene = scene.vary(r.key, r.value(float(place)))
+    equations(scene)
+    return scene
+
+
+def spread(count: int, dimensions: int) -> Floats:
+    """Places that fill the unit cube evenly, shape (count, dimensions): a grid of one key, Halton's points of several.
+
+    The first is the middle, where there are several keys.
+    """
+    from scipy.stats import qmc
+
+    if dimensions == 1:
+        return np.linspace(0.0, 1.0, count)[:, None]
+    points: Floats = qmc.Halton(dimensions, rng=np.random.default_rng(0)).random(count - 1)
+    return np.vstack([np.full(dimensions, 0.5), points])

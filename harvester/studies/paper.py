@@ -1,0 +1,233 @@
+"""The paper's figures 1 to 9: published theory, ours, and Monte Carlo of the coupled equations.
+
+Where the text does not print a value, the one assumed stands in `ASSUMED` and in the figure's title.
+"""
+
+import csv
+import dataclasses
+import io
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.averaging.published import densities, stationary
+from harvester.averaging.published.voltage import amplitude_through
+from harvester.averaging.stability import exponent as stability
+from harvester.averaging.two_scale import densities as two_scale_densities
+from harvester.averaging.two_scale import law as two_scale
+from harvester.equations.scaling import Equations
+from harvester.machine import files
+from harvester.studies.stability import region
+
+# Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = .1 in Figure 1, r = .96 in Figure 2.
+RESPONSE = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
+# Figure 7 (text); the external noise is off.
+STABILITY = Equations(alpha=0.05, beta=0.04, mu=0.1, c1=0.01, c2=0.015, c3=0.025, restitution=0.96, n2=0.06)
+ASSUMED = {
+    "1": "r = 0.92, 0.96, 0.99",
+    "2": "c3 = 0.05, 0.1, 0.2",
+    "3": "beta = mu = 0.05, D11 = 0.01",
+    "4": "beta = mu = 0.05, r = 0.96",
+    "5": "mu = 0.05, D11 = 0.01, r = 0.96",
+    "6": "beta = 0.05, D11 = 0.01, r = 0.96",
+    "7": "",
+    "8": "beta = 0.02, 0.04, 0.08; r = 0.96, D22 = 0.06",
+    "9": "r = 0.94, 0.96, 0.98",
+}
+TITLES = {
+    "1": "densities for three restitution coefficients",
+    "2": "densities for three damping coefficients c3",
+    "3": "mean square voltage and power against r",
+    "4": "mean square voltage and power against D11",
+    "5": "mean square voltage and power against beta",
+    "6": "mean square voltage and power against mu",
+    "7": "top Lyapunov exponent against r and D22",
+    "8": "top Lyapunov exponent against mu",
+    "9": "boundary of stability in the (mu, D22) plane",
+}
+COLUMNS = ("panel", "curve", "x", "published", "averaged", "ensemble", "ensemble_stderr")
+_TRAJECTORIES = 4096
+# What each figure takes, to one another, and its points: for the time that is left.
+SECONDS = {"1": 1.0, "2": 1.0, "3": 1.0, "4": 1.0, "5": 1.0, "6": 1.0, "7": 1.0, "8": 1.0, "9": 1.0}
+POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 27, "9": 21}
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a figure; ``ensemble`` with its standard error."""
+
+    panel: str
+    curve: str
+    x: float
+    published: float
+    averaged: float
+    ensemble: float
+    ensemble_stderr: float
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
+
+    number: str
+    title: str
+    points: list[Point]
+    seconds: float
+
+
+def draw(
+    numbers: list[str], out: str | Path, tick: Callable[[float, str], None] | None = None, vector: Sequence[str] = ()
+) -> list[Drawn]:
+    """Write figN.csv and figN.png, and its ``vector`` forms (svg, pdf), for each figure number into a folder.
+
+    ``tick`` is told the fraction done and at what.  Raises InputError where the folder cannot be written, or
+    for another form.
+    """
+    from harvester import figures
+
+    files.check_vector(vector)
+    out, drawn = files.folder(out), []
+    done, total = 0.0, sum(SECONDS[number] for number in numbers)
+    for number in numbers:
+        begin, points = time.perf_counter(), []
+        for point in figure(number):
+            points.append(point)
+            if tick is not None:
+                part = min(len(points) / POINTS[number], 1.0)
+                tick((done + part * SECONDS[number]) / total, f"figure {number}")
+        seconds = time.perf_counter() - begin
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows([p.panel, p.curve, *(f"{v:.9g}" for v in dataclasses.astuple(p)[2:])] for p in points)
+        files.write(out / f"fig{number}.csv", text.getvalue())
+        assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
+        drawn.append(Drawn(number, f"Figure {number}: {TITLES[number]}{assumed}", points, seconds))
+        figures.save(figures.paper(points, drawn[-1].title), out, f"fig{number}", vector)
+        done += SECONDS[number]
+    return drawn
+
+
+def figure(number: str) -> Iterator[Point]:
+    """The points of a figure."""
+    match number:
+        case "1":
+            yield from _densities({f"r = {r}": {"restitution": r} for r in (0.92, 0.96, 0.99)})
+        case "2":
+            yield from _densities({f"c3 = {c3}": {"c3": c3} for c3 in (0.05, 0.1, 0.2)})
+        case "3":
+            yield from _response("r", "restitution", np.linspace(0.9, 0.99, 10))
+        case "4":
+            yield from _response("D11", "n1", np.linspace(0.005, 0.05, 10))
+        case "5":
+            yield from _response("beta", "beta", np.linspace(0.02, 0.2, 10))
+        case "6":
+            yield from _response("mu", "mu", np.geomspace(0.02, 2.0, 10))
+        case "7":
+            yield from _exponents("r", "", "restitution", np.linspace(0.9, 1.0, 11), STABILITY)
+            yield from _exponents("D22", "", "n2", np.linspace(0.01, 0.1, 10), STABILITY)
+        case "8":
+            for beta in (0.02, 0.04, 0.08):
+                eqs = dataclasses.replace(STABILITY, beta=beta)
+                yield from _exponents("mu", f"beta = {beta}", "mu", np.geomspace(0.05, 2.0, 9), eqs)
+        case "9":
+            for r in (0.94, 0.96, 0.98):
+                yield from _boundary(f"r = {r}", dataclasses.replace(STABILITY, restitution=r))
+
+
+def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
+    """E[V^2] and E[P] = beta mu E[V^2] against one coefficient of the response scene."""
+    from harvester.mechanics.ensemble.trajectories import Ensemble
+
+    for value in values:
+        change: dict[str, Any] = {coefficient: float(value)}
+        eqs = dataclasses.replace(RESPONSE, **change)
+        many = Ensemble(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
+        many.settle()
+        ensemble = many.run(many.time).mean("V2")
+        three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
+        for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
+            yield Point(f"{name} against {panel}", "", float(value), *(factor * v for v in three))
+
+
+def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
+    """p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
+    for curve, changes in curves.items():
+        eqs = dataclasses.replace(RESPONSE, **changes)
+        law, ours = stationary.density(eqs), two_scale.solve(eqs)
+        samples = _states(eqs)
+        sampled = {
+            "amplitude A": amplitude_through(samples[0], samples[1], eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0),
+            "displacement x": samples[0],
+            "velocity x'": samples[1],
+        }
+        for panel, values in sampled.items():
+            low = -3.0 if panel.startswith("velocity") else 0.0
+            edges = np.linspace(low, 3.0 if low else 2.4, 41)
+            at, width = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
+            published = _published_density(panel, at, law, eqs)
+            averaged = _averaged_density(panel, at, ours, eqs)
+            # Each trajectory is one sample of the histogram: its snapshots are not independent.
+            each = np.stack([np.histogram(row, edges)[0] for row in values.reshape(64, -1)]) / (
+                values.size / 64 * width
+            )
+            error = each.std(axis=0, ddof=1) / 8.0
+            for row in zip(at, published, averaged, each.mean(axis=0), error, strict=True):
+                yield Point(f"p({panel})", curve, *(float(v) for v in row))
+
+
+def _states(eqs: Equations) -> Floats:
+    """Displacement and velocity of many trajectories at many times, shape (2, trajectories, snapshots)."""
+    from harvester.mechanics.ensemble.trajectories import Ensemble
+
+    many = Ensemble(eqs, _TRAJECTORIES, np.random.SeedSequence(2), 0.04)
+    many.settle()
+    rows = []
+    for _ in range(40):
+        many.run(12.0)
+        rows.append(many.snapshot()[:2])
+    return np.moveaxis(np.array(rows), 0, 2)
+
+
+def _published_density(panel: str, at: Floats, law: stationary.Stationary, eqs: Equations) -> Floats:
+    match panel[0]:
+        case "a":
+            return np.interp(at, law.A, law.p)
+        case "d":
+            return densities.displacement_density(at, law, eqs)
+        case _:
+            return densities.velocity_density(at, law, eqs)
+
+
+def _averaged_density(panel: str, at: Floats, law: two_scale.TwoScale, eqs: Equations) -> Floats:
+    stop = eqs.restitution is not None
+    match panel[0]:
+        case "a":
+            return two_scale_densities.amplitude_density(at, law)
+        case "d":
+            return two_scale_densities.displacement_density(at, law, stop)
+        case _:
+            return two_scale_densities.velocity_density(at, law, stop)
+
+
+def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[Point]:
+    """Top Lyapunov exponent against one coefficient."""
+    from harvester.mechanics.ensemble.lyapunov import exponent
+
+    for value in values:
+        change: dict[str, Any] = {coefficient: float(value)}
+        eqs = dataclasses.replace(base, **change)
+        found = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
+        theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
+        yield Point(f"lambda against {panel}", curve, float(value), *theory, found.value, found.stderr)
+
+
+def _boundary(curve: str, base: Equations) -> Iterator[Point]:
+    """D22 at which the exponent is zero."""
+    for edge in region.edges(base, np.geomspace(0.05, 2.0, 7), np.random.SeedSequence(4)):
+        yield Point("D22 against mu", curve, *dataclasses.astuple(edge))

@@ -1,0 +1,138 @@
+"""Stability of a scene at rest: its top Lyapunov exponent three ways."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harvester.engines.protocol import refuse
+from harvester.equations.scaling import Equations, equations, scales
+from harvester.errors import CannotServeError
+from harvester.scene.scene import Scene
+from harvester.uncertainty.value import Value
+
+EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.
+
+    ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its
+    estimated error (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
+    (None: the mass leaves the stop for good).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
+    >>> hv.stability(scene, trajectories=64, duration=50.0).verdict
+    'unstable'
+    """
+
+    physical: bool
+    published: float
+    averaged: float
+    model: float | None
+    ensemble: Value
+    noiseless: float | None
+    warnings: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """What the Monte Carlo says: stable, unstable, or undecided within its error."""
+        if abs(self.ensemble.value) <= self.ensemble.error95:
+            return "undecided"
+        return "stable" if self.ensemble.value < 0.0 else "unstable"
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        value = self.ensemble
+        return {
+            "published": self.published,
+            "averaged": self.averaged,
+            "ensemble": {"value": value.value, "stderr": value.stderr, "step_bias": value.bias},
+            "averaged_model_bias": self.model,
+            "noiseless": self.noiseless,
+            "verdict": self.verdict,
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        unit = "1/s" if self.physical else ""
+        lines = [
+            f"top Lyapunov exponent: rest is {self.verdict}",
+            f"  published  {Value(self.published).text(unit)}",
+            f"  averaged   {self._averaged(unit)}",
+            f"  ensemble   {self.ensemble.text(unit)}",
+        ]
+        if self.noiseless is not None:
+            lines.append(f"  without noise, exact  {Value(self.noiseless).text(unit)}")
+        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    def _averaged(self, unit: str) -> str:
+        if self.model is not None and self.model <= EXACT * abs(self.averaged):
+            return f"{Value(self.averaged).text(unit)} (exact for this scene)"
+        return Value(self.averaged, model=self.model).text(unit)
+
+
+def check_rest(eqs: Equations) -> None:
+    """CannotServeError unless the mass rests at x = 0, free or just touching one rigid stop."""
+    unserved = frozenset({"negative_stiffness", "gap", "opposite_stop", "compliant_stop"})
+    refuse(eqs, unserved, "stability, of rest at x = 0 with one rigid stop there or none,", "engine 'ensemble'")
+
+
+def stability(
+    scene: Scene,
+    seed: int = 0,
+    trajectories: int = 4096,
+    duration: float = 1000.0,
+    tick: Callable[[float], None] | None = None,
+) -> Stability:
+    """The top Lyapunov exponent of a scene's linearised equations without external noise.
+
+    ``duration`` of the ``trajectories`` is in units of 1/w0.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
+    >>> found = hv.stability(scene, trajectories=64, duration=50.0)
+    >>> found.verdict, f"{found.averaged:.4f}"
+    ('stable', '-0.0632')
+
+    Raises
+    ------
+    CannotServeError
+        for a netlist load, and where the linearised motion about x = 0 says nothing of rest (`check_rest`).
+    SimulationError
+        where the linearised motion stops dead (restitution 0 without a voltage).
+    """
+    from harvester.averaging.stability import exponent as formula
+    from harvester.averaging.stability.exact import noiseless
+    from harvester.mechanics.ensemble import lyapunov
+    from harvester.mechanics.kernels.shaking import is_shaken
+
+    if scene.load is not None and scene.load.netlist is not None:
+        raise CannotServeError(
+            f"stability must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
+            "give load.resistance, the circuit's at small signals"
+        )
+    eqs = equations(scene)
+    check_rest(eqs)
+    unit = scales(scene).frequency if scene.physical else 1.0
+    warnings = []
+    if is_shaken(eqs):
+        warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
+    if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
+        warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
+    growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
+    doubts, quiet = formula.doubts(eqs), noiseless(eqs)
+    if eqs.n2 is None and eqs.restitution is not None and quiet is not None:
+        warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
+    return Stability(
+        physical=scene.physical,
+        published=float(formula.published(eqs)) * unit,
+        averaged=float(formula.averaged(eqs)) * unit,
+        model=None if doubts.error is None else doubts.error * unit,
+        ensemble=Value(growth.value, growth.stderr, growth.bias).scaled(unit),
+        noiseless=None if quiet is None else quiet * unit,
+        warnings=(*warnings, *doubts.texts),
+    )

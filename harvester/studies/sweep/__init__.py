@@ -1,0 +1,1 @@
+"""Sweeps: points, tasks and who runs them, journal, table, dataset."""

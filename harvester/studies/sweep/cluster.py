@@ -1,0 +1,91 @@
+"""The tasks of a sweep on the workers of a Dask scheduler, on this machine or many."""
+
+import itertools
+import os
+import socket
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from harvester.errors import InputError, MissingProgramError, SimulationError, invalid
+from harvester.machine.cores import VARIABLE
+from harvester.studies.sweep.runners import Done
+from harvester.studies.sweep.tasks import Answer, Task, compute
+
+AHEAD = 4  # tasks with the scheduler for each thread of its workers, at least `FEWEST`
+FEWEST = 64
+PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
+
+
+def dask(tasks: Iterator[Task], address: str) -> Done:
+    """By the workers of a scheduler, each of whose threads is one core's.
+
+    Dask gives a task whose worker died to another worker; a task that ended several is an error.
+
+    Raises
+    ------
+    MissingProgramError
+        where Dask is not installed.
+    InputError
+        where no scheduler answers, or has no workers.
+    SimulationError
+        where it goes while it is needed.
+    """
+    client = _client(address)
+    try:
+        from distributed import as_completed
+        from distributed.scheduler import KilledWorker
+
+        given: dict[str, Task] = {}
+
+        def submitted(some: Iterable[Task]) -> list[Any]:
+            futures = []
+            for task in some:
+                futures.append(client.submit(alone, task, pure=False))  # not pure: a point may be listed twice
+                given[futures[-1].key] = task
+            return futures
+
+        ahead = max(AHEAD * sum(client.nthreads().values()), FEWEST)
+        done = as_completed(submitted(itertools.islice(tasks, ahead)), with_results=True, raise_errors=False)
+        for future, found in done:
+            task = given.pop(future.key)
+            done.update(submitted(itertools.islice(tasks, 1)))
+            if future.status == "finished":
+                yield task, found
+            elif future.status != "error":
+                raise SimulationError(f"the Dask scheduler at {address} has gone: start another, and --resume")
+            elif not isinstance(found[1], KilledWorker):
+                raise found[1]
+            elif further := task.split():
+                done.update(submitted(further))
+            else:
+                yield task, task.lost()
+    finally:
+        client.close(timeout=5)
+
+
+def alone(task: Task) -> list[Answer]:
+    """`compute` on one core, as a thread of a Dask worker is meant."""
+    os.environ.setdefault(VARIABLE, "1")
+    return compute(task)
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+        from distributed.comm.addressing import get_address_host_port
+    except ImportError:
+        raise MissingProgramError(
+            "--scheduler must have Dask installed, but it is not: pip install 'harvester[dask]'"
+        ) from None
+    must = "be the address of a Dask scheduler that answers, such as tcp://host:8786"
+    try:  # Dask itself would take a minute to give up, and not in one line
+        socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError):
+        raise invalid("--scheduler", must, address) from None
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        client.close(timeout=5)
+        raise InputError(f"--scheduler must have workers, but {address} has none: dask worker {address}") from None
+    return client

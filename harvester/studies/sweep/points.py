@@ -1,0 +1,177 @@
+"""Which scenes a sweep computes: the grid of some axes, or a list."""
+
+import csv
+import io
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from harvester.equations.scaling import equations
+from harvester.errors import InputError, invalid, shown
+from harvester.scene.scene import Scene, read_value, split_key
+
+MOST_POINTS = 100_000
+MOST_BYTES = 64_000_000  # of a list of points
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A scene key and the values that it takes, in SI units."""
+
+    key: str
+    values: tuple[float, ...]
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether a plot shows it best on a logarithmic axis."""
+        return min(self.values) > 0.0 and max(self.values) >= 10.0 * min(self.values)
+
+
+def axis(text: str) -> Axis:
+    """``load.resistance=1k:10M:25`` (spaced evenly, by ratio where the ends differ tenfold) or ``=1k,2k,5k``.
+
+    Raises
+    ------
+    InputError
+        for a key that no scene has, or values that it cannot take.
+    """
+    key, equals, values = text.partition("=")
+    if not equals:
+        raise invalid("--vary", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
+    split_key(key)
+    parts = values.split(":")
+    if len(parts) == 1:
+        return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
+    if len(parts) != 3 or not re.fullmatch("[0-9]{1,6}", parts[2]) or not 1 <= int(parts[2]) <= MOST_POINTS:
+        raise invalid("--vary", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text)
+    low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
+    if min(low, high) > 0.0 and max(low, high) >= 10.0 * min(low, high):
+        grid = np.geomspace(low, high, count)
+    else:
+        grid = np.linspace(low, high, count)
+    return Axis(key, tuple(float(v) for v in grid))
+
+
+def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
+    """A key and its values: numbers in SI units, texts with their unit, or one text as of `axis`; raises as that."""
+    if isinstance(values, str):
+        return axis(f"{key}={values}")
+    split_key(key)
+    if len(values) == 0:
+        raise InputError(f"{key} must have values to take, but has none")
+    return Axis(key, tuple(read_value(key, one) if isinstance(one, str) else float(one) for one in values))
+
+
+@dataclass(frozen=True)
+class Points:
+    """All combinations of the axes' values, the last axis fastest; or, ``listed``, their n-th values together.
+
+    Raises
+    ------
+    InputError
+        for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length or none.
+    """
+
+    axes: tuple[Axis, ...]
+    listed: bool = False
+
+    def __post_init__(self) -> None:
+        for key in self.keys:
+            if self.keys.count(key) > 1:
+                raise InputError(f"{self.option} must name each only once, but names {key!r} twice")
+        if self.listed and len({len(a.values) for a in self.axes}) != 1:
+            raise InputError(f"{self.option} must have as many values of one key as of another")
+        if len(self) > MOST_POINTS:
+            raise invalid(self.option, f"make at most {MOST_POINTS} points", len(self))
+
+    @property
+    def option(self) -> str:
+        """What the command line calls it."""
+        return "--points" if self.listed else "--vary"
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The varied keys."""
+        return tuple(a.key for a in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the grid, or of the list."""
+        return (len(self.axes[0].values),) if self.listed else tuple(len(a.values) for a in self.axes)
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    @cached_property
+    def _strides(self) -> tuple[int, ...]:
+        return tuple(math.prod(self.shape[k + 1 :]) for k in range(len(self.axes)))
+
+    def values(self, point: int) -> tuple[float, ...]:
+        """The keys' values at a point."""
+        if self.listed:
+            return tuple(a.values[point] for a in self.axes)
+        return tuple(
+            a.values[point // stride % len(a.values)] for a, stride in zip(self.axes, self._strides, strict=True)
+        )
+
+    def cells(self, point: int) -> dict[str, str]:
+        """The keys and their values as the table shows them."""
+        return {key: repr(value) for key, value in zip(self.keys, self.values(point), strict=True)}
+
+    def check(self, scene: Scene) -> None:
+        """InputError where there is a point that no scene can be; keeps none of them."""
+        for point in range(len(self)):
+            try:
+                equations(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
+            except InputError as error:
+                if self.listed:
+                    raise InputError(f"--points, point {point + 1}: {error}") from None
+                raise
+
+
+def grid(axes: Sequence[Axis]) -> Points:
+    """All combinations of the axes' values."""
+    return Points(tuple(Axis(a.key, tuple(map(float, a.values))) for a in axes))
+
+
+def read_points(path: str | Path) -> Points:
+    """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
+
+    Raises
+    ------
+    InputError
+        where the file cannot be read, or says something that no scene key can take, with the line.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise InputError(f"--points must be a file of at most {MOST_BYTES} bytes, but {shown(str(path))} is longer")
+        lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), skipinitialspace=True, strict=True)
+        rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
+    except OSError as error:
+        raise InputError(f"--points must be a readable file, but {shown(str(path))} is not: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"--points must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}") from None
+    if len(rows) < 2:
+        raise InputError(
+            f"--points must have scene keys in its first line and then points, but {shown(str(path))} has none"
+        )
+    keys = [cell.strip() for cell in rows[0][1]]
+    for key in keys:
+        split_key(key)
+    columns: list[list[float]] = [[] for _ in keys]
+    for number, row in rows[1:]:
+        if len(row) != len(keys):
+            raise InputError(f"--points, line {number}, must have {len(keys)} values, but has {len(row)}")
+        for key, column, cell in zip(keys, columns, row, strict=True):
+            try:
+                column.append(read_value(key, cell.strip()))
+            except InputError as error:
+                raise InputError(f"--points, line {number}: {error}") from None
+    return Points(tuple(Axis(key, tuple(column)) for key, column in zip(keys, columns, strict=True)), listed=True)

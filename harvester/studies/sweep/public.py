@@ -1,0 +1,69 @@
+"""The public sweep, from keys and values; `sweep` computes it, on points, and writes its files."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from harvester.engines import Engine
+    from harvester.scene.scene import Scene
+    from harvester.studies.sweep.points import Axis, Points
+    from harvester.studies.sweep.table import Table
+
+Values = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
+
+
+def sweep(
+    scene: "Scene",
+    over: "str | Mapping[str, Values] | Points | Sequence[Axis]",
+    values: Values | None = None,
+    engines: "Sequence[Engine] | None" = None,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    tick: Callable[[str], None] | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    vector: Sequence[str] = (),
+) -> "Table":
+    """Every engine at every value of a scene key, or on the grid of several.
+
+    ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their
+    unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line.  ``engines`` are by default all that serve the
+    scene (for a netlist, `Spice`).  ``out`` is a folder for sweep.csv, sweep.nc, sweep.png and provenance.json; without
+    it nothing is left on the disk.  ``workers`` (processes; None: one a core where there is work for them), ``resume``,
+    ``scheduler`` and ``vector`` are those of `harvester.studies.sweep.sweep.sweep`.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> table = hv.sweep(scene, "nondimensional.mu", [0.5, 1.0, 2.0], engines=[hv.Averaged()])
+    >>> table.column("mean_power", "averaged").round(5).tolist()
+    [0.00274, 0.00323, 0.0028]
+
+    Raises
+    ------
+    InputError
+        for a key that no scene has, a value that it cannot take, or a folder that cannot be written.
+    HarvesterError
+        where every point failed, the last error.
+    """
+    from harvester.engines import engine, serving
+    from harvester.errors import InputError
+    from harvester.studies.sweep import sweep as studies
+    from harvester.studies.sweep.points import Points, axis_of
+
+    if isinstance(over, str) != (values is not None):
+        said = "is left out" if isinstance(over, str) else "is given"
+        raise InputError(f"values must go with a single key, but {said}")
+    axes: Any = over
+    if isinstance(over, str):
+        assert values is not None
+        axes = [axis_of(over, values)]
+    elif isinstance(over, Mapping):
+        axes = [axis_of(key, some) for key, some in over.items()]
+    if not isinstance(axes, Points) and not axes:
+        raise InputError("a sweep must have a key to vary, but has none")
+    if engines is None:
+        netlist = scene.load is not None and scene.load.netlist is not None
+        engines = [engine(name) for name in (["spice"] if netlist else serving(scene))]
+    return studies.sweep(scene, axes, engines, out, resume, tick, workers, scheduler, None, vector)

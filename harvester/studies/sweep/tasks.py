@@ -1,0 +1,101 @@
+"""What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas."""
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from harvester.answers.estimate import Estimate
+from harvester.engines import Engine, Vectorised
+from harvester.errors import HarvesterError, MissingProgramError, SimulationError
+from harvester.scene.scene import Scene
+from harvester.studies.sweep.points import Points
+from harvester.studies.sweep.table import Row, answered
+
+BATCH = 256  # points that an engine of formulas computes at once
+
+Answer = Row | HarvesterError  # a row without the varied keys, or why there is none
+
+
+@dataclass(frozen=True)
+class Task:
+    """Points of one engine, with all that a worker needs to know of them; ``place`` is the engine's in the sweep."""
+
+    scene: Scene
+    engine: Engine
+    place: int
+    keys: tuple[str, ...]
+    points: tuple[int, ...]
+    values: tuple[tuple[float, ...], ...]
+    tries: int = 0  # how often its worker died
+
+    def again(self) -> "list[Task]":
+        """What to do after its worker died: once more, then `split`."""
+        return self.split() if self.tries else [dataclasses.replace(self, tries=1)]
+
+    def split(self) -> "list[Task]":
+        """Point by point, for one of them may be to blame; nothing of a single point."""
+        if len(self.points) == 1:
+            return []
+        return [
+            dataclasses.replace(self, points=(point,), values=(values,))
+            for point, values in zip(self.points, self.values, strict=True)
+        ]
+
+    def lost(self) -> list[Answer]:
+        """The answers where nothing can be done any more."""
+        return [SimulationError(LOST) for _ in self.points]
+
+
+LOST = (
+    "the worker process ended abruptly, twice (crash or out of memory): try fewer --trajectories or fewer --workers, "
+    "and --resume"
+)
+
+
+def tasks(
+    scene: Scene, points: Points, engines: Sequence[Engine], wanted: Callable[[int, int], bool]
+) -> Iterator[Task]:
+    """The tasks of a sweep, made one by one; ``wanted(point, place)`` says what is not done yet.
+
+    A batch is always the same points, also where some of them are done: an answer's last digits depend on the batch.
+    """
+
+    def task(place: int, some: Sequence[int]) -> Task:
+        return Task(scene, engines[place], place, points.keys, tuple(some), tuple(points.values(p) for p in some))
+
+    batched = [place for place, engine in enumerate(engines) if isinstance(engine, Vectorised)]
+    single = [place for place in range(len(engines)) if place not in batched]
+    for begin in range(0, len(points), BATCH):
+        some = range(begin, min(begin + BATCH, len(points)))
+        for place in batched:
+            if any(wanted(point, place) for point in some):
+                yield task(place, some)
+        for point in some:
+            for place in single:
+                if wanted(point, place):
+                    yield task(place, [point])
+
+
+def compute(task: Task) -> list[Answer]:
+    """An answer for each point of a task, wherever this runs.
+
+    Raises
+    ------
+    MissingProgramError
+        which is no fault of the point.
+    """
+    answers: list[Estimate | HarvesterError] = []
+    try:
+        scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]
+        answers = task.engine.run_many(scenes) if isinstance(task.engine, Vectorised) else [task.engine.run(scenes[0])]
+    except MissingProgramError:
+        raise
+    except HarvesterError as error:
+        answers = [error for _ in task.points]
+    except Exception as error:  # a defect of ours must not end a sweep of a day
+        if os.environ.get("HARVESTER_TRACEBACK"):
+            raise
+        what = SimulationError(f"internal error, please report it: {type(error).__name__}: {error}")
+        answers = [what for _ in task.points]
+    return [answered(answer) if isinstance(answer, Estimate) else answer for answer in answers]

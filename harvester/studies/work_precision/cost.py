@@ -1,0 +1,151 @@
+"""What accuracy costs: every engine at many settings, its seconds against three errors that are never mixed.
+
+sampling
+    half-width of the 95 % interval, as the engine states it.
+step
+    E_h - E_0 of the step, and the bias of ngspice's tolerance (`harvester.studies.work_precision.biases`).
+model
+    of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.
+
+All are relative to one power, the finest engine's for a step of zero, and each bias has a standard error of its own.
+
+    total = sampling + max(|step|, 2 stderr) + max(|model|, 2 stderr)
+
+so that a bias that was not seen counts as large as it may be without being seen.
+"""
+
+import dataclasses
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from harvester.engines import Ensemble, Spice
+from harvester.machine import files
+from harvester.scene.scene import Scene
+from harvester.studies.output_folder import provenance
+from harvester.studies.work_precision.bench import ALONE, Bench, Run, Tick, label, setting
+from harvester.studies.work_precision.biases import NONE, Bias
+from harvester.studies.work_precision.cost_table import Cost, Row, front
+from harvester.uncertainty.value import Value
+
+
+def cost(
+    scene: Scene,
+    out: str | Path,
+    seed: int = 0,
+    budget: float = 60.0,
+    tick: Tick | None = None,
+    vector: Sequence[str] = (),
+) -> Cost:
+    """Measure every engine that can serve a scene in about ``budget`` seconds, compilation apart, at least once each.
+
+    Writes cost.csv, cost.png, its ``vector`` forms (svg, pdf) and provenance.json.  An engine that fails is a row with
+    its error.
+
+    Raises
+    ------
+    InputError
+        for a folder that cannot be written, or another form.
+    HarvesterError
+        where no engine that samples gives a power above zero.
+    """
+    from harvester import figures
+
+    files.check_vector(vector)
+    folder = files.folder(out)
+    bench = Bench(scene, seed, budget, tick)
+    bench.measure()
+    answer = _table(bench)
+    files.write(folder / "cost.csv", answer.text())
+    figures.save(figures.cost(answer.rows, scene.title), folder, "cost", vector)
+    whence = provenance(scene, seed=seed, budget=budget, reference=answer.reference)
+    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    return answer
+
+
+def _table(bench: Bench) -> Cost:
+    """Rows from a bench's runs and biases."""
+    power, reference = _reference(bench)
+    steps = [_step(bench, run) for run in bench.runs]
+    models: dict[str, Bias] = {}
+    for name in dict.fromkeys(label(run.engine) for run in bench.runs):
+        if name in (reference, ALONE):
+            models[name] = NONE
+        elif bench.ngspice is not None and bench.cheap is not None and name == label(bench.cheap.engine):
+            models[name] = bench.ngspice.cheap
+        else:
+            of_engine = [(run, step) for run, step in zip(bench.runs, steps, strict=True) if label(run.engine) == name]
+            models[name] = _against(power, *min(of_engine, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
+    rows = [
+        _row(run, step, models[label(run.engine)], abs(power.value))
+        for run, step in zip(bench.runs, steps, strict=True)
+    ]
+    for place in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
+        rows[place] = dataclasses.replace(rows[place], best=True)
+    rows += [Row(label(engine), setting(engine), error=str(error)) for engine, error in bench.failed]
+    order = list(dict.fromkeys(row.engine for row in rows))
+    rows.sort(key=lambda row: order.index(row.engine))
+    return Cost(tuple(rows), reference, power, {name: str(why) for name, why in bench.refused.items()})
+
+
+def _reference(bench: Bench) -> tuple[Value, str]:
+    """Power of the finest engine at a step of zero, and its name.
+
+    The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with all of them.
+    """
+    if bench.cheap is None or bench.steps is None:
+        sampled = [run for run in bench.runs if isinstance(run.engine, Spice)]
+        if not sampled:
+            raise [*bench.refused.values(), *(error for _, error in bench.failed)][-1]
+        best = min(sampled, key=lambda run: run.answer.mean_power.stderr or 0.0)
+        return best.answer.mean_power, label(best.engine)
+    mean = bench.steps.mean.scaled(bench.power_unit)
+    if bench.ngspice is None:
+        return mean, label(bench.cheap.engine)
+    ratio = 1.0 / (1.0 + bench.ngspice.cheap.value)
+    error = math.hypot((mean.stderr or 0.0) * ratio, bench.ngspice.cheap.stderr * ratio**2 * mean.value)
+    return Value(mean.value * ratio, error), Spice.NAME
+
+
+def _step(bench: Bench, run: Run) -> Bias | None:
+    """Bias of an answer's step, and of ngspice's tolerance."""
+    if bench.steps is None or not isinstance(run.engine, Ensemble | Spice):
+        return None
+    bias = bench.steps.at(run.answer.details["step"] * bench.unit)
+    if isinstance(run.engine, Spice) and bench.ngspice is not None:
+        bias = bias + bench.ngspice.tolerances.get(run.engine.reltol, NONE)
+    return bias
+
+
+def _against(power: Value, run: Run, step: Bias | None) -> Bias:
+    """Bias of a model, from an answer less the bias of its step."""
+    step = step or NONE
+    zero = run.answer.mean_power.scaled(1.0 / (1.0 + step.value) / abs(power.value))
+    errors = (zero.stderr or 0.0, zero.value * step.stderr, zero.value * (power.stderr or 0.0) / abs(power.value))
+    return Bias(zero.value - 1.0, math.hypot(*errors))
+
+
+def _row(run: Run, step: Bias | None, model: Bias, power: float) -> Row:
+    engine, answer, details = run.engine, run.answer, run.answer.details
+    sampled = isinstance(engine, Ensemble | Spice)
+    spice = engine if isinstance(engine, Spice) else None
+    sampling = answer.mean_power.sampling95 / power
+    return Row(
+        label(engine),
+        setting(engine),
+        step=details.get("step"),
+        duration=details["duration"] if sampled else None,
+        trajectories=int(details["trajectories"]) if sampled else None,
+        reltol=spice.reltol if spice is not None and "netlist" in answer.effects else None,
+        noise="" if not sampled else "gaussian" if spice is not None and spice.gaussian else "three-point",
+        mean_power=answer.mean_power.value,
+        seconds=answer.seconds,
+        warm_up_seconds=run.warm_up,
+        sampling_error=sampling if sampled else None,
+        step_bias=None if step is None else step.value,
+        step_bias_stderr=None if step is None else step.stderr,
+        model_bias=model.value,
+        model_bias_stderr=model.stderr,
+        total_error=sampling + (0.0 if step is None else step.counted) + model.counted,
+    )

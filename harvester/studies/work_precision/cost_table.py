@@ -1,0 +1,136 @@
+"""The table of what accuracy costs, its Pareto front, and what it says of an accuracy that is asked for."""
+
+import csv
+import dataclasses
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.figures import Plot
+
+TARGETS = (0.1, 0.03, 0.01, 0.003)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One engine at one setting: None where there is no such thing, or it is not known.
+
+    Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the run took beside its
+    computation: imports, compilation, start of ngspice, as far as no earlier row had paid for it.
+    """
+
+    engine: str
+    setting: str = ""
+    step: float | None = None
+    duration: float | None = None
+    trajectories: int | None = None
+    reltol: float | None = None
+    noise: str = ""
+    mean_power: float | None = None
+    seconds: float | None = None
+    warm_up_seconds: float | None = None
+    sampling_error: float | None = None
+    step_bias: float | None = None
+    step_bias_stderr: float | None = None
+    model_bias: float | None = None
+    model_bias_stderr: float | None = None
+    total_error: float | None = None
+    best: bool = False  # no other is as fast and as accurate
+    error: str = ""
+
+    def cells(self) -> dict[str, str]:
+        """As the table shows them."""
+
+        def text(value: Any) -> str:
+            return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+        return {name: "" if value is None else text(value) for name, value in vars(self).items()}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """All rows, the finest engine that they are measured against, its power, and the engines that cannot serve."""
+
+    rows: tuple[Row, ...]
+    reference: str
+    power: Value
+    refused: dict[str, str]
+
+    @property
+    def best(self) -> list[Row]:
+        """The Pareto front, fastest first."""
+        return sorted((row for row in self.rows if row.best), key=lambda row: row.seconds or 0.0)
+
+    def text(self) -> str:
+        """The CSV file."""
+        out = io.StringIO()
+        writer = csv.DictWriter(out, [f.name for f in dataclasses.fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(row.cells() for row in self.rows)
+        return out.getvalue()
+
+    def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
+        """Seconds of the engine's fastest row that reaches a total error, True; where none was measured, a prediction.
+
+        That prolongs a row until sampling takes what its biases leave, seconds (sampling/rest)^2; None where no row's
+        biases leave anything.
+        """
+        rows = [(row.seconds, row.sampling_error or 0.0, row.total_error) for row in self.rows if row.engine == engine]
+        known = [(s, sampling, total) for s, sampling, total in rows if s is not None and total is not None]
+        reached = [s for s, _, total in known if total <= within]
+        if reached:
+            return min(reached), True
+        longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
+        return (min(longer), False) if longer else None
+
+    def plot(self, title: str | None = "") -> "Plot":
+        """Total error against seconds as a matplotlib figure."""
+        from harvester import figures
+
+        return figures.cost(self.rows, title)
+
+
+def front(points: Sequence[tuple[float, float]]) -> list[int]:
+    """Places of the points (seconds, error) that no other equals or betters in both, fastest first."""
+    best: list[int] = []
+    for place in sorted(range(len(points)), key=lambda k: points[k]):
+        if not best or points[place][1] < points[best[-1]][1]:
+            best.append(place)
+    return best
+
+
+def report(cost: Cost) -> str:
+    """The front, and seconds of each engine for each of `TARGETS`."""
+    cells = [["engine", "setting", "seconds", "sampling", "step", "model", "total"]]
+    for row in cost.best:
+        errors = (row.sampling_error, row.step_bias, row.model_bias, row.total_error)
+        cells.append([row.engine, row.setting, f"{row.seconds:.2g}", *(_percent(error) for error in errors)])
+    lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *_columns(cells)]
+    engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
+    cells = [["within", *engines, "fastest"]]
+    for target in TARGETS:
+        needed = {name: cost.needed(name, target) for name in engines}
+        measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+        told = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
+        cells.append([f"{target:.3g}", *told, min(measured, key=lambda name: measured[name], default="")])
+    lines += [
+        "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
+        *_columns(cells),
+    ]
+    if any(row.step is not None and row.step_bias is None for row in cost.rows):
+        lines.append("the bias of the step is not known for a netlist of one's own, and not counted")
+    lines += [f"{row.engine} ({row.setting}) failed: {row.error}" for row in cost.rows if row.error]
+    return "\n".join(lines + [f"{name} did not run: {why}" for name, why in cost.refused.items()])
+
+
+def _percent(error: float | None) -> str:
+    return "" if error is None else f"{error:.2%}"
+
+
+def _columns(cells: list[list[str]]) -> list[str]:
+    widths = [max(len(line[i]) for line in cells) for i in range(len(cells[0]))]
+    return ["  " + "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() for line in cells]

@@ -1,0 +1,1 @@
+"""Numbers with their errors, and what makes the errors smaller."""

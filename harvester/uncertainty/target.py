@@ -1,0 +1,79 @@
+"""A target error: whether it is reached, and the step and the effort that reach it at the least cost."""
+
+import math
+import time
+from dataclasses import dataclass, field
+
+from harvester.uncertainty.value import Value
+
+FACTORS = (1.0, 4.0, 2.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)  # of the present step; the first is preferred
+CHANGE = 1.5  # times cheaper that another step must be, because all begins anew there
+SAFETY = 1.05  # more than the measured spread asks for, so that the next look is the last
+GROWTH = 8.0  # times the present effort that one round may add: an early spread is not yet trusted
+
+
+@dataclass
+class Target:
+    """The relative total error to reach (sampling at 95 % plus bias), and the seconds that it may take (None: any)."""
+
+    within: float
+    budget: float | None = None
+    begin: float = field(default_factory=time.perf_counter)
+
+    @property
+    def seconds_left(self) -> float:
+        """Until the budget is spent."""
+        return math.inf if self.budget is None else self.begin + self.budget - time.perf_counter()
+
+    def reached(self, value: Value) -> bool:
+        """Whether the total error is small enough."""
+        return value.error95 <= self.within * abs(value.value)
+
+    def missed(self, value: Value) -> str:
+        """The warning of an answer that the budget ended before its target."""
+        size = abs(value.value)
+        if size == 0.0:
+            return f"--within {self.within:.3g} was not reached in {self.budget:g} s: the mean is not known from zero"
+        spent = time.perf_counter() - self.begin
+        more = spent * max((value.sampling95 / (self.within * size)) ** 2 - 1.0, 0.0)  # sampling alone, at this step
+        return (
+            f"--within {self.within:.3g} was not reached in {self.budget:g} s: the error is "
+            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more: --budget {_rounded(spent + more)}s"
+        )
+
+    def variance(self, value: Value) -> float:
+        """Variance of sampling that, with the bias, meets the target; 0 where the bias alone is too large."""
+        room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
+        return (max(room, 0.0) / value.quantile) ** 2
+
+
+def _rounded(seconds: float) -> str:
+    """Up, to two digits, with a fifth more than the estimate."""
+    unit = 10.0 ** (math.floor(math.log10(1.2 * seconds)) - 1)
+    return f"{math.ceil(1.2 * seconds / unit) * unit:.12g}"
+
+
+def best_factor(within: float, bias: float, bias_error: float) -> float:
+    """By what factor to change the step h: 1, or one at which the target costs `CHANGE` times less.
+
+    Time averages over T have a variance S/T, and T costs T/h: to reach |b| + 1.96 sqrt(S/T) = ``within`` with the bias
+    b h^2 of second order costs
+
+        S (1.96/(within - |b| f^2 h^2))^2 / (f h).
+
+    ``bias`` is |b| h^2 and ``bias_error`` its standard error, both relative.  A bias that is not seen above its error
+    does not make the step smaller; for a larger step it counts at its upper limit.
+    """
+
+    def cost(factor: float) -> float:
+        seen = bias if bias > 2.0 * bias_error else 0.0
+        at_step = (bias + 2.0 * bias_error if factor > 1.0 else seen) * factor**2
+        return math.inf if at_step >= 0.7 * within else (within / (within - at_step)) ** 2 / factor
+
+    best = min(FACTORS, key=cost)
+    return best if cost(best) * CHANGE < cost(1.0) else 1.0
+
+
+def further(now: float, needed: float) -> float:
+    """Effort to add to ``now``, where a variance asks for ``needed`` in all: neither a trifle nor a leap."""
+    return min(max(SAFETY * needed - now, 0.1 * now), GROWTH * now)

@@ -1,0 +1,100 @@
+"""A number with its errors: of sampling, of the step, of the model."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.errors import SimulationError
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its errors.
+
+    ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
+    freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
+    the model itself (None: no such error, or not known; the estimate's ``reason`` says which).
+
+    >>> import harvester as hv
+    >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).text("W"))
+    8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
+    """
+
+    value: float
+    stderr: float | None = None
+    bias: float | None = None
+    model: float | None = None
+    freedom: float | None = None
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
+            raise SimulationError(
+                "the result is not finite: the response grows without bound, or numbers left their range"
+            )
+
+    def scaled(self, factor: float) -> "Value":
+        """The value in other units."""
+        stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
+        return Value(self.value * factor, stderr, bias, model, self.freedom)
+
+    @property
+    def quantile(self) -> float:
+        """Half-width of the 95 % sampling interval in standard errors: Student's, with few degrees of freedom."""
+        if self.freedom is None:
+            return 1.96
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.975))
+
+    @property
+    def sampling95(self) -> float:
+        """Half-width of the 95 % sampling interval."""
+        return self.quantile * (self.stderr or 0.0)
+
+    @property
+    def error95(self) -> float:
+        """Half-width of the 95 % sampling interval plus the errors of step and model."""
+        return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
+
+    def text(self, unit: str) -> str:
+        """Such as ``3.104 +- 0.012 (95 %) +- 0.004 (step) uW``."""
+        scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
+        digits = 4
+        if self.error95 > 0.0 and self.value != 0.0:
+            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
+        text = f"{self.value / scale:.{min(digits, 9)}g}"
+        if self.stderr is not None:
+            text += f" +- {self.sampling95 / scale:.2g} (95 %, sampling)"
+        if self.bias is not None:
+            text += f" +- {self.bias / scale:.2g} (step)"
+        if self.model is not None:
+            text += f" +- {self.model / scale:.2g} (model, estimated)"
+        return f"{text} {prefix}{unit}".rstrip()
+
+
+def number(value: Value) -> dict[str, float | None]:
+    """A value as ``--json`` prints it."""
+    known = any(error is not None for error in (value.stderr, value.bias, value.model))
+    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95 if known else None}
+    return {"value": value.value, "stderr": value.stderr, **errors}
+
+
+def z_score(a: Value, b: Value) -> float | None:
+    """Difference over its standard error; None where neither value has one."""
+    error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
+    return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
+
+
+def _times(value: float | None, factor: float) -> float | None:
+    return None if value is None else abs(value * factor)
+
+
+def _engineering(value: float) -> tuple[float, str]:
+    """A power of 1000 and its prefix that bring a value between 1 and 1000."""
+    prefixes = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+    if value == 0.0:
+        return 1.0, ""
+    exponent = 3 * math.floor(math.log10(abs(value)) / 3)
+    exponent = min(max(exponent, -15), 6)
+    return 10.0**exponent, prefixes[exponent]

@@ -1,0 +1,152 @@
+"""The energy ledger closes: input = damping + impacts + circuit + load + stored."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.circuit import runs as worker
+from harvester.circuit.lockstep.energy_ledger import ledger, work
+from harvester.circuit.worker_pool import in_order
+from harvester.equations.scaling import Equations
+from harvester.errors import InputError
+from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.kernels.interpreted import interpreted
+from harvester.mechanics.kernels.noise import gaussian_grid
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.scene import Load
+from tests.support.lockstep import scales
+from tests.support.paths import EXAMPLES
+from tests.support.systems import PAPER, changed
+
+CP = 50.2e-9
+
+
+def finished(device, noise, discard):
+    """State, Csmooth and ledger of a run (in a worker)."""
+    drive = worker.run(device, noise, discard)
+    s = drive.record[0]
+    state = {name: s[name].item() for name in s.dtype.names}
+    return state, drive.smoothing, ledger(s, device.scales, drive.smoothing, device.load.linear)
+
+
+@cache
+def of(load, eqs, h=0.05, duration=400.0, seed=7, norton=False):
+    name, parameters = load
+    s = scales(eqs.beta or 0.05)
+    given = Load(resistance=parameters) if name == "resistor" else Load(netlist=name, parameters=dict(parameters))
+    device = worker.Device(eqs, s, load_circuit(given, CP), h, 4, norton=norton)
+    noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / h))
+    return next(in_order(finished, [(device, noise, 50.0)]))
+
+
+STOP = changed(PAPER, mu=None, c1=-0.05)
+PLATE = Equations(beta=1.25, c1=-0.05, n1=0.01)
+RESISTOR = ("resistor", 1e6)
+LOADS = {
+    "resistor": (RESISTOR, 0.05),
+    "bridge": (("bridge", (("R", 1e6), ("C", 1e-6))), 0.05),
+    "doubler": (("doubler", (("R", 2e6),)), 0.05),
+    "parallel_sshi": (("parallel_sshi", ()), 0.025),
+    "series_sshi": (("series_sshi", ()), 0.025),
+    "sece": (("sece", ()), 0.0125),  # its voltage falls to zero within a hundredth of a time unit
+}
+
+
+@pytest.mark.parametrize("eqs", [STOP, PLATE], ids=["stop", "plate"])
+@pytest.mark.parametrize("name", LOADS)
+def test_ledger_closes_within_a_percent(name, eqs):
+    load, h = LOADS[name]
+    _, _, found = of(load, eqs, h)
+    assert abs(found.residual) < 0.01
+    assert found.input > 0.0
+    assert found.damping > 0.0
+    assert found.load > 0.0
+    assert (found.impacts > 0.0) == (eqs is STOP)
+    assert (found.circuit > 0.0) == (name != "resistor")
+
+
+def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
+    """Sum of all works = (v1^2 - v0^2)/2, to rounding, with every effect and with few."""
+    rng = np.random.default_rng(2)
+    kick_, work_ = interpreted(kick), interpreted(work)
+    for eqs in (PAPER, Equations(n1=1.0), Equations(beta=2.0, c1=-0.3)):
+        s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
+        kinetic = 0.0
+        for x, v0, voltage, xi in rng.standard_normal((100, 4)):
+            e = eqs
+            v1 = kick_(x, v0, voltage, xi, 0.1, e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12)
+            work_(s, v0, v1, x, voltage, xi, 0.1, e.alpha, e.beta, e.n1, e.n2, e.n12)
+            kinetic += 0.5 * (v1**2 - v0**2)
+        assert sum(vars(s).values()) == pytest.approx(kinetic, rel=1e-11)
+        assert (s.damping_work == pytest.approx(0.0, abs=1e-13)) == (eqs.c1 is None)
+
+
+def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():
+    """beta None, no stop: noise alone; the kicks telescope, so that the residual is the spring's O(h^2) only."""
+    residuals = [abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h=h)[2].residual) for h in (0.1, 0.025)]
+    assert residuals[0] < 3e-3
+    assert residuals[1] < 3e-4
+
+
+def test_a_resistor_takes_what_the_terminals_give():
+    """Integral of v i in ngspice against that of the load's power: the currents are the same, to rounding."""
+    for eqs in (STOP, PLATE):
+        s, _, _ = of(RESISTOR, eqs)
+        assert s["delivered"] == pytest.approx(s["load"], rel=1e-9)
+
+
+def test_terminal_current_is_the_charge_that_the_mass_moved():
+    """Integral of v i + change of Cp v^2/2 against the work of the force -beta V: the same, to the step's order."""
+    for name in ("bridge", "sece"):
+        load, h = LOADS[name]
+        s, _, _ = of(load, PLATE, h)
+        scale = scales(PLATE.beta)
+        joules = scale.mass * (scale.frequency * scale.length) ** 2
+        gone = s["delivered"] + 0.5 * CP * (s["voltage_end"] ** 2 - s["voltage_begin"] ** 2)
+        assert gone == pytest.approx(-joules * s["voltage_work"], rel=0.01)
+
+
+def test_smoothing_capacitor_is_read_from_ngspice():
+    assert of(*LOADS["bridge"][:1], PLATE)[1] == pytest.approx(1e-6)
+    assert of(RESISTOR, PLATE)[1] == 0.0
+
+
+def test_charging_curve():
+    """Csmooth starts empty, is charged to the voltage that the ledger ends with, and is positive all the way."""
+    device = worker.Device(STOP, scales(0.05), load_circuit(Load(netlist="bridge", parameters={"C": 1e-6})), 0.1, 4)
+    noise = gaussian_grid(np.random.SeedSequence(7), 4000)
+    t, v = worker.charging_apart(device, noise)
+    s, _, _ = next(in_order(finished, [(device, noise, 50.0)]))
+    assert t[-1] == pytest.approx(400.0 / 20.0, rel=1e-3)
+    assert v[0] == pytest.approx(0.0, abs=0.01)
+    assert v[-1] == pytest.approx(s["smooth_end"], rel=1e-2)
+    assert v[-1] > 1.0
+    assert (v > -1e-3).all()
+
+
+def test_a_load_without_smoothing_capacitor_has_no_charging_curve():
+    device = worker.Device(STOP, scales(0.05), load_circuit(Load(resistance=1e6)), 0.1, 4)
+    with pytest.raises(InputError, match="Csmooth"):
+        worker.charging_apart(device, np.zeros(40))
+
+
+def test_one_way_drive_takes_nothing_from_the_mass():
+    """Without beta the voltage has no force: the mass moves as with an open circuit, and the ledger still closes."""
+    one_way = Equations(c1=-0.05, n1=0.01)
+    s, _, found = of(LOADS["bridge"][0], one_way)
+    assert s["voltage_work"] == 0.0
+    assert found.load > 0.0
+    assert abs(found.residual) < 0.01
+
+
+def test_engine_reports_the_ledger():
+    """In the unit of the mean power, whose load is the load's."""
+    scene = hv.load(EXAMPLES / "plate_with_stop.toml").with_load(Load(netlist="bridge", parameters={"R": 1e6}))
+    found = hv.Spice(duration=20.0, trajectories=2, dt=2e-3, alone=True).run(scene)
+    entries = {key: found.details[f"ledger_{key}"] for key in ("damping", "impacts", "circuit", "load", "stored")}
+    assert entries["load"] == pytest.approx(found.mean_power.value, rel=1e-9)
+    assert sum(entries.values()) == pytest.approx(found.details["ledger_input"], rel=0.01)
+    assert abs(found.details["ledger_residual"]) < 0.01

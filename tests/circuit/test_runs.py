@@ -1,0 +1,168 @@
+"""Runs that fail, hang or die: a named error of that run, after which the next one works."""
+
+import os
+import signal
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harvester.circuit import runs as worker
+from harvester.circuit.worker_pool import in_order
+from harvester.equations.scaling import Equations, Scales
+from harvester.errors import CircuitError
+from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.scene.scene import Load
+
+SCALES = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
+EQS = Equations(beta=0.05, mu=1.0, c1=-0.05, n1=0.01)
+NOISE = np.random.default_rng(5).standard_normal(400)
+GOOD = load_circuit(Load(resistance=1e6))
+
+
+def circuit(*lines):
+    return LoadCircuit("mine", "\n".join([".subckt mine p n", "Rload p n 1Meg", *lines, ".ends"]))
+
+
+REFUSED = circuit("D1 p n nosuch")
+FATAL = LoadCircuit("broken", ".subckt broken p n\nRload p n 0 0 0 nonsense={\n.ends")
+HANG = circuit("Bfast x n V=sin(1e12*time)", "Rfast x y 1", "Cfast y n 1p")  # steps of a tenth of a picosecond
+
+
+def run(load, noise=NOISE, **more):
+    return worker.record_apart(worker.Device(EQS, SCALES, load, 0.1, 4, **more), noise)
+
+
+def goes_on():
+    """Good circuits, linear and not, run in every worker and give the same answer everywhere."""
+    device = worker.Device(EQS, SCALES, GOOD, 0.1, 4)
+    bridge = worker.Device(EQS, SCALES, load_circuit(Load(netlist="bridge")), 0.1, 4)
+    paths = list(in_order(worker.record, [(device, NOISE)] * 4 + [(bridge, NOISE)] * 4))
+    for k, path in enumerate(paths):
+        assert path.V.any()
+        assert (path.readings == paths[k // 4 * 4].readings).all()
+
+
+def killed_on_the_way(device, noise):
+    """`record`, whose process the system ends (as it does for want of memory) while ngspice runs."""
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGKILL)).start()
+    return worker.record(device, np.tile(noise, 100_000))
+
+
+@pytest.mark.parametrize("end", [os.abort, os._exit])
+def test_a_crash_is_an_error_of_that_run_only(end):
+    """The worker process dies, the program does not, and the next run has a new one."""
+    with pytest.raises(CircuitError, match="abruptly"):
+        list(in_order(end, [() if end is os.abort else (3,)]))
+    goes_on()
+
+
+def test_a_worker_killed_during_a_run_is_an_error_of_that_run_only():
+    with pytest.raises(CircuitError, match="abruptly"):
+        list(in_order(killed_on_the_way, [(worker.Device(EQS, SCALES, GOOD, 0.1, 4), NOISE)]))
+    goes_on()
+
+
+def test_a_worker_killed_while_idle_is_no_error():
+    pids = list(in_order(os.getpid, [()] * worker.workers()))
+    for pid in set(pids):
+        os.kill(pid, signal.SIGKILL)
+    threading.Event().wait(0.5)
+    goes_on()
+
+
+def test_jobs_beside_a_failing_one_are_not_lost():
+    """What was asked for before the failing job is there; of two iterations, the other one is not touched."""
+    good = worker.Device(EQS, SCALES, GOOD, 0.1, 4)
+    beside = in_order(worker.record, [(good, NOISE)] * 6)
+    first = next(beside)
+    jobs = in_order(worker.record, [(good, NOISE), (worker.Device(EQS, SCALES, REFUSED, 0.1, 4), NOISE), (good, NOISE)])
+    assert (next(jobs).readings == first.readings).all()
+    with pytest.raises(CircuitError):
+        next(jobs)
+    assert [(path.readings == first.readings).all() for path in beside] == [True] * 5
+
+
+@pytest.mark.parametrize(
+    "bad, says",
+    [(REFUSED, r"refused the circuit: .*'nosuch'.*d\.xload\.d1"), (FATAL, "refused the circuit: .*")],
+    ids=["model", "fatal"],
+)
+def test_a_refused_circuit_then_a_good_one(bad, says):
+    """ngspice does not recover from a circuit that it cannot read: its process is replaced."""
+    for _ in range(2):
+        with pytest.raises(CircuitError, match=says) as caught:
+            run(bad)
+        goes_on()
+    assert str(caught.value).isprintable()
+
+
+def test_after_a_fatal_error_a_process_runs_nothing_else():
+    """In one process: the error of the second run says that ngspice is gone, not that its circuit is wrong."""
+
+    def twice(first, second):
+        try:
+            worker.record(*first)
+        except CircuitError:
+            return worker.record(*second)
+        return None
+
+    good, bad = (worker.Device(EQS, SCALES, load, 0.1, 4) for load in (GOOD, FATAL))
+    with pytest.raises(CircuitError, match="failed earlier"):
+        list(in_order(twice, [((bad, NOISE), (good, NOISE))]))
+    goes_on()
+
+
+def test_a_hang_is_a_named_error():
+    """A circuit far faster than the vibration needs steps so short that it would take years."""
+    with pytest.raises(CircuitError, match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-1"):
+        run(HANG, patience=1.0)
+    goes_on()
+
+
+def test_a_crawl_is_a_hang():
+    """A circuit so fast that a kick takes some seconds: it would end next week."""
+    fast = 2.0 * np.pi * 3e4 * SCALES.frequency / 0.1  # so many periods to a kick
+    with pytest.raises(CircuitError, match="came no further than that in 4 s"):
+        run(circuit(f"Bfast x n V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y n {1.0 / fast:.3g}"), patience=4.0)
+    goes_on()
+
+
+FAILING = [
+    (circuit("V1 p n 1", "V2 p n 2"), r"at 5e-14 s of .* no single solution at .*'v\d'.*; give every node"),
+    (
+        circuit("B1 p n I=1/(v(p,n)-0.01)"),
+        r"at \S+e-12 s of .* did not converge at the (piezo's terminal|current of the piezo) .*; make",
+    ),
+    (circuit("B1 a n I=1/(v(a,n)-0.01)", "R1 p a 1", "C1 a n 1n"), r"did not converge at node 'a' even with .*; make"),
+    (
+        circuit("B1 p n I=-1m*v(p,n)*abs(v(p,n))"),
+        r"at 0\.00\d+ s of 2\S+ s: it did not converge at the (current of|piezo's terminal)",
+    ),
+]
+
+
+@pytest.mark.parametrize("load, says", FAILING, ids=["sources", "pole", "inner-pole", "runaway"])
+def test_failure_to_converge_names_node_and_time_and_a_way_out(load, says):
+    with pytest.raises(CircuitError, match=says) as caught:
+        run(load)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 500
+
+
+def resident(device, runs):
+    """Resident memory (bytes) of a process at a third of its short runs and at their end."""
+    found = []
+    for k in range(runs):
+        worker.record(device, NOISE[:8])
+        if k in (runs // 3, runs - 1):
+            found.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+    return found
+
+
+@pytest.mark.parametrize("load", [Load(resistance=1e6), Load(netlist="bridge")], ids=["resistor", "bridge"])
+def test_memory_does_not_grow_with_the_runs(load):
+    device = worker.Device(EQS, SCALES, load_circuit(load), 0.1, 4)
+    before, after = next(in_order(resident, [(device, 1000)]))
+    assert after - before < 2e6

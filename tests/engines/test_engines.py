@@ -1,0 +1,305 @@
+"""Engines end to end: exact answers, errors that are true, refusals that name another engine."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.engines.spice.preparation import prepare
+from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
+from harvester.studies.compare import compare
+from harvester.studies.stability.exponent import stability
+from harvester.uncertainty.value import Value, z_score
+from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
+
+PLATE = hv.load("examples/plate.toml")
+
+
+def pair(value):
+    return value.value, value.stderr
+
+
+@pytest.mark.parametrize("beta", [0.05, 1.25])
+@pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
+def test_linear_scene_in_spice_and_ensemble(beta, mu):
+    """E[V^2] and E[P], |z| < 4 with a standard error under 1 %, both engines."""
+    eqs = linear(beta, mu)
+    exact = linear_v2(eqs)
+    for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.01, trajectories=8, seed=3)):
+        answer = engine.run(scene(eqs))
+        assert answer.mean_square_voltage.stderr < 0.01 * exact
+        error = math.hypot(answer.mean_square_voltage.stderr, answer.mean_square_voltage.bias)
+        assert abs(z((answer.mean_square_voltage.value, error), exact)) < 4
+        assert abs(z((answer.mean_power.value, beta * mu * error), beta * mu * exact)) < 4
+
+
+def test_paper_scene_in_spice():
+    """E[V^2] = .0881 within 1 %, and the power balance, in ngspice."""
+    answer = hv.Spice(within=0.005, seed=1).run(scene(PAPER))
+    value, error = pair(answer.mean_square_voltage)
+    assert error < 0.003 * value
+    assert abs(z((value, math.hypot(error, answer.mean_square_voltage.bias)), *PAPER_V2)) < 4
+    assert value == pytest.approx(0.0881, rel=0.01)
+    assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
+
+
+def test_identities_in_spice():
+    """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], path by path, in ngspice."""
+    from harvester.circuit import runs as worker
+    from harvester.mechanics.kernels.moments import mean_and_error
+
+    for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
+        device = prepare(scene(eqs), hv.Spice(dt=0.05)).device
+        seeds = [np.random.SeedSequence([5, k]) for k in range(16)]
+        runs = list(worker.measure_apart(device, seeds, kicks=16_000, discard=400.0))
+        moments = runs[0].moments
+        for one in runs[1:]:
+            moments = moments + one.moments
+        v2 = moments.V2.mean()
+        for values in (moments.V, moments.vV - eqs.mu * moments.V2):
+            assert abs(z(mean_and_error(values), 0.0)) < 4
+        difference, error = mean_and_error(moments.xV - moments.V2)
+        assert abs(difference) < 4 * error + 1e-3 * v2  # holds path by path: the step's bias is what is left
+        assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
+
+
+def test_published_is_four_times_too_high_with_the_stop():
+    published = hv.Published().run(scene(PAPER))
+    assert published.mean_square_voltage.value == pytest.approx(0.352, rel=0.01)
+    assert published.mean_square_voltage.stderr is None
+    assert published.mean_square_voltage.value / PAPER_V2[0] == pytest.approx(4.0, rel=0.02)
+    assert "too high" in published.warnings[0]
+    assert not hv.Published().run(PLATE).warnings
+
+
+def test_units_of_a_physical_scene():
+    """E[P] = E[v^2]/R in SI, and both match the nondimensional numbers."""
+    answer = hv.Ensemble(trajectories=256).run(PLATE)
+    assert answer.mean_power.value == pytest.approx(answer.mean_square_voltage.value / 1e6, rel=1e-12)
+    nd = answer.nondimensional
+    assert nd["mean_power"] == pytest.approx(nd["beta"] * nd["mu"] * nd["mean_square_voltage"], rel=1e-12)
+    assert (nd["beta"], nd["mu"]) == pytest.approx((1e-6 / (16 * 50.2e-9), 1 / (1e6 * 50.2e-9 * 20)))
+    psd = 1e-5 * 9.80665**2
+    assert answer.mean_power.value < 0.04 * psd / 4  # all that white noise can put in: M G/4
+
+
+def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
+    """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
+    from harvester.circuit import runs as worker
+
+    device = prepare(PLATE, hv.Spice()).device
+    one = next(worker.measure_apart(device, [np.random.SeedSequence(4)], 40_000, 300.0))
+    s, eqs = device.scales, device.eqs
+    assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "engine", [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)]
+)
+def test_same_seed_same_answer(engine):
+    a, b = engine.run(PLATE), engine.run(PLATE)
+    assert a.mean_power == b.mean_power
+    assert a.steps == b.steps > 0
+
+
+def test_within_is_reached_and_told():
+    answer = hv.Ensemble(within=0.003).run(scene(PAPER))
+    assert answer.mean_power.error95 <= 0.003 * answer.mean_power.value
+    short = hv.Ensemble(within=1e-5, budget=0.3).run(scene(PAPER))
+    assert "was not reached" in short.warnings[-1]
+
+
+BRIDGE = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm"}))
+
+
+def test_netlist_load():
+    answer = hv.Spice(trajectories=8, duration=10.0).run(BRIDGE)
+    assert "netlist" in answer.effects
+    assert 0 < answer.mean_power.value < 0.04 * 1e-5 * 9.80665**2 / 4
+    assert 0.0 < answer.mean_power.bias < 0.01 * answer.mean_power.value
+    assert "ideal circuit" in answer.reason
+    for engine in (hv.Published(), hv.Ensemble()):
+        with pytest.raises(CannotServeError, match="use engine 'spice'"):
+            engine.run(BRIDGE)
+
+
+def test_a_netlist_of_ones_own(tmp_path):
+    """Nothing ideal stands beside it: ngspice runs only, and no bias of the step is known."""
+    own = tmp_path / "own.cir"
+    own.write_text(".subckt own p n R=1Meg\nRload p n {R}\n.ends\n")
+    answer = hv.Spice(trajectories=2, duration=10.0).run(PLATE.with_load(hv.Load(netlist=str(own))))
+    assert answer.mean_power.bias is None
+    assert "not known" in answer.reason
+    assert "control_weight" not in answer.details
+    with pytest.raises(CannotServeError, match="use engine 'spice'"):
+        hv.Ideal().run(PLATE.with_load(hv.Load(netlist=str(own))))
+    with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
+        hv.Ideal().run(PLATE)
+    same = hv.Spice(trajectories=8, duration=10.0).run(
+        PLATE.with_load(hv.Load(netlist="resistor", parameters={"R": "1 Mohm"}))
+    )
+    assert abs(z_score(same.mean_power, hv.Ensemble().run(PLATE).mean_power)) < 4
+
+
+@pytest.mark.parametrize(
+    "given", [PLATE, hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["plate", "stop", "bridge"]
+)
+def test_paired_and_alone_agree(given):
+    """The control variate changes the error, not the mean."""
+    paired = hv.Spice(seed=4, trajectories=8, duration=20.0).run(given)
+    alone = hv.Spice(seed=5, alone=True, trajectories=8, duration=40.0).run(given)
+    assert abs(z_score(paired.mean_power, alone.mean_power)) < 4
+    assert abs(z_score(paired.mean_square_voltage, alone.mean_square_voltage)) < 4
+    assert paired.mean_power.stderr < 0.3 * alone.mean_power.stderr
+    assert paired.details["control_correlation"] > 0.99
+
+
+def test_gaussian_and_three_point_noise_agree():
+    """Weak order 2 sees only the moments that both have."""
+    some = {"alone": True, "trajectories": 8, "duration": 60.0}
+    three = hv.Spice(seed=6, **some).run(PLATE)
+    gaussian = hv.Spice(seed=7, gaussian=True, **some).run(PLATE)
+    assert abs(z_score(three.mean_power, gaussian.mean_power)) < 4
+    with pytest.raises(InputError, match="alone"):
+        hv.Spice(gaussian=True)
+
+
+def test_the_cheapest_engine():
+    """`averaged` where its own error allows it, `ensemble` where not, `spice` for a netlist; and why."""
+    paper = scene(PAPER)
+    quick = hv.Cheapest(within=0.01).run(paper)
+    assert (quick.engine, quick.seconds < 1.0) == ("averaged", True)
+    assert quick.mean_power.model < 0.01 * quick.mean_power.value
+    fine = hv.Cheapest(within=0.003).run(paper)
+    assert fine.engine == "ensemble"
+    assert "states an error of" in fine.reason
+    assert fine.mean_power.error95 <= 0.003 * fine.mean_power.value
+    unaveraged = hv.Cheapest(within=0.05).run(scene(changed(PAPER, n1=None, n2=0.3, c1=None)))
+    assert unaveraged.engine == "ensemble"
+    netlist = hv.Cheapest(within=0.05).run(BRIDGE)
+    assert netlist.engine == "spice"
+    assert netlist.mean_power.error95 <= 0.05 * netlist.mean_power.value
+    with pytest.raises(InputError, match="--within"):
+        hv.Cheapest().run(paper)
+
+
+def test_refusals(monkeypatch):
+    with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
+        hv.Spice().run(scene(changed(PAPER, mu=None)))
+    with pytest.raises(UnboundedResponseError):
+        hv.Ensemble().run(scene(changed(PAPER, c3=None)))
+    with pytest.raises(InputError, match="--trajectories"):
+        hv.Ensemble(trajectories=0)
+    monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent/libngspice.so")
+    with pytest.raises(MissingProgramError, match="apt-get install"):
+        hv.Spice().run(PLATE)
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "refusing"),
+    [
+        ({"gap": 0.2}, "gap", {"published"}),
+        ({"gap": 0.2, "opposite_restitution": 1.0, "opposite_gap": 1.0}, "gap and opposite stop", {"published"}),
+        ({"opposite_restitution": 1.0, "opposite_gap": 1.0}, "opposite stop", {"published", "averaged"}),
+        ({"restitution": None, "stop_stiffness": 1e3}, "compliant stop", {"published", "averaged"}),
+        ({"linear": -1.0}, "negative stiffness", {"published", "averaged"}),
+        ({"alpha2": 0.3}, "quadratic stiffness", {"published", "averaged"}),
+        (
+            {"alpha": -0.3, "opposite_restitution": 1.0, "opposite_gap": 1.0},
+            "softening stiffness and opposite stop",
+            {"published", "averaged"},
+        ),
+    ],
+)
+def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing):
+    """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
+    given = scene(changed(PAPER, **changes))
+    for engine in refusing:
+        with pytest.raises(CannotServeError, match=f"^engine '{engine}' does not know .*{name}: use engine 'ensemble'"):
+            hv.engines.engine(engine).run(given)
+    answer = hv.Ensemble(trajectories=64, duration=10.0).run(given)
+    assert set(name.replace(" ", "_").split("_and_")) <= set(answer.effects)
+
+
+def test_engines_that_serve_a_scene():
+    """Formulas are not tried where they would refuse."""
+    assert hv.engines.serving(PLATE) == ["published", "averaged", "ensemble", "spice"]
+    assert hv.engines.serving(hv.load("examples/plate_preloaded.toml")) == ["averaged", "ensemble", "spice"]
+    assert hv.engines.serving(hv.load("examples/plate_harmonic.toml")) == ["ensemble", "spice"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "side"),
+    [
+        ({"restitution": None, "alpha": -0.1}, "above"),
+        ({"alpha": -0.1}, "above"),
+        ({"alpha": None, "alpha2": -0.1}, "above"),
+        ({"restitution": None, "alpha": None, "alpha2": 0.1}, "below"),
+        ({"restitution": None, "alpha": None, "linear": -1.0}, "above"),
+        ({"alpha": None, "alpha2": 0.1, "restitution": None, "stop_stiffness": 1e3}, "below"),
+    ],
+    ids=str,
+)
+def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
+    with pytest.raises(
+        UnboundedResponseError, match=f"far {side} rest the spring pushes .*; give a cubic_stiffness above"
+    ):
+        hv.Ensemble().run(scene(changed(PAPER, **changes)))
+    held = {"alpha": None, "alpha2": 0.1, "restitution": 0.9}
+    assert hv.Ensemble(trajectories=64, duration=10.0).run(scene(changed(PAPER, **held))).mean_power.value > 0.0
+
+
+def test_stability_is_that_of_rest_at_zero():
+    for changes in ({"gap": 0.2}, {"linear": -1.0}, {"restitution": None, "stop_stiffness": 1e3}):
+        with pytest.raises(CannotServeError, match=r"^stability, of rest at x = 0 .* does not know"):
+            stability(scene(changed(PAPER, **changes)))
+    quadratic = stability(scene(changed(PAPER, alpha2=0.3)), trajectories=64, duration=50.0)
+    assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble
+
+
+def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
+    compared = compare(scene(changed(PAPER, linear=-1.0)), trajectories=64, duration=20.0)
+    assert {e.engine for e in compared.estimates} == {"ensemble", "spice"}
+    assert set(compared.refused) == {"published", "averaged"}
+    assert compared.paths == ()
+
+
+def test_json_is_the_contract():
+    answer = hv.Ensemble(trajectories=128, duration=50.0).run(scene(PAPER))
+    told = json.loads(json.dumps(answer.as_json(), allow_nan=False))
+    assert told["engine"] == "ensemble"
+    assert set(told["mean_power"]) >= {"value", "stderr"}
+    assert set(told["nondimensional"]) >= {"mean_square_voltage", "mean_power", "beta", "mu"}
+    assert {"cubic_stiffness", "impact"} <= set(told["effects"])
+    assert isinstance(told["steps"], int)
+    assert isinstance(told["seconds"], float)
+    assert told["warnings"] == []
+
+
+def test_text_carries_its_errors():
+    text = str(hv.Ensemble(trajectories=128).run(PLATE))
+    assert "95 %, sampling" in text
+    assert "(step) uW" in text
+    assert "no sampling error" in str(hv.Published().run(PLATE))
+    assert Value(0.0, 0.0).text("W") == "0 +- 0 (95 %, sampling) W"
+    assert z_score(Value(1.0, 0.3), Value(0.5, 0.4)) == pytest.approx(1.0)
+    assert z_score(Value(1.0), Value(0.5)) is None
+
+
+def test_scenes_without_load_or_noise():
+    opened = hv.Ensemble(trajectories=128).run(scene(changed(PAPER, mu=None)))
+    assert opened.mean_power.value == 0.0
+    assert "open circuit" in opened.warnings[-1]
+    quiet = hv.Ensemble(trajectories=64).run(scene(changed(linear(0.05, 1.0), n1=None)))
+    assert quiet.mean_power.value < 1e-10
+    assert "dies out" in quiet.warnings[0]
+
+
+def test_a_formula_says_where_it_is_not_within():
+    """--within on a formula: silent where its stated error is smaller, else a warning; published never knows."""
+    told = "cannot be promised"
+    assert not any(told in w for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
+    assert any(told in w for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
+    assert any("is not known" in w for w in hv.Published(within=0.5).run(scene(PAPER)).warnings)

@@ -1,0 +1,97 @@
+"""`--within` is kept: answers of many seeds against a reference, at reduced size (in full: benchmarks/on_demand.py)."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.engines.ensemble import Ensemble
+from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
+
+STOP = hv.load("examples/plate_with_stop.toml")
+STOP_POWER = 8.3344e-6, 0.003e-6  # W, by `ensemble` within .1 %
+BRIDGE = hv.load("examples/plate_bridge.toml")
+BRIDGE_POWER = 7.7215e-6, 0.006e-6  # W, by `spice` within .1 %
+PAPER_POWER = tuple(0.05 * 0.05 * v for v in PAPER_V2)
+
+
+def inside(answers, reference, within):
+    """How many answers lie within the target of the reference."""
+    return sum(abs(a.mean_power.value / reference - 1.0) <= within for a in answers)
+
+
+@pytest.mark.parametrize(
+    ("given", "reference"), [(scene(PAPER), PAPER_POWER[0]), (STOP, STOP_POWER[0])], ids=["paper", "stop"]
+)
+def test_ensemble_keeps_what_it_promises(given, reference):
+    """Few trajectories, so that it is the target that ends each run: 95 % or more of 60 seeds, less four sigma."""
+    answers = [hv.Ensemble(within=0.02, trajectories=64, seed=seed).run(given) for seed in range(60)]
+    assert all(a.mean_power.error95 <= 0.02 * a.mean_power.value for a in answers)
+    assert inside(answers, reference, 0.02) >= 50
+    spread = np.std([a.mean_power.value for a in answers]) / reference
+    assert spread > 0.004  # a run that did far more than asked for would show nothing
+
+
+def test_the_step_follows_the_target():
+    """Strong coupling against a stop, where the step's bias is largest: a small target takes a smaller step."""
+    loose, tight = (hv.Ensemble(within=within, seed=3).run(STOP) for within in (0.02, 0.002))
+    assert tight.details["step"] < 0.7 * loose.details["step"]
+    for answer, within in ((loose, 0.02), (tight, 0.002)):
+        assert abs(answer.mean_power.value / STOP_POWER[0] - 1.0) < within
+    assert "whose bias is" in tight.reason
+
+
+def test_a_linear_scene_to_a_thousandth():
+    eqs = linear(1.25, 1.0)
+    answer = hv.Ensemble(within=0.001, seed=4).run(scene(eqs))
+    exact = 1.25 * linear_v2(eqs)
+    assert answer.mean_power.error95 <= 0.001 * answer.mean_power.value
+    assert abs(answer.mean_power.value - exact) < 2.0 * answer.mean_power.error95
+
+
+@pytest.mark.parametrize(
+    ("given", "reference", "within"),
+    [(scene(PAPER), PAPER_POWER, 0.01), (STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.01)],
+    ids=["paper", "stop", "bridge"],
+)
+def test_spice_keeps_what_it_promises(given, reference, within):
+    """With so few seeds none may be outside: 5 % of them would be, were the error no larger than the target allows."""
+    answers = [hv.Spice(within=within, seed=seed, trajectories=8).run(given) for seed in range(2)]
+    for answer in answers:
+        power = answer.mean_power
+        assert power.error95 <= within * power.value
+        assert abs(power.value - reference[0]) < 4.0 * math.hypot(power.stderr, reference[1]) + power.bias
+    assert np.mean([a.mean_power.stderr for a in answers]) < within * reference[0]
+
+
+def test_a_budget_that_is_too_small():
+    """It ends in time, says what it has reached, and what it would take."""
+    answer = hv.Ensemble(within=1e-5, budget=0.5).run(scene(PAPER))
+    assert answer.seconds < 2.0
+    assert "was not reached in 0.5 s" in answer.warnings[-1]
+    assert "it would take at least" in answer.warnings[-1]
+    spice = hv.Spice(within=1e-4, budget=1.0, trajectories=8, duration=100.0).run(scene(PAPER))
+    assert "was not reached in 1 s" in spice.warnings[-1]
+    assert spice.seconds < 6.0
+
+
+def test_a_step_that_is_given_stays():
+    """--dt is kept, and what it does not allow is said."""
+    coarse = 0.02  # s; its bias is several per cent
+    answer = hv.Ensemble(within=0.002, dt=coarse, seed=5).run(STOP)
+    assert answer.details["step"] == pytest.approx(coarse)
+    assert "needs a step below --dt 0.02" in answer.warnings[-1]
+    spice = hv.Spice(within=0.002, dt=coarse, seed=5, trajectories=8, duration=5.0).run(STOP)
+    assert spice.details["step"] == pytest.approx(coarse)
+    assert "needs a smaller --dt" in spice.warnings[-1]
+
+
+def test_same_options_same_answer():
+    """What is decided depends on numbers, not on the clock, as long as there is no budget."""
+    one, two = (hv.Ensemble(within=0.003, seed=8).run(STOP) for _ in range(2))
+    assert dataclasses.replace(one, seconds=0.0, samples=None, details={}) == dataclasses.replace(
+        two, seconds=0.0, samples=None, details={}
+    )
+    assert one.details["trajectories"] == Ensemble.TRAJECTORIES

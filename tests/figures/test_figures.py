@@ -1,0 +1,274 @@
+"""The figures: one look, units on every axis, odd data, vector files that come out the same twice."""
+
+import dataclasses
+import re
+import warnings
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.text import Text
+
+import harvester as hv
+from harvester import figures
+from harvester.answers.estimate import Estimate
+from harvester.errors import InputError
+from harvester.figures import papers, quantities, style
+from harvester.studies.frequency_response.curve import Point as Drive
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.motion import Motion
+from harvester.studies.paper import Point
+from harvester.studies.stability.region import Edge
+from harvester.studies.sweep import sweep
+from harvester.studies.sweep.table import COLUMNS, Table
+from harvester.studies.work_precision.cost_table import Row
+from harvester.uncertainty.value import Value
+
+R, MU = "load.resistance", "nondimensional.mu"
+
+
+def row(power, engine="averaged", **cells):
+    """A row of sweep.csv; a power of None is a point that failed."""
+    given = dict.fromkeys(COLUMNS, "") | {"engine": engine, "seconds": "1", "mean_square_voltage": "1"}
+    return given | ({"error": "it failed"} if power is None else {"mean_power": str(power)}) | cells
+
+
+def table(axes, rows, listed=False, physical=True):
+    about = {"scene": {"title": "A title"} | ({} if physical else {"nondimensional": {}})}
+    return Table(tuple(sweep.Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
+
+
+def line(powers, engine="averaged", key=R, values=None, **cells):
+    values = np.geomspace(1e3, 1e7, len(powers)) if values is None else values
+    return [row(p, engine, **{key: str(x)}, **cells) for x, p in zip(values, powers, strict=True)]
+
+
+def drawn(figure):
+    """All texts of a figure that is drawn; no warning (glyphs, layout, empty data) is let pass."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure.draw_without_rendering()
+    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+
+
+def shown(axis):
+    return [text for text in axis.get_ticklabels() if text.get_visible()]
+
+
+def labels(figure):
+    """Of all axes that have numbers of their own."""
+    drawn(figure)
+    told = [(a.get_xlabel(), a.xaxis) for a in figure.axes] + [(a.get_ylabel(), a.yaxis) for a in figure.axes]
+    return [label for label, axis in told if any(re.match(r"\W?\d", t.get_text()) for t in shown(axis))]
+
+
+def motion(physical):
+    t = np.linspace(0.0, 10.0, 2000)
+    x = 1e-4 * np.abs(np.sin(7 * t))
+    return Motion(t, x, np.gradient(x, t), 3 * x, x, np.array([[9.0, 1.0]]), (0.0,), 3.0, 0.01, physical, "ensemble")
+
+
+def response(physical):
+    points = [
+        Drive(direction, f, Value(1e-4 * f, None, 1e-6), Value(1e-6 / (0.1 + (f - 5) ** 2), 1e-8, 0.0), None)
+        for direction in ("up", "down")
+        for f in (3.0, 4.0, 5.0, 6.0)
+    ]
+    return Response(tuple(points), physical)
+
+
+def paper_points(panel):
+    return [Point(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6) for curve in ("r = 1", "r = 2") for x in (0.1, 1.0)]
+
+
+EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
+
+
+@pytest.mark.parametrize(
+    "figure",
+    [
+        lambda: table({R: np.geomspace(1e3, 1e7, 5)}, line([1e-6, 2e-6, 9e-6, 2e-6, 1e-7])).plot(),
+        lambda: table({MU: (1.0, 2.0)}, line([1e-4, 2e-4], key=MU, values=(1.0, 2.0)), physical=False).plot(),
+        lambda: motion(True).plot(),
+        lambda: motion(False).plot(),
+        lambda: response(True).plot(),
+        lambda: response(False).plot(),
+        lambda: figures.paper(paper_points("E[V^2] against mu"), "Figure"),
+        lambda: figures.paper(paper_points("p(displacement x)"), "Figure"),
+        lambda: figures.region(EDGES, "A title"),
+        lambda: hv.Averaged().run(hv.load("examples/plate_with_stop.toml")).plot(),
+        lambda: hv.Averaged().run(hv.load("examples/paper_figure3.toml")).plot(),
+    ],
+    ids=range(11),
+)
+def test_every_axis_has_a_quantity_and_a_unit(figure):
+    found = labels(figure())
+    assert found
+    for label in found:
+        if label not in ("power over\nthat of ensemble",):
+            assert label.endswith(")") and "(" in label, label
+
+
+def test_power_is_read_in_microwatt_and_the_load_in_kiloohm():
+    figure = table({R: np.geomspace(1e3, 1e7, 5)}, line([1e-6, 2e-6, 9e-6, 2e-6, 1e-7])).plot()
+    texts = drawn(figure)
+    assert {"mean power (µW)", "load resistance (Ω)", "1 k", "100 k", "10 M", "A title"} <= set(texts)
+    assert not any("$" in text or "1e" in text for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "values", "factor", "label"),
+    [
+        ("mean power", "W", [3.1e-6, 1e-9], 1e-6, "mean power (µW)"),
+        ("mean power", "W", [0.0, 0.0], 1.0, "mean power (W)"),
+        ("mean power", "", [2.2e-4], 1e-4, "mean power (10⁻⁴, nondimensional)"),
+        ("mean power", "", [0.2, np.nan], 1.0, "mean power (nondimensional)"),
+        ("density", "(m/s^2)^2/Hz", [2e-5], 1e-5, "density (10⁻⁵ (m/s²)²/Hz)"),
+        ("resistance", "ohm", [2e6], 1e6, "resistance (MΩ)"),
+    ],
+)
+def test_scale(name, unit, values, factor, label):
+    found = quantities.scale(name, unit, values)
+    assert found.factor == pytest.approx(factor, rel=1e-12)
+    assert found.label == label
+
+
+ODD = {
+    "one point": line([1e-6]) + line([2e-6], "published"),
+    "errors missing": line([1e-6, 2e-6], "ensemble"),
+    "no power": line([0.0, 0.0], "ensemble", mean_power_stderr="0") + line([0.0, 0.0]),
+    "a failed point in between": line([1e-6, None, 3e-6, None], "ensemble", mean_power_stderr="1e-8"),
+    "of one engine all failed": line([1e-6, 2e-6]) + line([None, None], "spice"),
+    "powers that rounding left": line([1e-32, 1e-4, 2e-4], "ensemble"),
+    "1000 points": line(list(np.linspace(1e-6, 2e-6, 1000)), "ensemble", mean_power_stderr="1e-8"),
+    "an engine unknown to the styles": line([1e-6, 2e-6], "another"),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_sweeps(name):
+    values = sorted({float(one[R]) for one in ODD[name]})
+    figure = table({R: values}, ODD[name]).plot()
+    drawn(figure)
+    assert figures.image(figure, "png").startswith(b"\x89PNG")
+
+
+def test_a_point_alone_is_a_marker_and_a_failed_one_a_cross():
+    powers = [1e-6, None, 3e-6, None]
+    figure = table({R: np.geomspace(1e3, 1e7, 4)}, line(powers, "ensemble")).plot()
+    marks = {str(one.get_marker()): one for one in figure.axes[0].lines if str(one.get_marker()) not in ("None", "")}
+    assert len(marks["x"].get_xdata()) == 2
+    assert len(marks["s"].get_xdata()) == 2  # the line has nothing to join
+    assert any("2 of 4 rows failed" in text for text in drawn(figure))
+
+
+def test_error_bars_are_of_95_percent():
+    figure = table({R: (1.0, 2.0)}, line([1e-6, 2e-6], "ensemble", values=(1.0, 2.0), mean_power_stderr="1e-7")).plot()
+    bars = next(c for c in figure.axes[0].collections if len(c.get_segments()) == 2)
+    low, high = bars.get_segments()[0][:, 1]
+    assert high - low == pytest.approx(2 * 1.96 * 0.1)
+    assert any("95 %" in text for text in drawn(figure))
+
+
+def test_several_values_of_another_key_differ_in_marker_and_the_rest_is_told():
+    rows = [
+        row(1e-6 * (k + 1), **{R: str(x), "stop.restitution": str(r)})
+        for k, r in enumerate(np.linspace(0.1, 0.9, 8))
+        for x in (1e3, 1e5)
+    ]
+    figure = table({R: (1e3, 1e5), "stop.restitution": tuple(np.linspace(0.1, 0.9, 8))}, rows).plot()
+    assert len({str(one.get_marker()) for one in figure.axes[0].lines}) == 6
+    assert any("The first 6 of 8" in text for text in drawn(figure))
+
+
+def test_a_list_of_points_is_no_line():
+    rows = [row(1e-6, **{R: "1e3", "stop.restitution": ".5"}), row(2e-6, **{R: "1e5", "stop.restitution": ".9"})]
+    figure = table({R: (1e3, 1e5), "stop.restitution": (0.5, 0.9)}, rows, listed=True).plot()
+    assert figure.axes[0].lines[0].get_linestyle() == "None"
+
+
+def test_titles_and_keys_are_text():
+    """A dollar sign is no formula, a letter that the font lacks no warning, a long title no overflow."""
+    title = "$x^2$ costs \\$5 & \\frac{1} " + "漢" + " and goes on" * 30
+    rows = line([1e-6, 2e-6], key="load.parameters.R_$1$", values=(1.0, 2.0))
+    figure = table({"load.parameters.R_$1$": (1.0, 2.0)}, rows).plot(title)
+    texts = drawn(figure)
+    assert any("$x^2$" in text for text in texts)
+    assert not any(text.get_parse_math() for text in figure.findobj(Text))
+    heading = figure.get_suptitle()
+    assert heading.count("\n") == 2
+    box = figure._suptitle.get_window_extent()
+    assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
+
+
+def test_the_legend_covers_no_axes():
+    rows = line([1e-6, 2e-6], "ensemble") + line([1e-6, 2e-6]) + line([3e-6, 4e-6], "published")
+    figure = table({R: (1e3, 1e7)}, rows).plot()
+    drawn(figure)
+    box = figure.legends[0].get_window_extent()
+    assert all(box.y1 <= axes.get_tightbbox().y0 for axes in figure.axes)
+
+
+def test_engines_are_told_apart_without_colour():
+    looks = [(str(s.get("linestyle")), s.get("linewidth", 1.4), s.get("marker", "")) for s in style.STYLES.values()]
+    assert len(set(looks)) == len(looks)
+    assert len(set(style.MARKERS.values())) == len(style.MARKERS) == len(style.STYLES)
+    assert {name: s["color"] for name, s in style.STYLES.items()} == {
+        "published": "#D55E00",
+        "averaged": "#009E73",
+        "ensemble": "#999999",
+        "ideal": "#CC79A7",
+        "spice": "#0072B2",
+        "spice alone": "#56B4E9",
+    }
+    assert to_rgb(style.paler("#000000", 0.5)) == pytest.approx((0.5, 0.5, 0.5))
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+def test_the_same_figure_is_the_same_file(form):
+    first, second = (figures.image(motion(True).plot("A title"), form) for _ in range(2))
+    assert first == second
+    assert first.lstrip().startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[form])
+
+
+def test_many_points_are_pixels_in_a_vector_file():
+    long = np.linspace(0.0, 10.0, 20_000)
+    path = dataclasses.replace(motion(True), t=long, x=np.sin(long), v=np.cos(long), voltage=long, acceleration=None)
+    svg = figures.image(path.plot(), "svg")
+    assert b"data:image/png" in svg
+    assert len(svg) < 1_000_000
+
+
+def test_save(tmp_path):
+    figures.save(motion(True).plot(), tmp_path, "motion", ("svg", "pdf", "svg"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["motion.pdf", "motion.png", "motion.svg"]
+
+
+def test_another_form_is_refused_before_anything_is_computed(tmp_path):
+    with pytest.raises(InputError, match="--vector must be svg or pdf, but is 'eps'"):
+        sweep.sweep(hv.load("examples/plate.toml"), [sweep.axis(f"{R}=1k")], [hv.Averaged()], tmp_path, vector=["eps"])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
+    assert motion(True).plot()._repr_png_().startswith(b"\x89PNG")
+    motion(True).plot().savefig(tmp_path / "mine.svg")
+    assert (tmp_path / "mine.svg").read_bytes() == figures.image(motion(True).plot(), "svg")
+
+
+def test_cost_without_a_known_error():
+    drawn(figures.cost([Row("ensemble", seconds=1.0)], "A title"))
+    drawn(figures.cost([Row("ensemble", seconds=1.0, total_error=0.1, best=True)], "A title"))
+
+
+def test_an_error_that_is_not_known_is_no_bar():
+    answer = Estimate("published", True, Value(1.0), Value(0.0), {}, (), 0.1, 0)
+    figure = answer.plot()
+    assert drawn(figure).count("none, or not known") == 3
+    assert not figure.axes[0].patches
+
+
+def test_paper_markers_stand_for_curves():
+    figure = figures.paper(paper_points("lambda against mu"), "Figure 8")
+    assert {"r = 1", "r = 2", "published averaging"} <= set(drawn(figure))
+    assert len(papers._MARKERS) == 3

@@ -1,0 +1,71 @@
+"""Files are written whole or not at all."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from harvester.errors import InputError
+from harvester.machine import files
+
+
+def test_write(tmp_path):
+    files.write(tmp_path / "a.csv", "µ\n")
+    files.write(tmp_path / "a.csv", b"new")
+    assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("a.csv", b"new")]
+
+
+@pytest.mark.parametrize("broken", ["fsync", "replace"])
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, broken):
+    """A full disk shows at the flush, a broken folder at the renaming."""
+    files.write(tmp_path / "a.csv", "old")
+
+    def fail(*_):
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(*((os, "fsync", fail) if broken == "fsync" else (Path, "replace", fail)))
+    with pytest.raises(InputError, match=r"^--out must take a.csv, but writing failed: No space left on device$"):
+        files.write(tmp_path / "a.csv", "new")
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.csv", "old")]
+
+
+def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        files.write(tmp_path / "a.csv", "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_write_over_a_folder(tmp_path):
+    (tmp_path / "a.csv").mkdir()
+    with pytest.raises(InputError, match=r"^--out must take a.csv, but writing failed: Is a directory$"):
+        files.write(tmp_path / "a.csv", "new")
+    assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_folder(tmp_path):
+    deep = files.folder(tmp_path / "a" / "b")
+    assert deep.is_dir()
+    assert files.folder(str(deep)) == deep
+    assert list(deep.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["file", "file/below", "x" * 300])
+def test_no_folder(tmp_path, name):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"^--out must be a folder that can be written, but '.*' is not: "):
+        files.folder(tmp_path / name)
+
+
+def test_folder_without_a_name():
+    """An unset variable of a shell must not fill the present folder."""
+    with pytest.raises(InputError, match=r"^--out must be a folder, but is ''$"):
+        files.folder("")
+
+
+def test_read_only_file_system():
+    with pytest.raises(InputError, match=r"^--out must be a folder that can be written, but '/proc/sweep' is not: "):
+        files.folder("/proc/sweep")

@@ -1,0 +1,28 @@
+"""Worker processes: what starts them may be a thread among several, of a process that is a daemon (as Dask's are)."""
+
+import subprocess
+import sys
+
+THREADS = """
+import multiprocessing, threading
+from harvester.machine import processes
+
+multiprocessing.current_process()._config["daemon"] = True
+ready, found = threading.Barrier(6), []
+
+def start(number):
+    ready.wait()
+    process = processes.new()
+    found.append(processes.submitted(process, abs, (-number,)).result(60))
+    processes.killed(process)
+
+threads = [threading.Thread(target=start, args=(number,)) for number in range(6)]
+[one.start() for one in threads]
+[one.join() for one in threads]
+print(sorted(found), multiprocessing.current_process().daemon)
+"""
+
+
+def test_several_threads_start_processes_at_once():
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False, timeout=120)
+    assert (done.stdout, done.stderr) == ("[0, 1, 2, 3, 4, 5] True\n", "")

@@ -1,0 +1,76 @@
+"""The benchmarks compare like with like: kernels by hand give the package's numbers, peers integrate the same scene."""
+
+import importlib
+import sys
+
+import numpy as np
+import pytest
+
+from tests.support.paths import ROOT
+
+sys.path.append(str(ROOT / "benchmarks"))
+effects = importlib.import_module("effects")
+by_hand = importlib.import_module("peers.by_hand")
+
+from harvester.equations.scaling import Equations  # noqa: E402
+from harvester.mechanics.ensemble.trajectories import Ensemble  # noqa: E402
+from harvester.mechanics.kernels.lanes import advance  # noqa: E402
+from tests.support.systems import PAPER, changed  # noqa: E402
+
+SCENES = dict(effects.scenes())
+
+
+@pytest.mark.parametrize("name", ["stop alone", "all without stop", "all"])
+def test_kernel_by_hand_gives_the_same_numbers(name):
+    """State and sums to rounding, random words exactly, in both orders of the loops."""
+    e = SCENES[name]
+    expected = effects.arrays()
+    effects.prepared(advance, e, expected, readings=20)()
+    for split in (False, True):
+        found = effects.arrays()
+        effects.prepared(by_hand.kernel(e, split), e, found, readings=20, numbers=True)()
+        for ours, theirs in zip(expected, found, strict=True):
+            np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-12)
+
+
+def test_code_by_hand_holds_nothing_of_what_is_absent():
+    """Every mark names an effect; the bare scene's code has no stop, noise, damping or load in it."""
+    known = {"stop", "load", "cubic", "back", "linear", "nonlinear", "external", "parametric", "noise", "damped"}
+    assert by_hand.effects(PAPER) == known
+    bare = by_hand.source(Equations(), split=False).partition("\n")[2]
+    for word in ("hit", "xi", "bits", "mu", "alpha", "beta", "c1", "c2", "c3", "sqrt", "exp", "speed", "later"):
+        assert word not in bare, word
+
+
+@pytest.mark.parametrize("e", [changed(PAPER, n1=None, n2=None), Equations(alpha=0.5, c1=-0.01)])
+def test_no_noise_no_draw(e):
+    """A scene without noise leaves its generators as they were; with noise they all move on."""
+    held = effects.arrays()
+    before = held[1].copy()
+    effects.prepared(advance, e, held, readings=5)()
+    assert (held[1] == before).all()
+    effects.prepared(advance, PAPER, held, readings=5)()
+    assert (held[1] != before).all()
+
+
+@pytest.mark.parametrize(
+    ("module", "needs", "options", "h", "n"),
+    [
+        ("numpy_arrays", "numpy", {"way": "tuned"}, 0.1, 2048),
+        ("numpy_arrays", "numpy", {"way": "plain"}, 0.1, 2048),
+        ("rk4", "numpy", {}, 0.025, 2048),
+        ("sdeint_paths", "sdeint", {}, 0.05, 64),
+        ("diffrax_steps", "diffrax", {"way": "arrays"}, 0.025, 2048),
+        ("diffrax_steps", "diffrax", {"way": "unsafe"}, 0.025, 1024),
+        ("diffrax_steps", "diffrax", {"way": "documented"}, 0.05, 64),
+    ],
+)
+@pytest.mark.filterwarnings("ignore")
+def test_peers_integrate_the_same_scene(module, needs, options, h, n):
+    """E[V^2] of the first 20 time units from rest, |z| < 4 beside this package's."""
+    pytest.importorskip(needs)
+    means = importlib.import_module(f"peers.{module}").averages(h, n, 0.0, 20.0, 5, **options)
+    ours = Ensemble(PAPER, 4096, np.random.SeedSequence(3), 0.05).run(20.0).V2
+    assert means.shape == (n,)
+    error = np.hypot(means.std(ddof=1) / np.sqrt(n), ours.std(ddof=1) / np.sqrt(ours.size))
+    assert abs(means.mean() - ours.mean()) < 4 * error

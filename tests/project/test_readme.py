@@ -1,0 +1,86 @@
+"""Every command on the project's pages is run as it stands; `LESS` lists all that is changed to make one short."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support import pages
+from tests.support.pages import ROOT
+
+PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
+
+# (what a command must hold, what is added at its end, ends of its words that are replaced: fewer points)
+LESS = [
+    ("harvester sweep", ["--workers", "1"], {"0.01:10:13": "1:10:2", ":13": ":3", ":1000": ":9"}),
+    # With spice: `make demo` below.
+    ("resistance=1k:10M:13 --out out/mine", ["--engine", "averaged", "--engine", "ensemble"], {}),
+    ("bridge.toml --engine spice", ["--trajectories", "4", "--duration", "2"], {}),
+    ("harvester response", [], {":61": ":3"}),
+    ("harvester cost", ["--budget", "3s"], {}),
+    ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
+    ("harvester compare", ["--within", "10%"], {}),
+    ("--within 0.3%", ["--within", "2%"], {}),
+    ("spice --within 1%", ["--within", "10%"], {}),
+    ("harvester stability", ["--trajectories", "256"], {}),
+    ("harvester paper", ["3"], {}),
+]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return pages.folder(tmp_path_factory.mktemp("reader"))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands(page, place, monkeypatch):
+    """Exit status 0, and each file under out/ that the page names is there afterwards."""
+    monkeypatch.chdir(place)
+    pages.run_page(page, LESS)
+    for name in re.findall(r"`(out/[\w./-]+)`", pages.outside(page)):
+        assert Path(name).exists(), f"{page} says that {name} is made"
+
+
+@pytest.mark.parametrize("page", [*PAGES, "examples/README.md"])
+def test_nothing_escapes(page):
+    """All code is in fenced blocks of a known language, so that the tests find it; links and figures are there."""
+    assert {block.language for block in pages.blocks(page)} <= pages.LANGUAGES
+    text = pages.outside(page)
+    assert not re.findall(r"^\s+(?:\.venv/bin|make |harvester |python |ngspice ).*", text, re.MULTILINE)
+    for target in re.findall(r"\]\(([^)#:]+)\)", text):
+        assert ((ROOT / page).parent / target).exists(), f"{page}: no {target}"
+    for script in re.findall(r"`(?:\.venv/bin/)?python ([\w/]+\.py)", text):
+        assert (ROOT / script).exists(), f"{page}: no {script}"
+
+
+def test_demo_at_reduced_size(place, monkeypatch):
+    """The commands behind `make demo`, and the plots that it names."""
+    monkeypatch.chdir(place)
+    recipe = pages.made(["demo"])
+    sweeps = [line for line in recipe.splitlines() if line.startswith(".venv/bin/harvester")]
+    assert len(sweeps) == 2
+    for line in sweeps:
+        (words,) = pages.commands(line)
+        pages.run(words, "make demo", [*LESS, ("sweep", ["--engine", "averaged", "--engine", "spice"], {":3": ":2"})])
+    for name in set(re.findall(r"out/\w+/sweep\.png", recipe)):
+        assert Path(name).exists()
+
+
+def test_targets():
+    """What the two commands of README and their kin do."""
+    tests = pages.made(["test"])
+    for tool in ("ruff check", "ruff format --check", "mypy", "pytest"):
+        assert tool in tests
+    assert "sphinx" in pages.made(["docs"])
+    assert "sh setup.sh" in pages.made(["-B", "setup"])
+
+
+def test_a_page_that_lies_is_found(tmp_path, monkeypatch):
+    """A wrong command, a file that is not made and a block without a language are all seen."""
+    monkeypatch.chdir(pages.folder(tmp_path))
+    with pytest.raises(AssertionError, match=r"wrong\.md:1"):
+        pages.run([".venv/bin/harvester", "run", "examples/plate.toml", "--engine", "magic"], "wrong.md:1")
+    with pytest.raises(AssertionError, match="no way to run"):
+        pages.run(["rm", "-rf", "nothing"], "wrong.md:1")
+    assert pages.commands("# a remark\nmake demo   # tables\na b \\\n  c\n") == [["make", "demo"], ["a", "b", "c"]]
+    assert pages.written("written: out/a.csv, b.png") == [Path("out/a.csv"), Path("out/b.png")]

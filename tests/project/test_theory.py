@@ -1,0 +1,381 @@
+"""The equations of docs/theory.md and docs/lockstep.md, written again from the page and compared with the engines.
+
+Each numbered equation of these pages is named by a test here (`checks`), or the last test fails.
+"""
+
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson, simpson
+from scipy.linalg import solve_banded
+from scipy.optimize import minimize_scalar
+
+import harvester as hv
+from harvester.averaging.published import ito, stationary, voltage
+from harvester.averaging.stability import exponent as stability
+from harvester.averaging.two_scale.cycles import Orbits, quarter
+from harvester.averaging.two_scale.law import solve
+from harvester.circuit.ngspice.deck import trapezoid_share
+from harvester.equations.scaling import Equations, equations, physical, scales
+from harvester.mechanics.ensemble.trajectories import Ensemble
+from tests.support.paths import ROOT
+from tests.support.systems import PAPER, changed
+
+CHECKED = set()
+
+
+def checks(*labels):
+    """The test compares these equations of the pages."""
+    CHECKED.update(labels)
+    return lambda test: test
+
+
+def coefficients(eqs):
+    return tuple(getattr(eqs, name) or 0.0 for name in ("alpha", "beta", "mu", "c1", "c2", "c3", "n1", "n2", "n12"))
+
+
+@checks("numbers", "noise", "components")
+def test_components_to_numbers_and_back():
+    M, k, k3, b1, b2, b4, theta, Cp, R, G = 0.022, 40.0, 3e5, 0.1, 5.0, 2e6, 4.57e-3, 43e-9, 2e5, 0.3
+    scene = hv.Scene(
+        oscillator=hv.Oscillator(mass=M, stiffness=k, cubic_stiffness=k3, damping=b1, damping_x2=b2, damping_x4=b4),
+        piezo=hv.Piezo(coupling=theta, capacitance=Cp),
+        excitation=hv.Excitation(acceleration_psd=G),
+        load=hv.Load(resistance=R),
+    )
+    e, s = equations(scene), scales(scene)
+    w0 = np.sqrt(k / M)
+    length = np.sqrt(G / (4 * w0**3))
+    assert (s.length, e.n1) == pytest.approx((length, 1.0), rel=1e-12)
+    assert (e.beta, e.mu) == pytest.approx((theta**2 / (k * Cp), 1 / (R * Cp * w0)), rel=1e-12)
+    cubic = k3 * length**2 / k
+    damping = -b1 / (M * w0), -b2 * length**2 / (M * w0), b4 * length**4 / (M * w0)
+    assert (e.alpha, e.c1, e.c2, e.c3) == pytest.approx((cubic, *damping), rel=1e-12)
+    assert s.watts == pytest.approx(M * w0**3 * length**2, rel=1e-12)
+    assert equations(scene, 3e-3).n1 == pytest.approx(G / (4 * 3e-3**2 * w0**3), rel=1e-12)
+    V = 1.7  # v^2/R of the same voltage
+    assert (s.volts * V) ** 2 / R == pytest.approx(s.watts * e.beta * e.mu * V**2, rel=1e-12)
+    back = physical(e, s)
+    assert back.piezo.coupling == pytest.approx(np.sqrt(e.beta * k * Cp), rel=1e-12)
+    assert back.load.resistance == pytest.approx(1 / (e.mu * Cp * w0), rel=1e-12)
+    flow = [np.array([[0, 1, 0], [-1, 0, -e.beta], [0, 1, -mu]]) for mu in (0.0, 1e9)]  # open and short circuit
+    open_, short = (np.abs(np.linalg.eigvals(one).imag).max() for one in flow)
+    assert (open_ / short) ** 2 - 1 == pytest.approx(e.beta, rel=1e-6)
+
+
+@checks("identities", "balance")
+def test_stationary_identities():
+    """Monte Carlo with a stop, a cubic spring and both noises."""
+    many = Ensemble(PAPER, 2048, np.random.SeedSequence(5), 0.1)
+    many.settle()
+    m = many.run(400.0)
+    mu = PAPER.mu
+    for values in (m.V, m.xV - m.V2, m.vV - mu * m.V2, m.balance(PAPER)):
+        assert abs(values.mean()) < 4 * values.std(ddof=1) / np.sqrt(len(values)) + 2e-3 * m.V2.mean()
+    assert PAPER.n1 + PAPER.n2 * m.x2.mean() == pytest.approx(
+        (m.damped + PAPER.beta * mu * m.V2 + m.impact_loss).mean(), rel=0.02
+    )
+
+
+@checks("decoupled", "omega", "drift", "diffusion", "noisemean")
+@pytest.mark.parametrize("r", [None, 0.9])
+def test_published_averaging(r):
+    eqs = changed(PAPER, alpha=0.7, beta=0.4, mu=0.6, n12=0.004, restitution=r)
+    alpha, beta, mu, c1, c2, c3, n1, n2, n12 = coefficients(eqs)
+    n12 = 0.0 if r is None else n12
+
+    def parts(A):
+        s = 1 + 0.75 * alpha * A**2
+        w2 = 0.5 * (s + beta - mu**2 + np.sqrt((s + beta - mu**2) ** 2 + 4 * mu**2 * s))
+        C, K = beta * mu / (mu**2 + w2), beta * w2 / (mu**2 + w2)
+        return w2, C, 1 + K, 1 + K + alpha * A**2
+
+    def diffusion(A):
+        _, _, k, Q = parts(A)
+        cubic = alpha * A**2
+        external, parametric = n1 * (k + 5 / 8 * cubic), n2 * A**2 / 4 * (k + 3 / 4 * cubic)
+        return (external + parametric + 8 / (3 * np.pi) * n12 * A * (k + 7 / 10 * cubic)) / Q**2
+
+    A = np.geomspace(0.05, 4.0, 9)
+    w2, C, k, Q = parts(A)
+    cubic = alpha * A**2
+    noise = n1 * (k + 3 / 4 * cubic) + n2 * A**2 * (k / 2 + 7 / 16 * cubic) + 4 / np.pi * n12 * A * (k + 5 / 6 * cubic)
+    slope = (diffusion(A * 1.00001) - diffusion(A * 0.99999)) / (2e-5 * A)
+    b = -c3 * (16 * A**5 * k + 13 * alpha * A**7) / 256 + c2 * (A**3 * k / 8 + 3 / 32 * alpha * A**5)
+    b += (c1 - C) * (8 * A * k + 5 * alpha * A**3) / 16
+    if r is not None:
+        b -= (1 - r) / np.pi * A * (k + cubic / 2) ** 1.5
+    b = b / Q + slope / 4 + noise / (2 * A * Q**2)
+    assert ito.drift(A, eqs) == pytest.approx(b, rel=1e-7)
+    assert sum(ito.diffusion(A, eqs)) == pytest.approx(diffusion(A), rel=1e-12)
+    assert voltage.omega2(A, alpha, beta, mu) == pytest.approx(w2, rel=1e-12)
+    assert voltage.decoupled(A, 0.3 * A, w2, mu) == pytest.approx((w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12)
+
+
+@checks("published")
+def test_published_power():
+    """The density and the mean square voltage from the page's integrals, over amplitudes and over the phase."""
+    alpha, beta, mu, *_ = coefficients(PAPER)
+    u = np.linspace(np.log(1e-4), np.log(12.0), 4001)
+    A = np.exp(u)
+    diffusion = sum(ito.diffusion(A, PAPER))
+    log_p = cumulative_simpson(2 * ito.drift(A, PAPER) / diffusion * A, x=u, initial=0.0) - np.log(diffusion)
+    p = np.exp(log_p - log_p.max())
+    w2, k = voltage.omega2(A, alpha, beta, mu), 1 + voltage.K(A, alpha, beta, mu)
+    phi = (np.arange(64) + 0.5) * np.pi / 64
+    nu2 = (k + 0.75 * alpha * A**2)[:, None] + 0.25 * (alpha * A**2)[:, None] * np.cos(2 * phi)
+    weight = nu2**-0.5 / (nu2**-0.5).sum(axis=1, keepdims=True)
+    x2, v2 = A**2 * (weight * np.cos(phi) ** 2).sum(axis=1), A**2 * (weight * nu2 * np.sin(phi) ** 2).sum(axis=1)
+    on_orbit = (w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2
+    mean = simpson(p * A * on_orbit, x=u) / simpson(p * A, x=u)
+    assert stationary.mean_square_voltage(PAPER) == pytest.approx(mean, rel=1e-5)
+    assert hv.Published().run(hv.load(ROOT / "examples/paper_figure3.toml")).mean_power.value == pytest.approx(
+        beta * mu * stationary.mean_square_voltage(equations(hv.load(ROOT / "examples/paper_figure3.toml"))), rel=1e-12
+    )
+
+
+def chi(m):
+    return 1 - 4 * m / np.tanh(np.pi * m / 2) / (np.pi * (1 + m * m))
+
+
+@checks("orbit", "chi", "matched")
+@pytest.mark.parametrize("m", [0.05, 1.0, 2.115, 8.0])
+def test_voltage_of_a_linear_orbit(m):
+    """Solves V' + m V = x', is periodic, has no mean, and its square is the package's."""
+    tau = np.linspace(-np.pi / 2, np.pi / 2, 20001)
+    V = (np.cos(tau) - m * np.sin(tau) - m * np.exp(-m * tau) / np.sinh(np.pi * m / 2)) / (1 + m**2)
+    assert np.gradient(V, tau, edge_order=2) + m * V == pytest.approx(-np.sin(tau), abs=1e-4)
+    assert V[0] == pytest.approx(V[-1], abs=1e-12)
+    assert simpson(V, x=tau) == pytest.approx(0.0, abs=1e-9)
+    square = chi(m) / (2 * (1 + m**2))
+    assert simpson(V**2, x=tau) / np.pi == pytest.approx(square, rel=1e-8)
+    (found,) = Orbits(np.ones(1), Equations(mu=m, restitution=1.0)).averages().V2
+    assert found == pytest.approx(square, rel=1e-10)
+    best = minimize_scalar(lambda m: -m * chi(m) / (1 + m**2), bounds=(0.5, 5.0), options={"xatol": 1e-8}).x
+    assert best == pytest.approx(2.115, abs=5e-4)
+    assert 1 / chi(1e-6) == pytest.approx(1 / (1 - 8 / np.pi**2), rel=1e-5) == pytest.approx(5.3, abs=0.05)
+
+
+def by_differences(phi, nu, mu, stop):
+    """P of p'' - mu^2 p = -sin Phi nu with P'(tau) = 0 (no stop) or P(tau) = 0, on a fine grid, and dP/dt."""
+    h = phi[1] - phi[0]
+    between = 0.5 * (nu[1:] + nu[:-1])
+    diagonal, off = np.zeros(len(phi)), -between / h
+    diagonal[:-1] += between / h
+    diagonal[1:] += between / h
+    load = np.sin(phi) * h
+    mass = mu**2 * h / nu
+    mass[-1] *= 0.5
+    load[-1] *= 0.5
+    keep = slice(1, -1 if stop else None)
+    bands = np.zeros((3, len(phi[keep])))
+    bands[0, 1:] = bands[2, :-1] = off[1 : 1 + len(phi[keep]) - 1]
+    bands[1] = (diagonal + mass)[keep]
+    P = np.zeros(len(phi))
+    P[keep] = solve_banded((1, 1), bands, load[keep])
+    return P, nu * np.gradient(P, phi, edge_order=2)
+
+
+@cache
+def orbits_of(stop):
+    """A law of the package, its orbits on a fine grid of Phi, and p, dp/dt there: for the equations below."""
+    eqs = changed(PAPER, beta=0.3 if stop else 0.1, mu=0.4, restitution=0.9 if stop else None)
+    law = solve(eqs)
+    phi = np.linspace(0.0, np.pi / 2, 1201)
+    to_grid = np.polynomial.legendre.legvander(4 * phi / np.pi - 1, 15) @ np.linalg.inv(
+        np.polynomial.legendre.legvander(4 * quarter(16, 4).phi / np.pi - 1, 15)
+    )
+    nu = law.nu @ to_grid.T
+    p, slope = zip(*(by_differences(phi, one, eqs.mu, stop) for one in nu), strict=True)
+    return eqs, law, phi, nu, np.array(p), np.array(slope)
+
+
+def averages(eqs, law, phi, nu, p, slope, stop):
+    """Of the page, over each orbit in time: everything that b and sigma are made of."""
+    alpha, _, mu, c1, c2, c3, *_ = coefficients(eqs)
+    A = law.A[:, None]
+    x, v = A * np.cos(phi), -A * np.sin(phi) * nu
+    tau = simpson(1 / nu, x=phi)
+
+    def mean(values):
+        return simpson(values / nu, x=phi) / tau
+
+    V2 = A[:, 0] ** 2 * mean(slope**2 + (mu * p) ** 2)  # the two parts of V = A (p' - mu p) are even and odd
+    return {
+        "T": (2 if stop else 4) * tau,
+        "x": mean(x) if stop else 0.0 * tau,
+        "x2": mean(x**2),
+        "v2": mean(v**2),
+        "x2v2": mean((x * v) ** 2),
+        "damped": mean((c3 * x**4 - c2 * x**2 - c1) * v**2),
+        "V2": V2,
+        "spring": mean(x**2 + 0.5 * alpha * x**4),
+        "wall": 0.5 * v[:, -1] ** 2,
+        "tau": tau,
+    }
+
+
+@checks("bvp", "vsquare")
+@pytest.mark.parametrize("stop", [False, True])
+def test_cycle(stop):
+    """<V^2> of V = A (p' - mu p) is that of P less the stop's term, and that of the package."""
+    eqs, law, phi, nu, p, slope = orbits_of(stop)
+    at = int(law.mass.argmax())
+    found = averages(eqs, law, phi, nu, p, slope, stop)
+    free, _ = by_differences(phi, nu[at], eqs.mu, False)
+    tau = found["tau"][at]
+    square = simpson(np.sin(phi) * free, x=phi) - stop * eqs.mu / np.tanh(eqs.mu * tau) * free[-1] ** 2
+    assert law.A[at] ** 2 * square / tau == pytest.approx(found["V2"][at], rel=1e-4)
+    fast = (law.mass * found["V2"]).sum()
+    assert fast * widths(eqs, law, found, stop) == pytest.approx(law.fast, rel=2e-3)
+
+
+def widths(eqs, law, found, stop):
+    """The factor of the lines' widths, from the page's c and w."""
+    _, beta, mu, *_, n1, n2, _ = coefficients(eqs)
+
+    def mean(values):
+        return (law.mass * values).sum()
+
+    _, Vs2, _ = slow_voltage(eqs, law, found, stop)
+    lost = n1 + n2 * mean(found["x2"]) - beta * mu * (mean(found["V2"]) + mean(Vs2))
+    c = max(lost, 0.0) / mean(found["v2"])
+    w = (1 if stop else 2) * np.pi / mean(found["T"])
+    n = np.arange(2.0, 60.0, 2.0) if stop else np.ones(1)
+    s = n**2 / (n**2 - 1) ** 2 if stop else np.ones(1)
+    whole = s / (n**2 * w**2 + mu**2 + n * c * mu)
+    return whole.sum() / (s / (n**2 * w**2 + mu**2)).sum()
+
+
+def slow_voltage(eqs, law, found, stop):
+    """(mean, E[V_s^2]'s integrand, S) at each energy, with the generator on a grid of energies by finite volumes."""
+    _, _, mu, *_, n1, n2, _ = coefficients(eqs)
+    xt = found["x"] - (law.mass * found["x"]).sum()
+    if not stop:
+        return xt, xt, xt
+    E = energy(eqs, law, found, 0.0)
+    for _ in range(4):  # the energy holds the slow voltage
+        sigma2 = 2 * n1 * found["v2"] + 2 * n2 * found["x2v2"]
+        # L is symmetric in the law: current p sigma^2/2 dy/dE between neighbours
+        dE = np.diff(E)
+        density = law.mass / np.gradient(E)
+        flow = 0.5 * np.sqrt((density * sigma2)[1:] * (density * sigma2)[:-1]) / dE
+        L = np.zeros((len(E), len(E)))
+        for i, j in enumerate(flow):
+            L[i, i] -= j
+            L[i + 1, i + 1] -= j
+            L[i, i + 1] += j
+            L[i + 1, i] += j
+        y1 = np.linalg.solve(np.diag(mu * law.mass) - L, law.mass * mu * xt)
+        y2 = np.linalg.solve(np.diag(2 * mu * law.mass) - L, law.mass * 2 * mu * xt * y1)
+        mean = xt - y1
+        E = energy(eqs, law, found, np.maximum(mean, -0.3 * law.A / eqs.beta))
+    square = xt**2 - 2 * xt * y1 + y2
+    return mean, xt * mean, square / (1 + (mu * found["T"] / (2 * np.pi)) ** 2)
+
+
+def energy(eqs, law, found, offset):
+    return 0.5 * (found["v2"] + found["spring"] + eqs.beta * (found["V2"] + offset**2))
+
+
+@checks("bend", "energy", "edrift", "edensity", "resolvent", "slow", "widths", "sum", "small", "bias")
+@pytest.mark.parametrize("stop", [False, True])
+def test_two_scales(stop):
+    """From the package's orbits nu(A, Phi) alone: the bent orbit itself, the law, both voltages, the stated error."""
+    eqs, law, phi, nu, p, slope = orbits_of(stop)
+    alpha, beta, mu, *_, n1, n2, _ = coefficients(eqs)
+    found = averages(eqs, law, phi, nu, p, slope, stop)
+    likely = law.mass > 0.02 * law.mass.max()
+
+    mean, slow, paid = slow_voltage(eqs, law, found, stop)
+    pushed = np.maximum(mean, -0.3 * law.A / beta)[:, None] * (1 - np.cos(phi)) / law.A[:, None] if stop else 0.0
+    work = cumulative_simpson(slope * np.sin(phi), x=phi, initial=0.0) + pushed
+    with np.errstate(invalid="ignore"):
+        bent = 1 + 0.5 * alpha * law.A[:, None] ** 2 * (1 + np.cos(phi) ** 2) + 2 * beta * work / np.sin(phi) ** 2
+    inside = slice(40, None)
+    assert nu[likely, inside] ** 2 == pytest.approx(bent[likely, inside], rel=5e-3, abs=3e-3)
+
+    E = energy(eqs, law, found, pushed[:, -1] * law.A if stop else 0.0)
+    b = -found["damped"] - beta * mu * (found["V2"] + paid) + n1 + n2 * found["x2"]
+    r2 = (eqs.restitution or 1.0) ** 2
+    b = b - 2 * (1 - r2) / (1 + r2) * found["wall"] / found["T"]
+    sigma2 = 2 * n1 * found["v2"] + 2 * n2 * found["x2v2"]
+    log_p = cumulative_simpson(2 * b / sigma2, x=E, initial=0.0) - np.log(sigma2) + np.log(np.gradient(E))
+    mass = np.exp(log_p - log_p.max())
+    mass /= mass.sum()
+    assert mass[likely] == pytest.approx(law.mass[likely], rel=0.04)
+
+    def whole(values):
+        return (law.mass * values).sum()
+
+    w = (1 if stop else 2) * np.pi / whole(found["T"])
+    slow = whole(slow) / (1 + (mu / (2 * w)) ** 2) if stop else 0.0
+    fast = whole(found["V2"]) * widths(eqs, law, found, stop)
+    assert law.slow == pytest.approx(slow, rel=1e-2, abs=1e-12)
+    assert law.mean_square_voltage == pytest.approx(fast + slow, rel=3e-3)
+
+    T, energy_mean = whole(found["T"]), whole(E)
+    power_in = n1 + n2 * whole(found["x2"])
+    e = power_in * T / energy_mean
+    i = 2 * (1 - r2) / (1 + r2) * whole(found["wall"] / found["T"]) * T / energy_mean
+    q = 0.5 * beta * (fast + slow) / energy_mean
+    o = max(e - i - beta * mu * (fast + slow) * T / energy_mean, 0.0)
+    assert (law.exchange, law.impact_loss, law.stored) == pytest.approx((e, i if stop else 0.0, q), rel=3e-3)
+    if stop:
+        bias = 0.003 + 0.2 * min(i, 1.5) ** 2 + 0.05 * min(o, 1.5) ** 2 + 0.25 * q * (1 + 2 * q)
+    else:
+        bias = 0.002 + 0.01 * min(e, 1) + 0.01 * q
+    assert law.bias == pytest.approx(bias, rel=5e-3)
+
+
+@checks("lyapunov", "simple")
+def test_exponents():
+    eqs = changed(PAPER, n1=None, beta=0.2, mu=0.7)
+    _, beta, mu, c1, *_, n2, _ = coefficients(eqs)
+    r = eqs.restitution
+    k0 = (mu**2 + (1 + beta) ** 2) / (mu**2 + 1 + beta)
+    published = c1 / 2 - beta * mu / (2 * (mu**2 + 1 + beta)) - (1 - r) / np.pi * np.sqrt(k0) + n2 / (4 * k0)
+    assert float(stability.published(eqs)) == pytest.approx(published, rel=1e-12)
+    w2 = 1.0
+    for _ in range(100):
+        w2 = 1 + beta * chi(mu / np.sqrt(w2)) * w2 / (mu**2 + w2)
+    C = beta * chi(mu / np.sqrt(w2)) * mu / (mu**2 + w2)
+    simple = (c1 - C) / 2 + np.sqrt(w2) / np.pi * np.log(r) + n2 / (4 * w2)
+    assert float(stability.simple(eqs)) == pytest.approx(simple, rel=1e-9)
+
+
+@checks("rule", "xmu")
+@pytest.mark.parametrize("z", [1e-5, 0.1, 1.0, 50.0])
+def test_rule_of_the_resistor(z):
+    """v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 is exact for v' + v/(R Cp) = u' of a constant slope."""
+    xmu = trapezoid_share(z, 1.0)
+    v0, rise = 0.3, 0.8
+    v1 = v0 * np.exp(-z) + rise / z * -np.expm1(-z)
+    assert v1 - v0 + z * ((1 - xmu) * v1 + xmu * v0) == pytest.approx(rise, rel=1e-9)
+    if z > 1e-3:
+        assert xmu == pytest.approx(1 / z - 1 / np.expm1(z), rel=1e-12)
+
+
+@checks("kick")
+def test_kick():
+    """The change of velocity, with friction that is large in one step."""
+    from harvester.mechanics.kernels.equation_of_motion import kick as compiled
+
+    e = changed(PAPER, n12=0.003)
+    x, v, V, xi, h = 1.3, -0.7, 0.4, 1.0, 0.3
+    noise = e.n1 + 2 * e.n12 * x + e.n2 * x**2
+    y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
+    force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
+    expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
+    coefficients = e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12
+    assert compiled.py_func(x, v, V, xi, h, *coefficients) == pytest.approx(expected, rel=1e-12)
+
+
+def test_every_equation_is_checked():
+    """The labels on the pages are those of the tests, and the modules that the pages name are there."""
+    text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
+    assert set(re.findall(r"^\$\$ \((\w+)\)$", text, re.MULTILINE)) == CHECKED
+    for path in set(re.findall(r"`((?:harvester|circuit|engines)/[\w/]+\.py)`", text)):
+        assert (ROOT / path).exists() or (ROOT / "harvester" / path).exists(), path

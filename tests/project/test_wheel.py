@@ -1,0 +1,38 @@
+"""The wheel has the netlists inside and finds them there."""
+
+import os
+import subprocess
+import sys
+import zipfile
+
+
+def test_wheel_runs_with_its_netlists(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        ".",
+        "--no-deps",
+        "--no-build-isolation",
+        "-q",
+        "-w",
+        str(tmp_path),
+    ]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    wheel = next(tmp_path.glob("*.whl"))
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+        assert "harvester/py.typed" in archive.namelist()
+    assert (tmp_path / "installed" / "harvester" / "report" / "page.html").is_file()
+    code = "from harvester.netlists.load_circuit import folder, load_circuit; from harvester.scene.scene import Load\n"
+    code += "print(folder()); print(load_circuit(Load(netlist='bridge')).name)"
+    told = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "installed")},
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split()
+    assert told == [str(tmp_path / "installed" / "harvester" / "netlists"), "bridge"]

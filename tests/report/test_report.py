@@ -1,0 +1,276 @@
+"""The reports: whole HTML in one file, that says what was computed, how well, and how to do it again."""
+
+import base64
+import json
+import re
+import shlex
+import subprocess
+import sys
+from html.parser import HTMLParser
+from urllib.parse import urlparse
+
+import pytest
+
+import harvester as hv
+from harvester import report
+from harvester.answers.estimate import Estimate
+from harvester.equations.scaling import Equations, effects
+from harvester.errors import InputError
+from harvester.report import effects as words
+from harvester.report.numbers import amount, share, signs
+from harvester.studies.compare import Comparison
+from harvester.studies.paper import Drawn, Point
+from harvester.studies.work_precision.cost_table import Cost, Row
+from harvester.uncertainty.value import Value
+from tests.support.paths import ROOT
+
+PLATE = ROOT / "examples" / "plate_with_stop.toml"
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+
+
+class Page(HTMLParser):
+    """Checks that tags are closed in order; keeps text, addresses, figures, tables and ids."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.tags, self.ids, self.addresses, self.text, self.alts = [], [], [], [], "", []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        assert len(given) == len(attributes), f"<{tag}> has an attribute twice"
+        self.tags.append(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        self.ids += [given["id"]] if "id" in given else []
+        self.addresses += [given[name] for name in ("src", "href", "action", "data", "srcset") if name in given]
+        if tag == "img":
+            assert given["src"].startswith("data:image/svg+xml;base64,")
+            self.alts.append(given["alt"])
+        assert not any(name.startswith("on") for name in given)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data if "style" not in self.open else ""
+
+
+def checked(text):
+    """A page that stands alone; its figures are whole SVG without scripts or links."""
+    page = Page(text)
+    assert text.startswith('<!DOCTYPE html>\n<html lang="en">')
+    assert 'name="viewport"' in text
+    assert {"script", "link", "iframe", "object"}.isdisjoint(page.tags)
+    assert len(page.ids) == len(set(page.ids))
+    for address in page.addresses:
+        assert address.startswith("data:") or (address.startswith("#") and address[1:] in page.ids)
+    assert not re.search(r"@import|url\(", text)
+    assert page.tags.count("h1") == page.tags.count("main") == 1
+    assert page.alts and all(page.alts)
+    for source in re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', text):
+        svg = base64.b64decode(source, validate=True)
+        assert svg.rstrip().endswith(b"</svg>") and b"<script" not in svg
+        linked = re.findall(rb'xlink:href="([^"]+)"', svg)
+        assert all(one.startswith((b"#", b"data:")) for one in linked)
+    return page
+
+
+def provenance_of(page):
+    for word in ("numpy", "scipy", "matplotlib", "python", "cores", "seed", "date", "The command that remakes it"):
+        assert word in page.text
+
+
+def command(text):
+    return shlex.split(Page(re.search(r'<pre class="command"[^>]*>(.*?)</pre>', text, re.S)[1]).text)
+
+
+def test_run(harvester, tmp_path):
+    file = tmp_path / "mine.html"
+    args = ("run", PLATE, "--engine", "ensemble", "--trajectories", "256", "--seed", "7", "--report", file)
+    status, out, _ = harvester(*args)
+    assert status == 0
+    assert out.endswith(f"report: {file}\n")
+    text = file.read_text()
+    page = checked(text)
+    provenance_of(page)
+    assert "Plate (Shock and Vibration 2019, 9093605) with a stop" in page.text
+    assert "restitution = 0.96" in page.text  # the scene file
+    assert "ensemble" in page.text and "(95 %, sampling)" in page.text
+    for line in ("impact", "rigid stop: impacts", "compliant_stop", "time-constant ratio", "50.2 nF", "1 MΩ"):
+        assert line in page.text
+    assert command(text) == ["harvester", *map(str, args)]
+    assert "7" in re.search(r"seed</th><td>(.*?)</td>", text)[1]
+
+
+def test_json_stands_alone(harvester, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = harvester("run", PLATE, "--engine", "averaged", "--report", "--json")
+    assert status == 0
+    assert json.loads(out)["engine"] == "averaged"
+    page = checked((tmp_path / "report.html").read_text())
+    assert "no sampling error" in page.text
+    assert "nothing was sampled" in page.text
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("run", "--report", PLATE), "put --report after SCENE or give it a name"),
+        (("run", PLATE, "--report", "mine.htm"), "--report must be followed by a name that ends in .html"),
+        (("run", PLATE, "--report", "/proc/none/mine.html"), "--report must be a folder that can be written"),
+        (("run", PLATE, "--report", "folder.html"), "--report must be a file"),
+        (("cost", PLATE, "--out", "/proc/none", "--report"), "--out must be a folder that can be written"),
+        (
+            ("sweep", PLATE, "--vary", "load.resistance=1k", "--out", "x", "--vector", "eps"),
+            "--vector must be svg or pdf",
+        ),
+        (("stability", PLATE, "--vector", "svg"), "--vector must go with --out"),
+        (("optimise", PLATE, "--over", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out"),
+        (("compare", PLATE, "--json", "--vector", "svg"), "--vector must go with --out"),
+    ],
+)
+def test_bad_input(harvester, tmp_path, monkeypatch, args, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.html").mkdir()
+    status, out, err = harvester(*args)
+    assert (status, out) == (2, "")
+    assert says in err
+
+
+def test_sweep_with_failed_points(harvester, tmp_path):
+    out = tmp_path / "out"
+    keys = ("--vary", "excitation.acceleration_psd=0,1e-4,1e-3", "--engine", "averaged", "--engine", "published")
+    status, told, _ = harvester("sweep", PLATE, *keys, "--out", out, "--report", "--vector", "svg")
+    assert status == 0
+    assert "sweep.png, sweep.svg" in told
+    assert sorted(p.suffix for p in out.glob("sweep.*")) == [".csv", ".nc", ".png", ".svg"]
+    page = checked((out / "report.html").read_text())
+    provenance_of(page)
+    assert "2 of 6 rows failed" in page.text
+    assert "averaged: largest" in page.text
+    assert "excitation.acceleration_psd" in page.text
+    assert page.text.count("Warning:") >= 1
+
+
+def test_paper(harvester, tmp_path):
+    points = [Point("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)]
+    page = checked(report.html(report.of_paper([Drawn("8", "Figure 8: <exponents>", points, 1.5)])))
+    provenance_of(page)
+    assert "Figure 8: <exponents>" in page.text
+    assert "100 %" in page.text  # published is off by as much as the value
+
+
+def estimates():
+    power = Value(2e-6, 1e-8, 2e-9)
+    sampled = Estimate("ensemble", True, Value(1.0, 0.01), power, {"beta": 0.1}, (), 0.3, 1000, "", ("<b>beware</b>",))
+    formula = Estimate("averaged", True, Value(1.0), Value(2.01e-6, model=1e-8), {}, (), 0.01, 0, "no sampling error")
+    return sampled, formula
+
+
+def test_comparison():
+    result = Comparison(estimates(), {"spice": "ngspice is <missing>"}, ())
+    page = checked(report.html(report.of_comparison(hv.load(PLATE), result, 3)))
+    provenance_of(page)
+    assert "ensemble: <b>beware</b>" in page.text
+    assert "ngspice is <missing>" in page.text
+    z = result.z(result.estimates[1])
+    assert f"{z:.2f}" in page.text
+    assert "the reference" in page.text
+    assert "none" in page.text and "0.98 %" in page.text and "0.5 %" in page.text
+
+
+def test_cost():
+    rows = (
+        Row("ensemble", "a", 0.01, 1.0, 64, None, "", 1e-6, 0.1, 1.0, 0.01, 1e-3, 1e-4, 0.0, 0.0, 0.011, True),
+        Row("spice", "b", error="it <failed>"),
+    )
+    cost = Cost(rows, "ensemble", Value(1e-6, 1e-9), {"published": "it refuses"})
+    page = checked(report.html(report.of_cost(hv.load(PLATE), cost, 5, 30.0)))
+    provenance_of(page)
+    for line in ("it <failed>", "it refuses", "Within 3 %: ensemble in 0.1 s", "1.1 %", "30 s"):
+        assert line in page.text
+
+
+NASTY = "<script>alert(1)</script>\"'&<img src=x onerror=alert(2)>"
+
+
+def test_what_a_user_gives_is_text(tmp_path):
+    (tmp_path / "mine.cir").write_text(f".subckt mine a b R=1\n* {NASTY}\nRload a b {{R<2&&R>0?R:R}}\n.ends mine\n")
+    toml = PLATE.read_text().replace('resistance = "1 Mohm"', 'netlist = "mine.cir"\nparameters = { R = 1e6 }')
+    toml = re.sub("title = .*", f"title = '''{NASTY}'''", toml)
+    scene = hv.loads(toml, tmp_path)
+    answer = estimates()[0]
+    text = report.html(report.of_run(scene, answer, 0))
+    page = checked(text)
+    assert page.text.count(NASTY) == 2  # title and heading, and in no tag
+    assert page.text.count("alert(1)") == 3  # the scene file escapes it its own way
+    assert "Rload" in page.text
+    assert "<script" not in text and "onerror=alert(2)>" not in text
+
+
+def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
+    file = tmp_path / "mine.html"
+    file.write_text("old")
+    page = report.of_run(hv.load(PLATE), estimates()[0], 0)
+    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(InputError, match=r"--report must take mine\.html"):
+        report.write(file, page)
+    assert file.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.html"]
+
+
+def test_every_effect_has_a_word():
+    many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0))
+    variants = [many, Equations(alpha=-1.0, coloured=1.0)]
+    names = {name for eqs in variants for name in effects(eqs)} | {"netlist"}
+    assert names == set(words.WORDS)
+
+
+def test_present_and_absent_make_all():
+    for path in (PLATE, ROOT / "examples" / "plate_bridge.toml"):
+        scene = hv.load(path)
+        assert sorted([*words.present(scene), *words.absent(scene)]) == sorted(words.WORDS)
+
+
+@pytest.mark.parametrize(
+    ("found", "shown"),
+    [
+        (amount(0.04, "kg"), "40 g"),
+        (amount(50.2e-9, "F"), "50.2 nF"),
+        (amount(8.3e-6, "W"), "8.3 µW"),
+        (amount(1e6, "ohm"), "1 MΩ"),
+        (amount(3e-5, "V^2"), "3·10⁻⁵ V²"),
+        (signs("8.36 +- 0.05 (95 %, sampling) +- 0.01 (step) uW"), "8.36 ± 0.05 (95 %, sampling) ± 0.01 (step) µW"),
+        (share(None, 1.0), "-"),
+        (share(0.1, 0.0), "-"),
+        (share(-3.3, 1.0), "330 %"),
+        (share(1e-9, 1.0), "< 0.001 %"),
+        (share(0.0, 1.0), "0 %"),
+    ],
+)
+def test_numbers(found, shown):
+    assert found == shown
+
+
+def test_no_report_loads_neither_templates_nor_figures():
+    """In a fresh interpreter: what a page needs costs nothing where none is written.
+
+    The scene is one of bare numbers, as pint loads dask where that is installed, which loads jinja2.
+    """
+    scene = ROOT / "examples" / "paper_figure3.toml"
+    code = (
+        "import sys; from harvester import cli; sys.argv = ['harvester', 'run', "
+        f"{str(scene)!r}, '--engine', 'averaged']; status = cli._main(); "
+        "print(status, [m for m in sys.modules if m.split('.')[0] in ('jinja2', 'matplotlib', 'numba')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.splitlines()[-1] == "0 []"
+
+
+def test_no_address_but_data():
+    """The template itself names no place in the net."""
+    template = (ROOT / "harvester" / "report" / "page.html").read_text()
+    assert not [word for word in re.split(r"[\s\"'()<>]+", template) if urlparse(word).scheme in ("http", "https")]

@@ -1,0 +1,73 @@
+"""The labelled dataset: every number where its labels say, with units, through a file and back."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray
+
+import harvester as hv
+from harvester import figures
+from harvester.studies.sweep import sweep
+from tests.support.paths import EXAMPLES
+
+PLATE = hv.load(EXAMPLES / "plate_with_stop.toml")
+BOTH = [hv.Published(), hv.Averaged()]
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    monkeypatch.setattr(figures, "save", lambda *_: None)
+
+
+def test_a_grid(tmp_path):
+    axes = [sweep.axis("load.resistance=1k,1M,10k"), sweep.axis("stop.restitution=0.9,0.4")]
+    table = sweep.sweep(PLATE, axes, BOTH, tmp_path)
+    for data in (table.to_xarray(), xarray.open_dataset(tmp_path / "sweep.nc")):
+        assert data.mean_power.dims == ("engine", "load.resistance", "stop.restitution")
+        assert len(table.rows) == data.mean_power.size == 12
+        for row in table.rows:
+            at = {k: float(row[k]) for k in ("load.resistance", "stop.restitution")}
+            one = data.sel(engine=row["engine"], **at)
+            assert float(one.mean_power) == float(row["mean_power"])
+            assert float(one.mean_square_voltage) == float(row["mean_square_voltage"])
+            assert str(one.warnings.values) == row["warnings"]
+            assert np.isnan(float(one.mean_power_stderr))
+        assert (data.mean_power.units, data.mean_square_voltage.units, data.seconds.units) == ("W", "V2", "s")
+        assert (data["load.resistance"].units, data["stop.restitution"].units) == ("ohm", "1")
+        assert data.attrs["scene_digest"] == PLATE.digest
+        whence = json.loads(data.attrs["provenance"])
+        assert whence["scene"] == PLATE.tables()
+        assert whence["versions"]["harvester"] == hv.__version__
+        data.close()
+
+
+def test_a_list_and_a_failure(tmp_path):
+    """Points in the order of the list, the same one twice; a nondimensional scene; nan and a text where it failed."""
+    scene = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
+    keys = ("nondimensional.D11", "nondimensional.mu")
+    points = sweep.Points((sweep.Axis(keys[0], (0.02, 0.0, 0.02)), sweep.Axis(keys[1], (1.0, 2.0, 1.0))), listed=True)
+    table = sweep.sweep(scene, points, [hv.Published()], tmp_path)
+    with xarray.open_dataset(tmp_path / "sweep.nc") as data:
+        assert data.mean_power.dims == ("engine", "point")
+        assert list(data[keys[0]].values) == [0.02, 0.0, 0.02]
+        power = data.mean_power.sel(engine="published").values
+        assert power[0] == power[2] == float(table.rows[0]["mean_power"])
+        assert np.isnan(power[1])
+        assert "needs external noise" in str(data.error.values[0, 1])
+        assert str(data.error.values[0, 0]) == ""
+        assert data.mean_power.units == "1"
+
+
+def test_run_loads_none_of_it():
+    code = f"""
+import sys
+from harvester.cli import _main
+sys.argv = ["harvester", "run", {str(EXAMPLES / "plate.toml")!r}, "--engine", "averaged"]
+assert _main() == 0
+print(sorted({{"xarray", "pandas", "distributed", "loky", "matplotlib", "numba"}} & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,182 @@
+"""The same answers whoever computes them; a worker that dies costs its point one try, and the sweep nothing."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+import harvester as hv
+from harvester import figures
+from harvester.engines.protocol import Progress
+from harvester.errors import InputError, SimulationError
+from harvester.machine.cores import VARIABLE, cores, limited
+from harvester.studies.sweep import runners, sweep, tasks
+from harvester.studies.sweep.points import grid
+from tests.support.paths import EXAMPLES
+
+PLATE = hv.load(EXAMPLES / "plate.toml")
+LOADS = sweep.axis("load.resistance=100k:1M:6")
+ENGINES = [
+    hv.Averaged(),
+    hv.Ensemble(trajectories=300, duration=5.0),
+    hv.Spice(trajectories=2, duration=5.0, alone=True, dt=0.01),
+]
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    monkeypatch.setattr(figures, "save", lambda *_: None)
+
+
+def bare(table):
+    return [{k: v for k, v in row.items() if k != "seconds"} for row in table.rows]
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    """In this process, one point after the other."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(figures, "save", lambda *_: None)
+        rows = bare(sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path_factory.mktemp("here"), workers=1))
+    assert [row["error"] for row in rows] == [""] * 18
+    return rows
+
+
+def test_a_pool_gives_the_same(tmp_path, expected):
+    """Three processes, whatever the machine has; ngspice in processes of theirs; nothing is left of any."""
+    told = []
+    table = sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path, workers=3, tick=told.append)
+    assert bare(table) == expected
+    assert sorted(told) == sorted(row["engine"] for row in expected)
+    end = time.monotonic() + 10
+    while children() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert children() == []
+
+
+def children():
+    """Processes of this one that loky started for a pool (its idle ngspice processes stay a minute)."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            mine = int((path.parent / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
+            if mine and f"{VARIABLE}=".encode() in path.read_bytes():
+                found.append(int(path.parent.name))
+        except OSError:
+            continue
+    return found
+
+
+def test_dask_gives_the_same(tmp_path, expected):
+    """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same."""
+    pytest.importorskip("distributed")
+    dask, file = str(Path(sys.executable).with_name("dask")), tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    where = ["--scheduler-file", str(file), "--no-dashboard"]
+    ran = [subprocess.Popen([dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *where], **quiet)]
+    ran.append(subprocess.Popen([dask, "worker", *where, "--nthreads", "2"], **quiet))
+    try:
+        end = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < end:
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        table = sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path / "out", scheduler=address)
+    finally:
+        for one in reversed(ran):
+            one.terminate()
+            one.wait(30)
+    assert bare(table) == expected
+
+
+@pytest.mark.parametrize("address", ["", "nonsense", "tcp://127.0.0.1:1", "tcp://nowhere.invalid:80"])
+def test_no_scheduler(tmp_path, address):
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match=r"^--scheduler must be the address of a Dask scheduler that answers"):
+        sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path, scheduler=address)
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1001])
+def test_no_workers(tmp_path, workers):
+    with pytest.raises(InputError, match=f"^--workers must be between 1 and 1000, but is {workers}$"):
+        sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path / "out", workers=workers)
+    assert not (tmp_path / "out").exists()
+
+
+@dataclass(frozen=True)
+class Deadly:
+    """An engine whose process dies at the loads below ``limit``: always, or where ``once`` is a folder, once."""
+
+    limit: float
+    once: str = ""
+    NAME: ClassVar[str] = "published"
+
+    def run(self, scene: hv.Scene, progress: Progress | None = None) -> hv.Estimate:
+        load = scene.load.resistance
+        if load < self.limit and not (self.once and (Path(self.once) / repr(load)).exists()):
+            if self.once:
+                (Path(self.once) / repr(load)).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return hv.Published().run(scene)
+
+
+class DeadlyMany(Deadly):
+    def run_many(self, scenes):
+        return [self.run(scene) for scene in scenes]
+
+
+def test_a_worker_that_dies_is_tried_again(tmp_path):
+    """Once: nobody notices.  Always: that point is an error, and the others of its batch are not."""
+    expected = bare(sweep.sweep(PLATE, [LOADS], [hv.Published()], tmp_path / "a", workers=1))
+    (tmp_path / "once").mkdir()
+    first = LOADS.values[0]
+    table = sweep.sweep(PLATE, [LOADS], [Deadly(1.1 * first, str(tmp_path / "once"))], tmp_path / "b", workers=2)
+    assert [p.name for p in (tmp_path / "once").iterdir()] == [repr(first)]
+    assert bare(table) == expected
+    table = sweep.sweep(PLATE, [LOADS], [DeadlyMany(1.1 * first)], tmp_path / "c", workers=2)
+    assert table.rows[0]["error"] == tasks.LOST
+    assert bare(table)[1:] == expected[1:]
+
+
+class Broken(Deadly):
+    def run(self, scene, progress=None):
+        raise ZeroDivisionError("division by\nzero")
+
+
+def test_a_defect_of_ours_is_a_row(tmp_path, monkeypatch):
+    monkeypatch.delenv("HARVESTER_TRACEBACK", raising=False)
+    with pytest.raises(SimulationError, match=r"^internal error, please report it: ZeroDivisionError"):
+        sweep.sweep(PLATE, [LOADS], [Broken(0.0)], tmp_path, workers=1)
+    assert len((tmp_path / "sweep.csv").read_text().splitlines()) == 7  # each row one line
+
+
+def test_tasks_are_whole_batches():
+    """Also where some of a batch are done: its answers' last digits depend on what is computed together."""
+    points = grid([sweep.axis("load.resistance=1k:1M:600")])
+    done = {(k, 0) for k in range(256)} | {(300, 0), (5, 1)}
+    asked = list(tasks.tasks(PLATE, points, [hv.Averaged(), hv.Ensemble()], lambda p, e: (p, e) not in done))
+    assert [t.points for t in asked if t.place == 0] == [tuple(range(256, 512)), tuple(range(512, 600))]
+    assert [t.points for t in asked if t.place == 1] == [(k,) for k in range(600) if k != 5]
+    assert all(t.values == tuple(points.values(p) for p in t.points) for t in asked)
+
+
+def test_few_points_are_not_worth_a_process(tmp_path, monkeypatch):
+    monkeypatch.setattr(runners, "pool", None)
+    monkeypatch.setattr(sweep, "pool", None)
+    assert len(sweep.sweep(PLATE, [LOADS], [hv.Averaged()], tmp_path).rows) == 6
+
+
+def test_cores(monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 4)
+    assert cores() == 4
+    for text, expected in (("1", 1), ("3", 3), ("9", 4), ("", 4), ("0", 4), ("x", 4), ("-1", 4)):
+        monkeypatch.setenv(VARIABLE, text)
+        assert cores() == expected
+    assert limited(2)[VARIABLE] == limited(2)["OPENBLAS_NUM_THREADS"] == "2"

@@ -1,0 +1,277 @@
+"""Sweeps: axes, the table, points that fail, and going on after an interruption."""
+
+import csv
+import json
+import re
+
+import pytest
+
+import harvester as hv
+from harvester import engines, figures
+from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.studies.sweep import sweep
+from tests.support.paths import EXAMPLES
+
+PLATE = hv.load(EXAMPLES / "plate.toml")
+FIGURE = hv.load(EXAMPLES / "paper_figure3.toml")
+LOADS = sweep.axis("load.resistance=1k:10M:3")
+COLUMNS = (
+    "engine,mean_square_voltage,mean_square_voltage_stderr,mean_power,mean_power_stderr,seconds,error,"  # the contract
+    "mean_power_bias,warnings"  # added
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("load.resistance=1k:100k:3", (1e3, 1e4, 1e5)),
+        ("load.resistance=100k:1k:3", (1e5, 1e4, 1e3)),
+        ("load.resistance=1k:9k:3", (1e3, 5e3, 9e3)),
+        ("load.resistance=1 kohm, 2k,3e3", (1e3, 2e3, 3e3)),
+        ("load.resistance=1k:10M:1", (1e3,)),
+        ("oscillator.damping=-1:1:3", (-1.0, 0.0, 1.0)),
+        ("stop.restitution=0:1:2", (0.0, 1.0)),
+        ("load.parameters.C=1u:10u:2", (1e-6, 1e-5)),
+    ],
+)
+def test_axis(text, values):
+    axis = sweep.axis(text)
+    assert axis.key == text.partition("=")[0]
+    assert axis.values == pytest.approx(values, rel=1e-12, abs=0)
+
+
+COUNT = "--vary must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 100000, but is "
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "--vary must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is ''"),
+        ("load.resistance", "--vary must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is 'load.resistance'"),
+        ("load.resistence=1", "unknown [load] key 'resistence': did you mean 'resistance'?"),
+        ("load.netlist=1", "load.netlist must be a key with a number to be varied"),
+        ("load.resistance=", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0, but is ''"),
+        ("load.resistance=1k,,2k", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
+        ("load.resistance=-1:2:3", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
+        ("load.resistance=1:1 nF:3", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0"),
+        ("stop.restitution=0:1.1:3", "stop.restitution must be a restitution coefficient, such as 0.96, between 0"),
+        *((f"load.resistance=1:2{count}", COUNT) for count in ("", ":", ":0", ":-1", ":2.5", ":²", ":x", ":3:4")),
+        ("load.resistance=1:2:" + "9" * 5000, COUNT),
+    ],
+)
+def test_what_is_no_axis(text, line):
+    with pytest.raises(InputError, match=f"^{re.escape(line)}"):
+        sweep.axis(text)
+
+
+def rows(out):
+    with (out / "sweep.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_table_and_provenance(tmp_path):
+    """Columns as the contract says, values as the engine gives them, and where they come from."""
+    told = []
+    table = sweep.sweep(PLATE, [LOADS], [hv.Published()], tmp_path, tick=told.append)
+    assert (tmp_path / "sweep.csv").read_text().splitlines()[0] == "load.resistance," + COLUMNS
+    assert rows(tmp_path) == table.rows
+    assert told == ["published"] * 3
+    for row, value in zip(table.rows, LOADS.values, strict=True):
+        answer = hv.Published().run(PLATE.with_load(value))
+        assert float(row["load.resistance"]) == value
+        assert float(row["mean_power"]) == pytest.approx(answer.mean_power.value, rel=1e-8, abs=0)
+        assert float(row["mean_square_voltage"]) == pytest.approx(answer.mean_square_voltage.value, rel=1e-8)
+        assert (row["engine"], row["mean_power_stderr"], row["error"]) == ("published", "", "")
+    whence = json.loads((tmp_path / "provenance.json").read_text())
+    assert whence["vary"] == {"load.resistance": list(LOADS.values)}
+    assert whence["engines"] == {"published": {}}
+    assert whence["scene"] == PLATE.tables()
+    assert whence["scene_digest"] == PLATE.digest
+    assert whence["versions"]["harvester"] == hv.__version__
+    assert {"command", "when", "machine"} <= set(whence)
+    assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+    assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
+
+
+def test_two_keys_two_engines(tmp_path):
+    axes = [sweep.axis("nondimensional.restitution=0.9,0.99"), sweep.axis("nondimensional.mu=0.1,1")]
+    ensemble = hv.Ensemble(trajectories=64, duration=20.0, dt=0.05, seed=7)
+    table = sweep.sweep(FIGURE, axes, [hv.Published(), ensemble], tmp_path)
+    keys = [(row["nondimensional.restitution"], row["nondimensional.mu"], row["engine"]) for row in rows(tmp_path)]
+    assert keys == [(r, mu, e) for r in ("0.9", "0.99") for mu in ("0.1", "1.0") for e in ("published", "ensemble")]
+    assert all(float(row["mean_power_stderr"]) > 0.0 for row in table.rows if row["engine"] == "ensemble")
+    assert table.column("mean_power", "ensemble").shape == (4,)
+    whence = json.loads((tmp_path / "provenance.json").read_text())
+    assert whence["engines"]["ensemble"]["seed"] == 7
+
+
+MIXED = sweep.axis("nondimensional.c2=0.05,0.06")
+UNBOUNDED = hv.loads("[nondimensional]\nc1 = 0.01\nc2 = 0.05\nbeta = 0.05\nmu = 0.05\nD11 = 0.01\n")
+NO_NOISE = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
+
+
+def test_a_point_that_fails_is_a_row(tmp_path):
+    """Without noise the published density does not exist; the other point is not touched by that."""
+    table = sweep.sweep(NO_NOISE, [sweep.axis("nondimensional.D11=0,0.01")], [hv.Published()], tmp_path)
+    failed, fine = rows(tmp_path)
+    assert "needs external noise" in failed["error"]
+    assert failed["mean_power"] == failed["seconds"] == ""
+    assert fine["error"] == ""
+    assert float(fine["mean_power"]) > 0.0
+    assert table.column("mean_power", "published")[0] != table.column("mean_power", "published")[0]  # nan: no answer
+
+
+def test_every_point_fails(tmp_path):
+    with pytest.raises(SimulationError, match="grows without bound") as caught:
+        sweep.sweep(UNBOUNDED, [MIXED], [hv.Published()], tmp_path)
+    assert caught.value.exit_status == 3
+    assert len(rows(tmp_path)) == 2
+    assert all("grows without bound" in row["error"] for row in rows(tmp_path))
+
+
+def test_no_engine_serves(tmp_path):
+    bridge = PLATE.with_load(hv.Load(netlist="bridge"))
+    with pytest.raises(CannotServeError, match="use engine 'spice'") as caught:
+        sweep.sweep(bridge, [sweep.axis("load.parameters.R=1k,2k")], [hv.Published()], tmp_path)
+    assert caught.value.exit_status == 2
+
+
+@pytest.mark.parametrize(
+    ("axes", "engines", "line"),
+    [
+        (["load.resistance=1", "load.resistance=2"], 1, "--vary must name each only once, but names 'load.resistance'"),
+        (["load.resistance=1"], 2, "--engine must name each only once, but names 'published' twice"),
+        (["load.resistance=1k:2k:400", "piezo.coupling=1:2:400"], 1, "--vary must make at most 100000 points, but is"),
+        (["load.resistance=1k,1", "oscillator.mass=1,1e-50"], 1, "the power scale "),  # the last point is impossible
+        (["nondimensional.mu=1"], 1, "[oscillator] must be left out where [nondimensional] is given"),
+    ],
+)
+def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
+    with pytest.raises(InputError, match=f"^{re.escape(line)}"):
+        sweep.sweep(PLATE, [sweep.axis(a) for a in axes], [hv.Published()] * engines, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """No figure: it takes .3 s."""
+    monkeypatch.setattr(figures, "save", lambda *_: None)
+
+
+@pytest.fixture
+def computed(monkeypatch, undrawn):
+    """The load of every point that is computed, in order."""
+    points = []
+    run_many = engines.Published.run_many
+
+    def counted(self, scenes):
+        points.extend(scene.load.resistance for scene in scenes)
+        return run_many(self, scenes)
+
+    monkeypatch.setattr(engines.Published, "run_many", counted)
+    return points
+
+
+def resumed(out, scene=PLATE, axis=LOADS, engine=None):
+    return sweep.sweep(scene, [axis], [engine or hv.Published()], out, resume=True)
+
+
+def test_resume_computes_what_is_missing_or_failed(tmp_path, computed):
+    before = resumed(tmp_path).text()  # a first run may be asked to resume, too
+    assert computed == list(LOADS.values)
+    assert resumed(tmp_path).text() == before
+    assert computed == list(LOADS.values)
+    lines = before.splitlines()
+    lines[1] = "1000.0,published,,,,,,some error"
+    (tmp_path / "sweep.csv").write_text("\n".join([lines[0], *lines[:0:-1][1:]]) + "\n")  # the last row lost, shuffled
+    after = resumed(tmp_path)
+    assert computed[3:] == list(LOADS.values)  # the whole batch, on which an answer's last digits depend
+    assert [row["mean_power"] for row in after.rows] == [line.split(",")[4] for line in before.splitlines()[1:]]
+    assert after.text().splitlines()[2] == lines[2]  # kept to the letter, its seconds too
+
+
+@pytest.mark.parametrize("cut", [1, 9, 25, 40])
+def test_resume_after_a_cut_off_row(tmp_path, computed, cut):
+    """However much of the last row is lost, it is computed again; the others stay."""
+    text = resumed(tmp_path).text()
+    (tmp_path / "sweep.csv").write_text(text.rstrip("\n")[:-cut])
+    assert resumed(tmp_path).text().splitlines()[:3] == text.splitlines()[:3]  # the seconds, too
+    assert computed[3:] == list(LOADS.values)
+
+
+@pytest.mark.parametrize(
+    "damage", [b"", b"\xff\x00garbage", b"a,b\n1,2\n", b"load.resistance,engine\n1000.0,published\n", b'"\x00"\n,,,\n']
+)
+@pytest.mark.parametrize("name", ["sweep.csv", "provenance.json"])
+def test_resume_over_damaged_files(tmp_path, computed, name, damage):
+    resumed(tmp_path)
+    (tmp_path / name).write_bytes(damage)
+    assert len(resumed(tmp_path).rows) == 3
+    assert computed[3:] == list(LOADS.values)
+    json.loads((tmp_path / "provenance.json").read_text())
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(
+    ("other", "what"),
+    [
+        ({"scene": PLATE.vary("oscillator.mass", 0.05)}, "scene_digest"),
+        ({"axis": sweep.axis("load.resistance=1k:1M:3")}, "vary"),
+        ({"engine": hv.Ensemble(trajectories=2)}, "engines"),
+    ],
+)
+def test_resume_refuses_another_sweep(tmp_path, other, what):
+    before = resumed(tmp_path).text()
+    with pytest.raises(InputError, match=f"^--resume must continue the same sweep, but {what} in '.*' is another"):
+        resumed(tmp_path, **other)
+    assert (tmp_path / "sweep.csv").read_text() == before
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_an_interrupted_sweep_never_takes_rows_of_another(tmp_path, monkeypatch):
+    """Interrupted before its first point, a new sweep in an old folder has no rows to resume from."""
+    resumed(tmp_path)
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    other = PLATE.vary("oscillator.mass", 0.05)
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(engines.Published, "run_many", interrupt)
+        sweep.sweep(other, [LOADS], [hv.Published()], tmp_path)
+    assert rows(tmp_path) == []
+    assert resumed(tmp_path, scene=other).rows[0]["mean_power"] != resumed(tmp_path / "a").rows[0]["mean_power"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_an_interrupted_resume_keeps_later_rows(tmp_path, monkeypatch):
+    """While a lost first point is computed again, the finished later ones stay on disk."""
+    lines = resumed(tmp_path).text().splitlines()
+    (tmp_path / "sweep.csv").write_text("\n".join([lines[0], *lines[2:]]) + "\n")
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engines.Published, "run_many", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        resumed(tmp_path)
+    assert (tmp_path / "sweep.csv").read_text().splitlines()[1:] == lines[2:]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
+    """Rows bear the name of the engine that was chosen, and are found again under it."""
+    axis = sweep.axis("nondimensional.restitution=0.8,0.96")
+    options = {"within": 0.01, "trajectories": 512}
+
+    def table():
+        return sweep.sweep(FIGURE, [axis], [engines.engine("cheapest", **options)], tmp_path, resume=True)
+
+    first = table()
+    assert [row["engine"] for row in first.rows] == ["ensemble", "averaged"]
+    assert table().text() == first.text()  # the seconds too
+    lines = first.text().splitlines()
+    (tmp_path / "sweep.csv").write_text("\n".join(lines[:2]) + "\n")
+    again = table()
+    assert again.rows[0] == first.rows[0]
+    assert again.rows[1]["mean_power"] == first.rows[1]["mean_power"]

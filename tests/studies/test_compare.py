@@ -1,0 +1,58 @@
+"""Engines side by side and one path from three sources."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester import figures
+from harvester.equations.scaling import Equations
+from harvester.studies.compare import compare, one_path
+from tests.support.systems import PAPER, scene
+
+
+def test_path_with_and_without_the_stop():
+    """The decoupled V follows within 10 % without the stop, and misses by more than half with it."""
+    stop = one_path(scene(PAPER), "with", dt=0.05)
+    bare = one_path(scene(PAPER).without_stop(), "without", dt=0.05)
+    assert stop.spice_error < 1e-5
+    assert bare.spice_error < 1e-5
+    assert bare.decoupled_error < 0.1
+    assert stop.decoupled_error > 0.5
+    assert stop.t[-1] == pytest.approx(100.0, abs=1.0)
+    assert (stop.x >= 0).all()
+    # What is wrong with it: a mean that the true voltage does not have
+    assert stop.decoupled.mean() > 3 * abs(stop.spice.mean())
+
+
+def test_comparison_has_every_engine_and_its_z():
+    result = compare(scene(PAPER), trajectories=256, duration=400.0)
+    assert [e.engine for e in result.estimates] == ["published", "averaged", "ensemble", "spice"]
+    told = result.as_json()
+    rows = {row["engine"]: row for row in told["engines"]}
+    reference = rows.pop(told["reference"])
+    assert reference["z"] is None
+    sampled = next(row for name, row in rows.items() if row["mean_power"]["stderr"] is not None)
+    assert abs(sampled["z"]) < 4
+    assert rows["published"]["ratio"] == pytest.approx(4.0, rel=0.1)
+    assert {p["scene"] for p in told["paths"]} == {"with the stop", "without the stop"}
+    assert figures.image(figures.comparison(result, "title"), "png").startswith(b"\x89PNG")
+
+
+def test_engines_that_cannot_serve_are_named():
+    bridge = hv.load("examples/plate.toml").with_load(hv.Load(netlist="bridge"))
+    result = compare(bridge, trajectories=2, duration=30.0)
+    assert [e.engine for e in result.estimates] == ["ideal", "spice"]
+    assert result.reference.engine == "spice"
+    assert set(result.refused) == {"published", "averaged", "ensemble"}
+    assert result.paths == ()
+    assert result.reference.engine == "spice"
+    assert np.isfinite(result.estimates[0].mean_power.value)
+
+
+def test_a_stop_that_is_all_that_bounds_the_response():
+    """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
+    result = compare(
+        scene(Equations(c1=0.02, restitution=0.9, mu=0.5, beta=0.05, n1=0.01)), trajectories=64, duration=50.0
+    )
+    assert {"ensemble", "spice"} <= {e.engine for e in result.estimates}
+    assert [p.title for p in result.paths] == ["with the stop"]

@@ -1,0 +1,88 @@
+"""One path on paper: it is the path of the equations, in the scene's units, whichever engine makes it."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import harvester as hv
+from harvester.cli import cli
+from harvester.errors import CannotServeError, InputError
+from harvester.studies.motion import draw, motion
+from tests.support.systems import DRIVEN, PAPER, changed, continuum, scene
+
+TWO = hv.load("examples/plate_two_stops.toml")
+
+
+def test_steady_response_to_a_drive():
+    """RMS voltage of the part shown is that of the transfer function, within the step's second order."""
+    found = motion(scene(DRIVEN))
+    last = found.t >= found.t[-1] - found.shown
+    assert np.sqrt(np.mean(found.voltage[last] ** 2)) == pytest.approx(abs(continuum(DRIVEN)[1]) / 2**0.5, rel=5e-3)
+    assert found.acceleration.max() == pytest.approx(DRIVEN.drive, rel=1e-3)
+
+
+def test_units_of_a_physical_scene():
+    """x stays between the stops in metre, v is dx/dt, Cp dV/dt + V/R = theta v."""
+    found = motion(TWO, duration=2.0)
+    assert found.stops == pytest.approx((-TWO.stop.gap, TWO.opposite_stop.gap))
+    assert found.stops[0] <= found.x.min() < 0.9 * found.stops[0]
+    assert 0.9 * found.stops[1] < found.x.max() <= found.stops[1]
+    theta, capacitance, load = TWO.piezo.coupling, TWO.piezo.capacitance, TWO.load.resistance
+    dt = np.diff(found.t)
+    charge = capacitance * np.diff(found.voltage) + dt * 0.5 * (found.voltage[1:] + found.voltage[:-1]) / load
+    error = charge - theta * np.diff(found.x)
+    assert np.sqrt(np.mean(error**2)) < 0.02 * np.sqrt(np.mean(charge**2))
+    assert (found.impacts[:, 1] > 0).any()
+    assert (found.impacts[:, 1] < 0).any()
+
+
+@pytest.mark.parametrize("eqs", [changed(PAPER, gap=0.3), changed(DRIVEN, restitution=0.8)])
+def test_ngspice_makes_the_same_path(eqs):
+    """The same seed, the same noise: V and x of the first part, before chaos parts them."""
+    ours, theirs = (motion(scene(eqs), engine, duration=15.0) for engine in ("ensemble", "spice"))
+    early = ours.t < 40.0
+    assert (ours.t == theirs.t).all()
+    for name in ("x", "voltage"):
+        a, b = getattr(ours, name)[early], getattr(theirs, name)[early]
+        assert np.abs(a - b).max() < 2e-3 * np.abs(a).max()
+
+
+def test_netlists_need_ngspice(tmp_path):
+    bridge = hv.load("examples/plate_bridge.toml")
+    with pytest.raises(CannotServeError, match="use engine 'spice'"):
+        motion(bridge)
+    found = draw(bridge, tmp_path, "spice", duration=0.5)
+    assert np.abs(found.voltage).max() > 0.1
+
+
+def test_files_and_command(tmp_path):
+    arguments = ["motion", "examples/plate_recorded.toml", "--duration", "2", "--out", str(tmp_path)]
+    done = CliRunner().invoke(cli, arguments)
+    assert done.exit_code == 0, done.output
+    assert "one path is no mean" in done.output
+    with (tmp_path / "motion.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == [
+        "time (s)",
+        "displacement (m)",
+        "velocity (m/s)",
+        "voltage (V)",
+        "base_acceleration (m/s^2)",
+    ]
+    assert float(rows[-1]["time (s)"]) == pytest.approx(10.0, rel=0.01)
+    assert (tmp_path / "motion.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "provenance.json").read_text())["engine"] == "ensemble"
+
+
+def test_seed_and_refusals():
+    same, other = motion(scene(PAPER), duration=20.0), motion(scene(PAPER), duration=20.0, seed=1)
+    assert (same.x == motion(scene(PAPER), duration=20.0).x).all()
+    assert (same.x != other.x).any()
+    with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, spice"):
+        motion(scene(PAPER), "averaged")
+    for duration in (0.0, -1.0, 1e9, float("nan")):
+        with pytest.raises(InputError, match="--duration must be between"):
+            motion(scene(PAPER), duration=duration)

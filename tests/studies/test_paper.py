@@ -1,0 +1,64 @@
+"""The paper's figures: data and plots, ours on the Monte Carlo, the published theory off."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from harvester.cli import cli
+from harvester.studies import paper
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    out = tmp_path_factory.mktemp("paper")
+    paper.draw(["1", "4", "7", "9"], out)
+    return out
+
+
+def columns(out, number, panel):
+    text = (out / f"fig{number}.csv").read_text().splitlines()
+    rows = [row for row in csv.DictReader(text) if row["panel"] == panel]
+    return (np.array([float(row[name]) for row in rows]) for name in paper.COLUMNS[2:])
+
+
+@pytest.mark.parametrize("number", ["1", "4", "7", "9"])
+def test_data_and_plot(drawn, number):
+    assert (drawn / f"fig{number}.png").read_bytes().startswith(b"\x89PNG")
+    assert (drawn / f"fig{number}.csv").read_text().splitlines()[0] == ",".join(paper.COLUMNS)
+
+
+@pytest.mark.parametrize("panel", ["E[V^2] against D11", "E[P] against D11"])
+def test_figure_4(drawn, panel):
+    _, published, averaged, ensemble, error = columns(drawn, 4, panel)
+    assert (abs(averaged / ensemble - 1) < 0.01 + 3 * error / ensemble).all()
+    assert (published / ensemble > 3).all()
+
+
+@pytest.mark.parametrize("panel", ["lambda against r", "lambda against D22"])
+def test_figure_7(drawn, panel):
+    _, published, averaged, ensemble, error = columns(drawn, 7, panel)
+    assert (abs(averaged - ensemble) < 4 * error).all()
+    assert (published < ensemble - 4 * error).all()
+
+
+def test_figure_9(drawn):
+    _, _, averaged, ensemble, error = columns(drawn, 9, "D22 against mu")
+    assert (abs(averaged - ensemble) < 4 * error + 0.01 * ensemble).all()
+
+
+@pytest.mark.parametrize("panel", ["p(amplitude A)", "p(displacement x)", "p(velocity x')"])
+def test_figure_1(drawn, panel):
+    """Densities: both theories near the Monte Carlo, each integrating to one."""
+    x, published, averaged, ensemble, error = columns(drawn, 1, panel)
+    for p in (published, averaged, ensemble):
+        assert p.sum() * (x[1] - x[0]) == pytest.approx(3.0, rel=0.02)  # three curves
+    assert np.sqrt(np.mean((averaged - ensemble) ** 2)) < 0.03 * ensemble.max()
+    assert error.max() < 0.05 * ensemble.max()
+
+
+def test_unknown_figure_is_one_line():
+    from click.testing import CliRunner
+
+    done = CliRunner().invoke(cli, ["paper", "10", "--out", "x"])
+    assert "unknown figure '10'" in str(done.exception)

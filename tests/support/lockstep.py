@@ -1,0 +1,38 @@
+"""Devices whose paths ngspice and the exact update both compute."""
+
+import math
+
+import numpy as np
+
+from harvester.circuit import runs as worker
+from harvester.equations.scaling import Scales
+from harvester.mechanics.kernels.noise import gaussian_grid
+from harvester.mechanics.kernels.path import trace
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.scene import Load
+from tests.support.systems import linear
+
+CP = 50.2e-9
+PLATE = linear(1.25, 1.0)
+SEED = np.random.SeedSequence(7)
+
+
+def device(eqs, h, stride=1, scales=None, norton=False):
+    s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
+    return worker.Device(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride, norton=norton)
+
+
+def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
+    """The same path by ngspice and by the exact update."""
+    noise = gaussian_grid(SEED, round(duration / h)) if noise is None else noise
+    return worker.record_apart(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
+
+
+def rms_difference(a, b, name="V"):
+    a, b = getattr(a, name), getattr(b, name)
+    return np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2))
+
+
+def scales(beta, length=0.05):
+    """A device of 40 g and 16 N/m whose coupling gives beta = theta^2/(k Cp)."""
+    return Scales(mass=0.04, frequency=20.0, length=length, coupling=math.sqrt(beta * 16.0 * CP), capacitance=CP)

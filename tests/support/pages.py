@@ -1,0 +1,117 @@
+"""The code blocks of the project's pages, and a way to run them as a reader would, in a folder of their own."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from click.testing import CliRunner
+
+import harvester as hv
+from harvester.cli import cli
+from tests.support.paths import ROOT
+
+FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LANGUAGES = {"sh", "python", "toml", "text", "{include}", "{toctree}", "{eval-rst}"}  # those in braces are Sphinx's
+
+
+@dataclass(frozen=True)
+class Block:
+    """One code block: where its first line is, its language, its text."""
+
+    where: str
+    language: str
+    text: str
+
+
+def blocks(page):
+    """All code blocks of a page."""
+    whole = (ROOT / page).read_text()
+    return [
+        Block(f"{page}:{whole[: one.start()].count(chr(10)) + 2}", one[1].split()[0] if one[1] else "", one[2])
+        for one in FENCE.finditer(whole)
+    ]
+
+
+def outside(page):
+    """What of a page is not in a code block."""
+    return FENCE.sub("", (ROOT / page).read_text())
+
+
+def commands(text):
+    """The commands of a shell block, one argument list each."""
+    joined = re.sub(r"\\\n\s*", " ", text)
+    return [words for line in joined.splitlines() if (words := shlex.split(line, comments=True))]
+
+
+def folder(path):
+    """What the commands need to be run from ``path``: copies of examples and netlists."""
+    for name in ("examples", "netlists"):
+        shutil.copytree(ROOT / name, path / name)
+    return path
+
+
+def smaller(words, less):
+    """The command at reduced size: ``less`` has (what a command must hold, additions, replacements in its words)."""
+    whole, words = " ".join(words), list(words)
+    for holds, additions, replaced in less:
+        if holds in whole:
+            for old, new in replaced.items():
+                words = [re.sub(rf"{old}$", new, word) for word in words]
+            words += additions
+    return words
+
+
+def run(words, where, less=()):
+    """Run one command in the present folder; its exit status must be 0, and what it says it wrote must be there."""
+    program, *rest = smaller(words, less)
+    if program == "make":
+        return made(rest)
+    if program.endswith("bin/harvester"):
+        done = CliRunner().invoke(cli, rest, prog_name="harvester")
+        status, out = done.exit_code, done.output
+        told = f"{done.exception!r}" if done.exception is not None else ""
+    else:
+        assert program in (".venv/bin/python", "ngspice"), f"{where}: a test knows no way to run {program!r}"
+        real = sys.executable if program.endswith("python") else shutil.which(program)
+        done = subprocess.run([real, *rest], capture_output=True, text=True, check=False, timeout=120)
+        status, out, told = done.returncode, done.stdout, done.stderr[-2000:]
+    assert status == 0, f"{where}: {shlex.join(words)}\n{out[-2000:]}\n{told}"
+    for line in out.splitlines():
+        if line.startswith("written: "):
+            for path in written(line):
+                assert path.exists(), f"{where}: {shlex.join(words)} says that it wrote {path}"
+    return out
+
+
+def written(line):
+    """Files of a line such as 'written: out/sweep.csv, sweep.png'; those without a folder are beside the first."""
+    names = [name.strip() for name in line.removeprefix("written: ").split(",") if name.strip()]
+    first = Path(names[0])
+    return [first, *(first.parent / name for name in names[1:] if "/" not in name and " " not in name)]
+
+
+def made(targets):
+    """What ``make TARGET`` would do, without doing it."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")}
+    done = subprocess.run(
+        ["make", "-n", *targets], cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def run_page(page, less=()):
+    """Run all code blocks of a page in their order, in the present folder."""
+    for block in blocks(page):
+        if block.language == "sh":
+            for words in commands(block.text):
+                run(words, block.where, less)
+        elif block.language == "python":
+            exec(compile(block.text, block.where, "exec"), {"__name__": "page"})
+        elif block.language == "toml":
+            assert hv.loads(block.text).load is not None, block.where

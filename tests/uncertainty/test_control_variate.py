@@ -1,0 +1,84 @@
+"""The control variate: no bias, the standard error that it states, and the split of effort that costs least."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from harvester.uncertainty.control_variate import controlled, split
+from harvester.uncertainty.value import Value
+
+RNG = np.random.default_rng(20261121)
+
+
+def pairs(n, correlation, slope=0.7):
+    """(high, low) of n pairs: E[high] = 3, E[low] = 5, deviations 2 and 2/slope."""
+    low = RNG.standard_normal(n)
+    high = correlation * low + math.sqrt(1.0 - correlation**2) * RNG.standard_normal(n)
+    return 3.0 + 2.0 * high, 5.0 + 2.0 / slope * low
+
+
+def many(count, n, correlation, error, square=False):
+    """Estimates of E[high] from as many independent experiments; ``square`` makes high depend on low squared."""
+    found = []
+    for _ in range(count):
+        high, low = pairs(n, correlation)
+        if square:
+            high = high + 0.5 * ((low - 5.0) ** 2 - (2.0 / 0.7) ** 2)
+        found.append(controlled(high, low, Value(5.0 + error * RNG.standard_normal(), error)))
+    return found
+
+
+@pytest.mark.parametrize("square", [False, True])
+@pytest.mark.parametrize("n", [6, 8, 16])
+def test_no_bias(n, square):
+    """Also where the best weight is unknown and high is not linear in low, which biases a weight of the same pairs."""
+    values = np.array([one.value.value for one in many(20_000, n, 0.9, 0.1, square)])
+    assert abs(values.mean() - 3.0) < 4.0 * values.std() / math.sqrt(len(values))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.999])
+def test_stated_error(correlation):
+    """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many."""
+    found = many(4000, 16, correlation, 0.02)
+    inside = np.mean([abs(one.value.value - 3.0) < one.value.sampling95 for one in found])
+    assert abs(inside - 0.95) < 0.015
+    squares = np.mean([one.value.stderr**2 for one in found])
+    values = np.array([one.value.value for one in found])
+    assert squares == pytest.approx(values.var(), rel=0.15)
+
+
+def test_weight_and_correlation():
+    high, low = pairs(20_000, 0.9)
+    found = controlled(high, low, Value(5.0, 0.0))
+    assert found.correlation == pytest.approx(0.9, abs=0.01)
+    assert found.weight == pytest.approx(0.9 * 0.7, abs=0.01)
+    assert found.residual == pytest.approx(4.0 * (1 - 0.81), rel=0.05)
+
+
+def test_nothing_to_gain():
+    """A cheap model that is constant, or has nothing to do with it, leaves the plain mean."""
+    high, _ = pairs(16, 0.0)
+    constant = controlled(high, np.ones(16), Value(1.0, 0.0))
+    assert (constant.value.value, constant.weight, constant.correlation) == (pytest.approx(high.mean()), 0.0, 0.0)
+    assert constant.value.stderr == pytest.approx(high.std(ddof=1) / 4.0, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("residual", "pair_cost", "spread", "time_cost"), [(1.0, 2.0, 30.0, 0.01), (0.01, 5.0, 1.0, 1.0)]
+)
+def test_split_is_the_cheapest(residual, pair_cost, spread, time_cost):
+    """Against a search over all ways to reach the same variance."""
+    variance = 1e-4
+    n, duration = split(variance, residual, pair_cost, spread, time_cost)
+    assert residual / n + spread / duration == pytest.approx(variance)
+
+    def cost(share):  # of the variance that the pairs may have
+        return residual / (share * variance) * pair_cost + spread / ((1.0 - share) * variance) * time_cost
+
+    best = minimize_scalar(cost, bounds=(1e-6, 1.0 - 1e-6), method="bounded", options={"xatol": 1e-10})
+    assert n * pair_cost + duration * time_cost == pytest.approx(best.fun, rel=1e-6)
+    gain = 1.0 / (math.sqrt(0.5) + math.sqrt(0.5 * 0.01)) ** 2
+    high, low = pairs(40_000, math.sqrt(0.5))
+    assert controlled(high, low, Value(5.0, 0.0)).gain(0.01) == pytest.approx(gain, rel=0.05)
