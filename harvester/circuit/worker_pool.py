@@ -90,5 +90,5 @@ def _result(job: Future[T]) -> T:
     except BrokenProcessPool:
         raise CircuitError(
             "ngspice ended abruptly (crash or out of memory) in its worker process: "
-            "try a shorter --duration or fewer --trajectories, and check the netlist"
+            "try a shorter `duration` or fewer `trajectories`, and check the netlist"
         ) from None

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 WIDTH = 110
+_ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
@@ -84,11 +85,18 @@ def coloured() -> bool | None:
     return False if os.environ.get("NO_COLOR") else None
 
 
+def typed(text: str) -> str:
+    """The library's text with its arguments, `name` in backticks, as options: --name."""
+    return _ARGUMENT.sub(lambda m: "--" + m[1].replace("_", "-"), text).replace("`FILE`", "FILE")
+
+
 def echo(text: str) -> None:
     """Print an answer; its warnings are seen on a terminal."""
+    text = typed(text)
     click.echo(_WARNING.sub(lambda m: m[1] + click.style(m[2], fg="yellow", bold=True), text), color=coloured())
 
 
 def complain(text: str) -> None:
     """One line on stderr."""
+    text = typed(text)
     click.echo(f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}", err=True, color=coloured())

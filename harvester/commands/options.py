@@ -12,12 +12,12 @@ from harvester.scene.units import fraction, seconds
 
 def percent(text: str) -> float:
     """1% or .01."""
-    return _read("--within", fraction, text)
+    return _read("`within`", fraction, text)
 
 
 def duration(text: str) -> float:
     """30s, 2min, 1h or a number of seconds."""
-    return _read("--budget", seconds, text)
+    return _read("`budget`", seconds, text)
 
 
 def _read(argument: str, reader: Callable[[str], float], text: str) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harvester.commands.help import echo
+from harvester.commands.help import echo, typed
 from harvester.commands.options import HERE
 from harvester.errors import InputError, invalid
 
@@ -36,7 +36,7 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     from harvester.machine import files
 
     path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
-    files.folder(path.parent, "--out" if report == HERE and out is not None else "--report")
+    files.folder(path.parent, "out" if report == HERE and out is not None else "report")
     if path.is_dir():
         raise invalid("--report", "be a file", str(path))
     return path
@@ -77,7 +77,7 @@ def made_engine(name: str, options: dict[str, Any]) -> "Engine":
 def print_answer(answer: Any, as_json: bool) -> None:
     """As text, or as one JSON object."""
     if as_json:
-        click.echo(json.dumps(answer.as_json(), allow_nan=False))
+        click.echo(typed(json.dumps(answer.as_json(), allow_nan=False)))
     else:
         echo(str(answer))
 

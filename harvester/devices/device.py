@@ -62,7 +62,7 @@ def missing(given: Mapping[str, object]) -> list[tuple[str, ...]]:
 def check(given: Mapping[str, object], netlist: str | None, parameters: Mapping[str, str]) -> None:
     """InputError for flags that do not go together."""
     if all(name in given for name in ("mass", "stiffness", "frequency")):
-        raise InputError("one of --mass, --stiffness and --frequency must be left out, but all three are given")
+        raise InputError("one of `mass`, `stiffness` and `frequency` must be left out, but all three are given")
     for pair in (("damping_ratio", "q"), ("coupling", "open_circuit_frequency")):
         if all(name in given for name in pair):
             raise InputError(f"one of {options(*pair)} must be left out, but both are given")
@@ -74,9 +74,9 @@ def check(given: Mapping[str, object], netlist: str | None, parameters: Mapping[
         if name in given and other not in given:
             raise InputError(f"{options(other)} must be given with {options(name)}, but is left out")
     if "resistance" in given and netlist is not None:
-        raise InputError("one of --resistance, --netlist must be left out, but both are given")
+        raise InputError("one of `resistance`, `netlist` must be left out, but both are given")
     if parameters and netlist is None:
-        raise InputError("--netlist must be given with --parameter, but is left out")
+        raise InputError("`netlist` must be given with `parameter`, but is left out")
 
 
 def device(
@@ -131,7 +131,7 @@ def _oscillator(given: dict[str, float], written: dict[str, float | str]) -> lis
     mass, stiffness, f = (given.get(name) for name in ("mass", "stiffness", "frequency"))
     if stiffness is not None and stiffness <= 0.0:
         raise invalid(
-            "--stiffness", "be above 0 (two wells need [oscillator] cubic_stiffness: harvester keys)", stiffness
+            "`stiffness`", "be above 0 (two wells need [oscillator] cubic_stiffness: harvester keys)", stiffness
         )
     square = None if f is None else (2.0 * math.pi * f) ** 2
     keys = []
@@ -174,7 +174,7 @@ def _piezo(given: dict[str, float], written: dict[str, float | str]) -> list[Key
     open_circuit = given["open_circuit_frequency"]
     if not open_circuit > short:
         raise invalid(
-            "--open-circuit-frequency",
+            "`open_circuit_frequency`",
             f"be above the resonance in short circuit, {_hertz(short)}",
             _hertz(open_circuit),
         )
@@ -209,7 +209,7 @@ def _parameter(name: str, text: str) -> float | str:
     try:
         number = any_quantity(text)
     except ValueError as error:
-        raise InputError(f"--parameter {name} {error}, but is {shown(text)}") from None
+        raise InputError(f"`parameter` {name} {error}, but is {shown(text)}") from None
     try:
         plain = float(text)
     except ValueError:

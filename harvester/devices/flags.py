@@ -19,8 +19,8 @@ class Flag:
 
     @property
     def option(self) -> str:
-        """As it is typed."""
-        return "--" + self.name.replace("_", "-")
+        """As a text of the library names it: commands show it as an option."""
+        return f"`{self.name}`"
 
 
 MASS, PIEZO, STOP = "Mass and spring (two of the first three)", "Piezo", "Stop (left out: none)"
@@ -106,5 +106,5 @@ FLAGS = {
 
 
 def options(*names: str) -> str:
-    """Flags as a text names them: "--mass, --stiffness"."""
+    """Flags as a text of the library names them: "`mass`, `stiffness`"."""
     return ", ".join(FLAGS[name].option for name in names)

@@ -54,7 +54,7 @@ def check(path: Path, force: bool) -> None:
     if path.exists() and not path.is_file():
         raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
     if path.exists() and not force:
-        raise InputError(f"FILE must be new, but {shown(str(path))} is there: another name, or --force")
+        raise InputError(f"FILE must be new, but {shown(str(path))} is there: another name, or `force`")
     if not path.parent.is_dir():
         raise InputError(f"FILE must be in a folder that is there, but {shown(str(path.parent))} is not")
 

@@ -40,7 +40,7 @@ class Cheapest(Sampled):
         """The stationary mean square voltage and mean power of a scene."""
         within = held(self.within)
         if within is None:
-            raise InputError("--within must be given where no engine is, but is left out")
+            raise InputError("`within` must be given where no engine is, but is left out")
         options = {field.name: getattr(self, field.name) for field in dataclasses.fields(Sampled)}
         if scene.load is not None and scene.load.netlist is not None:
             why = "the load is a netlist, and 'ideal' does not know the error of its model"

@@ -93,7 +93,7 @@ class Ensemble(Sampled):
         within = held(self.within)
         if within is not None:
             pair = self._pursue(pair, what, Target(within, held(self.budget)), warnings, progress)
-            reasons.insert(0, f"--within {within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
+            reasons.insert(0, f"`within` {within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
@@ -137,7 +137,7 @@ class Ensemble(Sampled):
             factor = best_factor(target.within, abs(bias), bias_error)
             seconds = time.perf_counter() - target.begin
             if factor < 1.0 and self.dt is not None:
-                warnings.append(f"--within {target.within:.3g} needs a step below --dt {self.dt:g}")
+                warnings.append(f"`within` {target.within:.3g} needs a step below `dt` {self.dt:g}")
                 return pair
             if factor != 1.0 and self.dt is None:
                 if target.seconds_left < seconds / factor:

@@ -88,7 +88,7 @@ class _Formula:
         )
         if error is not None and error <= self.within * abs(answer.mean_power.value):
             return answer
-        word = f"--within {self.within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
+        word = f"`within` {self.within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
         return dataclasses.replace(answer, warnings=(*answer.warnings, word))
 
 

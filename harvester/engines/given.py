@@ -30,7 +30,7 @@ class Given:
             try:
                 value = self._read(value)
             except ValueError as error:
-                raise InputError(f"--{self._name} {error}, but is {shown(value)}") from None
+                raise InputError(f"`{self._name}` {error}, but is {shown(value)}") from None
         vars(engine)[self._name] = value
 
 

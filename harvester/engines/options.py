@@ -35,13 +35,13 @@ class Sampled:
         for name in ("within", "budget", "duration", "dt"):
             value = getattr(self, name)
             if value is not None and not (value > 0.0 and math.isfinite(value)):
-                raise invalid(f"--{name}", "be above 0", value)
+                raise invalid(f"`{name}`", "be above 0", value)
         if self.within is not None and not 1e-5 <= self.within < 1.0:
-            raise invalid("--within", "be between 0.001% and 100%", f"{self.within:.3g}")
+            raise invalid("`within`", "be between 0.001% and 100%", f"{self.within:.3g}")
         if self.trajectories is not None and not 2 <= self.trajectories <= 1_000_000:
-            raise invalid("--trajectories", "be between 2 and 1000000", self.trajectories)
+            raise invalid("`trajectories`", "be between 2 and 1000000", self.trajectories)
         if self.seed < 0:
-            raise invalid("--seed", "be at least 0", self.seed)
+            raise invalid("`seed`", "be at least 0", self.seed)
 
 
 def balance(moments: Any, eqs: Equations) -> tuple[float, float]:

@@ -11,8 +11,8 @@ from harvester.errors import InputError, invalid
 VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 
 
-def folder(path: str | Path, option: str = "--out") -> Path:
-    """A folder to write into, made where it is missing; ``option`` is what an error names.
+def folder(path: str | Path, argument: str = "out") -> Path:
+    """A folder to write into, made where it is missing; ``argument`` is what an error names.
 
     Raises
     ------
@@ -20,7 +20,7 @@ def folder(path: str | Path, option: str = "--out") -> Path:
         where it cannot be made or written.
     """
     if not str(path):  # Path("") is the present folder: an unset variable of a shell
-        raise invalid(option, "be a folder", "")
+        raise invalid(f"`{argument}`", "be a folder", "")
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -28,7 +28,7 @@ def folder(path: str | Path, option: str = "--out") -> Path:
             pass
     except OSError as error:
         raise InputError(
-            f"{option} must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
+            f"`{argument}` must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
         ) from None
     return path
 
@@ -37,10 +37,10 @@ def check_vector(forms: Sequence[str]) -> None:
     """InputError where a form of a figure is none of `VECTOR`: told before anything is computed."""
     for form in forms:
         if form not in VECTOR:
-            raise invalid("--vector", "be svg or pdf", form)
+            raise invalid("`vector`", "be svg or pdf", form)
 
 
-def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "--out") -> None:
+def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
     """Write a file, from one piece or several, under its name only when it is complete; errors name the ``argument``.
 
     Raises
@@ -58,7 +58,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "-
             os.fsync(file.fileno())
         beside.replace(path)
     except OSError as error:
-        raise InputError(f"{argument} must take {path.name}, but writing failed: {error.strerror}") from None
+        raise InputError(f"`{argument}` must take {path.name}, but writing failed: {error.strerror}") from None
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)

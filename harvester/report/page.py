@@ -97,4 +97,4 @@ def html(page: Page) -> str:
 
 def write(path: Path, page: Page) -> None:
     """Write the page, whole or not at all; InputError where the file cannot be written."""
-    files.write(path, html(page), "--report")
+    files.write(path, html(page), "report")

@@ -114,7 +114,7 @@ def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None
     shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
     h = _step(scene)
     if not h < shown < MOST_STEPS * h / (1 + LEAD):
-        raise invalid("--duration", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + LEAD):.3g}", duration)
+        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + LEAD):.3g}", duration)
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil((1 + LEAD) * shown / h))
     shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))

@@ -33,12 +33,12 @@ class Target:
         """The warning of an answer that the budget ended before its target."""
         size = abs(value.value)
         if size == 0.0:
-            return f"--within {self.within:.3g} was not reached in {self.budget:g} s: the mean is not known from zero"
+            return f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the mean is not known from zero"
         spent = time.perf_counter() - self.begin
         more = spent * max((value.sampling95 / (self.within * size)) ** 2 - 1.0, 0.0)  # sampling alone, at this step
         return (
-            f"--within {self.within:.3g} was not reached in {self.budget:g} s: the error is "
-            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more: --budget {_rounded(spent + more)}s"
+            f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the error is "
+            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more: `budget` {_rounded(spent + more)}s"
         )
 
     def variance(self, value: Value) -> float:

@@ -245,7 +245,7 @@ def test_save(tmp_path):
 
 
 def test_another_form_is_refused_before_anything_is_computed(tmp_path):
-    with pytest.raises(InputError, match="--vector must be svg or pdf, but is 'eps'"):
+    with pytest.raises(InputError, match="`vector` must be svg or pdf, but is 'eps'"):
         sweep.sweep(hv.load("examples/plate.toml"), [sweep.axis(f"{R}=1k")], [hv.Averaged()], tmp_path, vector=["eps"])
     assert list(tmp_path.iterdir()) == []
 

@@ -24,7 +24,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, broken):
         raise OSError(28, os.strerror(28))
 
     monkeypatch.setattr(*((os, "fsync", fail) if broken == "fsync" else (Path, "replace", fail)))
-    with pytest.raises(InputError, match=r"^--out must take a.csv, but writing failed: No space left on device$"):
+    with pytest.raises(InputError, match=r"^`out` must take a.csv, but writing failed: No space left on device$"):
         files.write(tmp_path / "a.csv", "new")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.csv", "old")]
 
@@ -41,7 +41,7 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
 
 def test_write_over_a_folder(tmp_path):
     (tmp_path / "a.csv").mkdir()
-    with pytest.raises(InputError, match=r"^--out must take a.csv, but writing failed: Is a directory$"):
+    with pytest.raises(InputError, match=r"^`out` must take a.csv, but writing failed: Is a directory$"):
         files.write(tmp_path / "a.csv", "new")
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
 
@@ -56,16 +56,16 @@ def test_folder(tmp_path):
 @pytest.mark.parametrize("name", ["file", "file/below", "x" * 300])
 def test_no_folder(tmp_path, name):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"^--out must be a folder that can be written, but '.*' is not: "):
+    with pytest.raises(InputError, match=r"^`out` must be a folder that can be written, but '.*' is not: "):
         files.folder(tmp_path / name)
 
 
 def test_folder_without_a_name():
     """An unset variable of a shell must not fill the present folder."""
-    with pytest.raises(InputError, match=r"^--out must be a folder, but is ''$"):
+    with pytest.raises(InputError, match=r"^`out` must be a folder, but is ''$"):
         files.folder("")
 
 
 def test_read_only_file_system():
-    with pytest.raises(InputError, match=r"^--out must be a folder that can be written, but '/proc/sweep' is not: "):
+    with pytest.raises(InputError, match=r"^`out` must be a folder that can be written, but '/proc/sweep' is not: "):
         files.folder("/proc/sweep")

@@ -61,7 +61,7 @@ def test_texts_are_options():
     for bad, says in (("5", "--within must be a percentage"), ("0%", "--within must be"), (2.0, "--within must be")):
         with pytest.raises(InputError, match=says):
             hv.Ensemble(within=bad)
-    with pytest.raises(InputError, match="--budget must be a time above 0"):
+    with pytest.raises(InputError, match="`budget` must be a time above 0"):
         hv.Ensemble(budget="soon")
 
 

@@ -216,7 +216,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     file.write_text("old")
     page = report.of_run(hv.load(PLATE), estimates()[0], 0)
     monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
-    with pytest.raises(InputError, match=r"--report must take mine\.html"):
+    with pytest.raises(InputError, match=r"`report` must take mine\.html"):
         report.write(file, page)
     assert file.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["mine.html"]

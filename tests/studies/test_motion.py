@@ -84,5 +84,5 @@ def test_seed_and_refusals():
     with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, spice"):
         motion(scene(PAPER), "averaged")
     for duration in (0.0, -1.0, 1e9, float("nan")):
-        with pytest.raises(InputError, match="--duration must be between"):
+        with pytest.raises(InputError, match="`duration` must be between"):
             motion(scene(PAPER), duration=duration)

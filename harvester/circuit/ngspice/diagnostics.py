@@ -47,7 +47,7 @@ def failure(messages: Sequence[str], end: float, duration: float) -> str:
     where = f"at {place(culprit[1] or culprit[2])}" if culprit else "at an unnamed node"
     return (
         f"{said}: it did not converge {where} even with a step of {float(small[2]):.3g} s; make abrupt switches "
-        "and B sources gradual, give diodes a series resistance (Rs) and a junction capacitance (Cjo), or lower --dt"
+        "and B sources gradual, give diodes a series resistance (Rs) and a junction capacitance (Cjo), or lower `dt`"
     )
 
 

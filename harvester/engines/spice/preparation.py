@@ -58,7 +58,7 @@ class Prepared:
         if self.resistive:
             return ""
         if self.pair is None:
-            return "the bias of the step is not known, as no ideal circuit serves: compare with half of --dt"
+            return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
         return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
 
     def chosen(self, unit: float, physical: bool) -> str:

@@ -113,7 +113,7 @@ class Spice(Sampled):
         )
         reasons = [ready.reason, agreed if agreed == NO_NOISE else ""]
         if target is not None:
-            reasons.insert(0, f"--within {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
+            reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
         if not scene.physical:
             reasons.append(
                 f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
@@ -141,7 +141,7 @@ class Spice(Sampled):
         if kicks > most:
             raise SimulationError(
                 f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "
-                f"use engine 'ensemble', or give fewer --trajectories, a longer --dt or a --budget above "
+                f"use engine 'ensemble', or give fewer `trajectories`, a longer `dt` or a `budget` above "
                 f"{kicks / self.STEPS_A_SECOND:.2g}s"
             )
 
@@ -168,7 +168,7 @@ def _pursue(runs: Runs, target: Target, fixed: bool) -> None:
         variance = target.variance(found.value)
         if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
             warnings.append(
-                f"--within {target.within:.3g} needs a smaller --dt: the bias of the step alone is too large"
+                f"`within` {target.within:.3g} needs a smaller `dt`: the bias of the step alone is too large"
                 if fixed
                 else target.missed(found.value)
             )

@@ -90,8 +90,8 @@ def _check_patience(many: "Ensemble", length: float) -> None:
     if steps > many.patience:
         raise SimulationError(
             f"the start is not forgotten after {many.time:g} time units, and a burn-in of {length:g} more would take "
-            f"{steps:.1e} trajectory-steps of {many.h:.2g}/w0: give a longer --dt, fewer --trajectories, or a "
-            f"--budget above {steps / STEPS_A_SECOND:.2g}s"
+            f"{steps:.1e} trajectory-steps of {many.h:.2g}/w0: give a longer `dt`, fewer `trajectories`, or a "
+            f"`budget` above {steps / STEPS_A_SECOND:.2g}s"
         )
 
 

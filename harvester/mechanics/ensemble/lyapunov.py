@@ -113,7 +113,7 @@ def exponent(
     if wanted > PATIENCE:
         raise SimulationError(
             f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
-            "strong: give fewer --trajectories"
+            "strong: give fewer `trajectories`"
         )
     told = (lambda fraction: None) if tick is None else tick
     fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h, lambda part: told(part * 2 / 3))

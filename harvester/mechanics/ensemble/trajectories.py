@@ -99,7 +99,7 @@ class Ensemble:
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
             raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
         if h is not None and not 1e-6 <= h <= 1e3:
-            raise invalid("--dt", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
+            raise invalid("`dt`", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-trajectories // LANES)
         self.trajectories = self.blocks * LANES
         places = np.array(resting_places(eqs))
@@ -157,12 +157,12 @@ class Ensemble:
             for a drive so slow that a period takes more than `MOST_OF_A_PERIOD`.
         """
         if duration > MOST_STEPS * self.h:
-            raise invalid("--duration", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
+            raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         whole = round((period(self.eqs) or self.reading) / self.reading)  # readings to a period
         if whole * self.stride > MOST_OF_A_PERIOD:
             raise SimulationError(
                 f"a period of the drive would take {whole * self.stride:.1e} steps of {self.h:.2g}/w0: it is too slow "
-                "for the response, which follows it as at rest; give a longer --dt"
+                "for the response, which follows it as at rest; give a longer `dt`"
             )
         readings = whole * max(1, round(duration / (whole * self.reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))

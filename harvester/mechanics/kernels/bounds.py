@@ -149,8 +149,8 @@ def stable_step(eqs: Equations, h: float) -> bool:
 def remedy(eqs: Equations, h: float) -> str:
     """What to do about a response that grew at step h."""
     if not stable_step(eqs, h):
-        return f"the step itself feeds energy: give a --dt below {2.0 / typical_frequency(eqs, 0.0):.3g}/w0"
-    return "add damping that bounds it, or try a smaller --dt if the scene is known to be bounded"
+        return f"the step itself feeds energy: give a `dt` below {2.0 / typical_frequency(eqs, 0.0):.3g}/w0"
+    return "add damping that bounds it, or try a smaller `dt` if the scene is known to be bounded"
 
 
 def _highest(eqs: Equations) -> tuple[str, float, str]:

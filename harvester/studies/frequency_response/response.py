@@ -40,11 +40,11 @@ def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
     """
     parts = text.split(":")
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
-        raise invalid("--sweep", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
+        raise invalid("`sweep`", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
     key = "excitation.frequency" if scene.physical else "nondimensional.drive_frequency"
     found = sorted(axis(f"{key}={text}").values)
     if found[0] == found[-1]:
-        raise invalid("--sweep", "be between two different frequencies", text)
+        raise invalid("`sweep`", "be between two different frequencies", text)
     return tuple(found)
 
 

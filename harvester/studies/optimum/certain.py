@@ -55,7 +55,7 @@ def search(surface: Surface, engine: Engine, interval: bool = True) -> Found:
     best = climbed[0]
     why = "the model's error is not known, so neither is how far off the optimum is"
     if missing:
-        why = f"the budget ended in {missing}: give more than --budget {surface.budget:g}s"
+        why = f"the budget ended in {missing}: give more than `budget` {surface.budget:g}s"
     elif best.power.model is not None and interval:
         try:
             low, high = _level_set(surface, engine, begin)

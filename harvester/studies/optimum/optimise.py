@@ -63,11 +63,11 @@ def optimise(
     if engine is None:
         engine = named("ensemble" if scene.load is None or scene.load.netlist is None else "spice")
     if isinstance(engine, Cheapest):
-        raise InputError("--engine must be one for all places, such as 'ensemble', but is left out")
+        raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
     if not 1e-5 <= within < 1.0:
-        raise invalid("--within", "be between 0.001% and 100%", f"{within:.3g}")
+        raise invalid("`within`", "be between 0.001% and 100%", f"{within:.3g}")
     if not (budget > 0.0 and math.isfinite(budget)):
-        raise invalid("--budget", "be above 0", budget)
+        raise invalid("`budget`", "be above 0", budget)
     for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
         point = scene
         for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is told before anything runs

@@ -51,7 +51,7 @@ def parse(text: str) -> Range:
     """
     key, equals, ends = text.partition("=")
     if not equals or ends.count(":") != 1:
-        raise invalid("--over", "be KEY=LOW:HIGH", text)
+        raise invalid("`over`", "be KEY=LOW:HIGH", text)
     split_key(key)
     low, high = (read_value(key, end) for end in ends.split(":"))
     return Range(key, low, high)
@@ -65,11 +65,11 @@ def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]
         else tuple(Range(k, _number(k, a), _number(k, b)) for k, (a, b) in over.items())
     )
     if not 1 <= len(found) <= MOST_KEYS:
-        raise invalid("--over", f"be given for 1 to {MOST_KEYS} keys", len(found))
+        raise invalid("`over`", f"be given for 1 to {MOST_KEYS} keys", len(found))
     keys = [r.key for r in found]
     for key in keys:
         if keys.count(key) > 1:
-            raise InputError(f"--over must name each key only once, but names {key!r} twice")
+            raise InputError(f"`over` must name each key only once, but names {key!r} twice")
     return found
 
 

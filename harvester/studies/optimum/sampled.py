@@ -202,7 +202,7 @@ class Search:
                 if whole and fit.level:
                     return self._peak(fit, bias, u, width), "no place is seen to be better than another"
                 if whole and np.ptp(fit.power) < LOST * self.within * fit.power.mean():
-                    return self._peak(fit, bias, u, width), "the power changes less than a quarter of --within"
+                    return self._peak(fit, bias, u, width), "the power changes less than a quarter of `within`"
                 width = np.where(fit.pressed, 1.0, 0.6) * width if fit.bent and not last else width
             if not last:
                 place = np.clip(u + width * fit.best, 0.0, 1.0)

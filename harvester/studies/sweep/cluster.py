@@ -52,7 +52,7 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
             if future.status == "finished":
                 yield task, found
             elif future.status != "error":
-                raise SimulationError(f"the Dask scheduler at {address} has gone: start another, and --resume")
+                raise SimulationError(f"the Dask scheduler at {address} has gone: start another, and `resume`")
             elif not isinstance(found[1], KilledWorker):
                 raise found[1]
             elif further := task.split():
@@ -75,17 +75,17 @@ def _client(address: str) -> Any:
         from distributed.comm.addressing import get_address_host_port
     except ImportError:
         raise MissingProgramError(
-            "--scheduler must have Dask installed, but it is not: pip install 'harvester[dask]'"
+            "`scheduler` must have Dask installed, but it is not: pip install 'harvester[dask]'"
         ) from None
     must = "be the address of a Dask scheduler that answers, such as tcp://host:8786"
     try:  # Dask itself would take a minute to give up, and not in one line
         socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError):
-        raise invalid("--scheduler", must, address) from None
+        raise invalid("`scheduler`", must, address) from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
         client.close(timeout=5)
-        raise InputError(f"--scheduler must have workers, but {address} has none: dask worker {address}") from None
+        raise InputError(f"`scheduler` must have workers, but {address} has none: dask worker {address}") from None
     return client

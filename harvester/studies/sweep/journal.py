@@ -37,7 +37,7 @@ def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
     for what in SAME:
         if not isinstance(before, dict) or before.get(what) != now[what]:
             raise InputError(
-                f"--resume must continue the same sweep, but {what} in {str(out)!r} is another: use another --out"
+                f"`resume` must continue the same sweep, but {what} in {str(out)!r} is another: use another `out`"
             )
 
 
@@ -94,7 +94,7 @@ class Journal:
             fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._folder)
-            raise InputError(f"--out must be no folder that another sweep is writing, but {str(out)!r} is") from None
+            raise InputError(f"`out` must be no folder that another sweep is writing, but {str(out)!r} is") from None
         except OSError:  # a file system without locks
             pass
         files.write(self.path, self._lines(now, kept, points))
@@ -137,8 +137,8 @@ class Journal:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, whole)
             raise InputError(
-                f"--out must take {NAME}, but writing failed: {error.strerror}; the points that are done are kept for "
-                "--resume"
+                f"`out` must take {NAME}, but writing failed: {error.strerror}; the points that are done are kept for "
+                "`resume`"
             ) from None
 
     def rows(self) -> Iterator[Kept]:

@@ -42,13 +42,13 @@ def axis(text: str) -> Axis:
     """
     key, equals, values = text.partition("=")
     if not equals:
-        raise invalid("--vary", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
+        raise invalid("`vary`", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
     split_key(key)
     parts = values.split(":")
     if len(parts) == 1:
         return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,6}", parts[2]) or not 1 <= int(parts[2]) <= MOST_POINTS:
-        raise invalid("--vary", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text)
+        raise invalid("`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text)
     low, high, count = read_value(key, parts[0]), read_value(key, parts[1]), int(parts[2])
     if min(low, high) > 0.0 and max(low, high) >= 10.0 * min(low, high):
         grid = np.geomspace(low, high, count)
@@ -92,7 +92,7 @@ class Points:
     @property
     def option(self) -> str:
         """What the command line calls it."""
-        return "--points" if self.listed else "--vary"
+        return "`points`" if self.listed else "`vary`"
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -130,7 +130,7 @@ class Points:
                 equations(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
             except InputError as error:
                 if self.listed:
-                    raise InputError(f"--points, point {point + 1}: {error}") from None
+                    raise InputError(f"`points`, point {point + 1}: {error}") from None
                 raise
 
 
@@ -151,16 +151,16 @@ def read_points(path: str | Path) -> Points:
         with Path(path).open("rb") as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise InputError(f"--points must be a file of at most {MOST_BYTES} bytes, but {shown(str(path))} is longer")
+            raise InputError(f"`points` must be a file of at most {MOST_BYTES} bytes, but {shown(str(path))} is longer")
         lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), skipinitialspace=True, strict=True)
         rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
     except OSError as error:
-        raise InputError(f"--points must be a readable file, but {shown(str(path))} is not: {error.strerror}") from None
+        raise InputError(f"`points` must be a readable file, but {shown(str(path))} is not: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"--points must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}") from None
+        raise InputError(f"`points` must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}") from None
     if len(rows) < 2:
         raise InputError(
-            f"--points must have scene keys in its first line and then points, but {shown(str(path))} has none"
+            f"`points` must have scene keys in its first line and then points, but {shown(str(path))} has none"
         )
     keys = [cell.strip() for cell in rows[0][1]]
     for key in keys:
@@ -168,10 +168,10 @@ def read_points(path: str | Path) -> Points:
     columns: list[list[float]] = [[] for _ in keys]
     for number, row in rows[1:]:
         if len(row) != len(keys):
-            raise InputError(f"--points, line {number}, must have {len(keys)} values, but has {len(row)}")
+            raise InputError(f"`points`, line {number}, must have {len(keys)} values, but has {len(row)}")
         for key, column, cell in zip(keys, columns, row, strict=True):
             try:
                 column.append(read_value(key, cell.strip()))
             except InputError as error:
-                raise InputError(f"--points, line {number}: {error}") from None
+                raise InputError(f"`points`, line {number}: {error}") from None
     return Points(tuple(Axis(key, tuple(column)) for key, column in zip(keys, columns, strict=True)), listed=True)

@@ -66,7 +66,7 @@ def sweep(
     """
     if out is None:
         if resume:
-            raise InputError("--resume must go with the folder of an earlier sweep, but there is none")
+            raise InputError("`resume` must go with the folder of an earlier sweep, but there is none")
         with tempfile.TemporaryDirectory(prefix="harvester-") as folder:  # for the journal
             return _sweep(scene, axes, engines, folder, False, tick, workers, scheduler, None, None)
     return _sweep(scene, axes, engines, out, resume, tick, workers, scheduler, skip or tick, vector)
@@ -89,9 +89,9 @@ def _sweep(
     names = [e.NAME for e in engines]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"--engine must name each only once, but names {name!r} twice")
+            raise InputError(f"`engine` must name each only once, but names {name!r} twice")
     if workers is not None and not 1 <= workers <= 1000:
-        raise invalid("--workers", "be between 1 and 1000", workers)
+        raise invalid("`workers`", "be between 1 and 1000", workers)
     points.check(scene)
     out = files.folder(out)
     about = provenance(
@@ -117,7 +117,7 @@ def _sweep(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: {journal.count()} of {len(points) * len(names)} rows are in {str(out)!r}; "
-            "the same command with --resume goes on from there"
+            "the same command with `resume` goes on from there"
         ) from None
     finally:
         journal.close()

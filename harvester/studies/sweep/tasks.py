@@ -48,8 +48,8 @@ class Task:
 
 
 LOST = (
-    "the worker process ended abruptly, twice (crash or out of memory): try fewer --trajectories or fewer --workers, "
-    "and --resume"
+    "the worker process ended abruptly, twice (crash or out of memory): try fewer `trajectories` or fewer `workers`, "
+    "and `resume`"
 )
 
 

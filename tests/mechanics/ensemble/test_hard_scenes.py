@@ -369,7 +369,7 @@ def test_growth_without_bound_is_a_named_error(eqs, h):
 @pytest.mark.parametrize("h", [2.1, 5.0, 50.0])
 def test_a_step_that_feeds_energy_is_named(h):
     """The step's own instability (h w > 2) is not blamed on the scene, which is bounded."""
-    with pytest.raises(UnboundedResponseError, match="the step itself feeds energy: give a --dt below 2/w0"):
+    with pytest.raises(UnboundedResponseError, match="the step itself feeds energy: give a `dt` below 2/w0"):
         Ensemble(Equations(c1=-0.05, n1=0.01), 64, SEED, h).settle()
 
 

@@ -144,12 +144,12 @@ def test_command(tmp_path):
 
 @pytest.mark.parametrize("text", ["", "1Hz", "1Hz:2Hz", "1Hz:2Hz:2", "1Hz:2Hz:x", "1Hz:2Hz:100000"])
 def test_bad_sweep_is_one_line(text):
-    with pytest.raises(InputError, match=r"^--sweep must be FROM:TO:COUNT"):
+    with pytest.raises(InputError, match=r"^`sweep` must be FROM:TO:COUNT"):
         frequencies(PLATE, text)
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="--sweep must be between two different frequencies"):
+    with pytest.raises(InputError, match="`sweep` must be between two different frequencies"):
         frequencies(PLATE, "1Hz:1Hz:3")
     with pytest.raises(InputError, match=r"excitation\.frequency must be a frequency"):
         frequencies(PLATE, "1kg:2Hz:3")

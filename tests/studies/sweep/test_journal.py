@@ -81,7 +81,7 @@ def test_identity_knows_each_part():
 
 
 def test_one_sweep_a_folder(tmp_path, held):
-    with pytest.raises(InputError, match=r"^--out must be no folder that another sweep is writing, but '.*' is$"):
+    with pytest.raises(InputError, match=r"^`out` must be no folder that another sweep is writing, but '.*' is$"):
         journal.Journal(tmp_path, NOW, 3, 2, ())
     held.close()
     journal.Journal(tmp_path, NOW, 3, 2, ()).close()
@@ -97,7 +97,7 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, held, monkeypatch):
         return write(file, data[: len(data) // 2])
 
     monkeypatch.setattr(os, "write", half)
-    with pytest.raises(InputError, match=r"^--out must take sweep.journal, but writing failed: No space left on dev"):
+    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: No space left on dev"):
         held.add([(1, 0, row("2")), (2, 0, row("3"))])
     assert held.path.read_bytes() == before
     assert list(held.rows()) == [(0, 0, row("1"))]

@@ -58,7 +58,7 @@ def test_what_is_no_list(tmp_path, text, line):
 
 
 def test_too_long_a_list(tmp_path):
-    with pytest.raises(InputError, match=r"^--points must make at most 100000 points, but is 100001$"):
+    with pytest.raises(InputError, match=r"^`points` must make at most 100000 points, but is 100001$"):
         listed(tmp_path, "load.resistance\n" + "1\n" * 100_001)
 
 
@@ -70,7 +70,7 @@ def test_no_file(tmp_path):
 
 def test_an_impossible_point_is_named(tmp_path):
     points = listed(tmp_path, "load.resistance,oscillator.mass\n1k,1\n1,1e-50\n")
-    with pytest.raises(InputError, match=r"^--points, point 2: the power scale "):
+    with pytest.raises(InputError, match=r"^`points`, point 2: the power scale "):
         points.check(PLATE)
 
 

@@ -98,13 +98,13 @@ def test_dask_gives_the_same(tmp_path, expected):
 @pytest.mark.parametrize("address", ["", "nonsense", "tcp://127.0.0.1:1", "tcp://nowhere.invalid:80"])
 def test_no_scheduler(tmp_path, address):
     pytest.importorskip("distributed")
-    with pytest.raises(InputError, match=r"^--scheduler must be the address of a Dask scheduler that answers"):
+    with pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"):
         sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path, scheduler=address)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1001])
 def test_no_workers(tmp_path, workers):
-    with pytest.raises(InputError, match=f"^--workers must be between 1 and 1000, but is {workers}$"):
+    with pytest.raises(InputError, match=f"^`workers` must be between 1 and 1000, but is {workers}$"):
         sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path / "out", workers=workers)
     assert not (tmp_path / "out").exists()
 

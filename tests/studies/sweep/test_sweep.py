@@ -222,7 +222,7 @@ def test_resume_over_damaged_files(tmp_path, computed, name, damage):
 )
 def test_resume_refuses_another_sweep(tmp_path, other, what):
     before = resumed(tmp_path).text()
-    with pytest.raises(InputError, match=f"^--resume must continue the same sweep, but {what} in '.*' is another"):
+    with pytest.raises(InputError, match=f"^`resume` must continue the same sweep, but {what} in '.*' is another"):
         resumed(tmp_path, **other)
     assert (tmp_path / "sweep.csv").read_text() == before
 

@@ -355,7 +355,7 @@ def test_scenes_without_an_answer(tmp_path, text, error, line):
 
 def test_folder_that_is_none(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"^--out must be a folder that can be written"):
+    with pytest.raises(InputError, match=r"^`out` must be a folder that can be written"):
         cost(LINEAR, tmp_path / "file")
 
 
