@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harvester.arrays import Floats
+from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value, number
 
 if TYPE_CHECKING:
@@ -42,6 +43,11 @@ class Estimate:
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
 
+    @property
+    def units(self) -> AnswerUnits:
+        """The units of its values."""
+        return AnswerUnits.of(self.physical)
+
     def plot(self, title: str | None = "") -> "Plot":
         """The parts of the error, and the ledger where there is one, as a matplotlib figure."""
         from harvester import figures
@@ -64,12 +70,11 @@ class Estimate:
         }
 
     def __str__(self) -> str:
-        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
         lines = [
             f"{self.engine}: {took}",
-            f"  mean power           {self.mean_power.text(power_unit)}",
-            f"  mean square voltage  {self.mean_square_voltage.text(voltage_unit)}",
+            f"  mean power           {self.mean_power.text(self.units.power)}",
+            f"  mean square voltage  {self.mean_square_voltage.text(self.units.mean_square_voltage)}",
             f"  effects              {', '.join(self.effects)}",
         ]
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
@@ -79,10 +84,9 @@ class Estimate:
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
 
-        power_unit, voltage_unit = ("W", "V^2") if self.physical else ("", "")
         rows = [
-            ("mean power", self.mean_power.text(power_unit)),
-            ("mean square voltage", self.mean_square_voltage.text(voltage_unit)),
+            ("mean power", self.mean_power.text(self.units.power)),
+            ("mean square voltage", self.mean_square_voltage.text(self.units.mean_square_voltage)),
             ("effects", ", ".join(self.effects)),
             ("seconds", f"{self.seconds:.2g}"),
         ]

@@ -17,7 +17,9 @@ OUTPUT = "File and output"
 
 def _flags(made: Any) -> Any:
     for flag in reversed(FLAGS.values()):
-        made = option("--" + flag.name.replace("_", "-"), flag.name, group=flag.group, metavar="VALUE", help=flag.help)(made)
+        made = option("--" + flag.name.replace("_", "-"), flag.name, group=flag.group, metavar="VALUE", help=flag.help)(
+            made
+        )
     return made
 
 

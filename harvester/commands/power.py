@@ -97,8 +97,8 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester.answers import sweep_columns as tables
     from harvester.engines import serving
+    from harvester.studies.sweep import printed_rows
     from harvester.studies.sweep import sweep as sweeps
 
     if bool(varied) == (points is not None):
@@ -116,7 +116,7 @@ def sweep(
     page = report_file(report, out)
     with progress_of_rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
         table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
-    echo("\n".join([tables.grid(table.rows, given.physical), *tables.warnings(table.rows)]))
+    echo("\n".join([printed_rows.grid(table.rows, table.units), *printed_rows.warnings(table.rows)]))
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {drawn('sweep', vector)}, provenance.json")
     save_report(page, lambda report: report.of_sweep(given, table))
 

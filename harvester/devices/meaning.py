@@ -10,6 +10,7 @@ from harvester.devices.stop import stop
 from harvester.engines import Averaged, serving
 from harvester.equations.scaling import Equations, effects, equations, scales
 from harvester.errors import HarvesterError
+from harvester.printing.columns import columns
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
@@ -33,8 +34,7 @@ class Meaning:
 
     def __str__(self) -> str:
         shown = [(name, Value(value).text(unit), what) for name, value, unit, what in self.numbers]
-        wide = max(len(value) for _, value, _ in shown)
-        lines = [f"  {name:<11} {value:<{wide}}  {what}" for name, value, what in shown]
+        lines = columns([(f"{name:<11}", value, what) for name, value, what in shown], "  ")
         return "\n".join([*lines, "", *self.words, "", *(f"next: {line}" for line in self.commands)])
 
     def as_json(self) -> dict[str, Any]:

@@ -1,17 +1,14 @@
-"""Drawing of what accuracy costs."""
+"""The figure of what accuracy costs."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from harvester.figures.quantities import logarithm
+from harvester.figures.shapes import CostShape
 from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
-if TYPE_CHECKING:
-    from harvester.studies.work_precision.cost_table import Row
 
-
-def cost(rows: "Sequence[Row]", title: str | None) -> Plot:
-    """Total error against seconds, a marker each row, and the front: what no other row equals or betters in both."""
+def cost(rows: Sequence[CostShape], title: str | None) -> Plot:
+    """Draw total error against seconds, a marker for each row, and the Pareto front of both."""
     shown = [row for row in rows if row.seconds and row.total_error]
     best = sorted(
         (row.seconds, 100.0 * row.total_error) for row in shown if row.best and row.seconds and row.total_error

@@ -1,4 +1,4 @@
-"""Values with their intervals along an axis, as all figures draw them."""
+"""Curves with error bars or bands, as all figures draw them."""
 
 from typing import Any
 
@@ -11,9 +11,9 @@ MOST_BARS = 60  # points with an error bar each; more are a band
 
 
 def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
-    """A line or markers, with intervals y +- error where there are any; nan breaks the line.
+    """Draw a line or markers, with intervals y +- error where there are any.
 
-    A point without neighbours, which no line shows, is a marker ``dot``.
+    nan breaks the line; a point without neighbours, which no line shows, is a marker ``dot``.
     """
     many = len(x) > MOST_BARS
     if many and style.get("marker") and style.get("linestyle") == "none":
@@ -34,6 +34,6 @@ def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any]
 
 
 def relative(values: Floats, by: Floats) -> Floats:
-    """Quotients; nan where there is nothing to divide by."""
+    """Values divided by others; nan where these are 0."""
     quotients: Floats = np.divide(values, by, out=np.full(len(values), np.nan), where=by != 0.0)
     return quotients

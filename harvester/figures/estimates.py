@@ -1,21 +1,17 @@
-"""Drawing of one answer: the parts of its error and, where an energy ledger was kept, where the power went."""
-
-from typing import TYPE_CHECKING
+"""The figure of one answer: the parts of its error and, where an energy ledger was kept, where the power went."""
 
 from matplotlib.axes import Axes
 
 from harvester.figures.quantities import scale
+from harvester.figures.shapes import EstimateShape
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, new, styled
-
-if TYPE_CHECKING:
-    from harvester.answers.estimate import Estimate
 
 _LEDGER = "ledger_"
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
-def estimate(answer: "Estimate", title: str | None) -> Plot:
-    """Bars of the mean power's errors in percent of it, and of the ledger's powers; a part not known says so."""
+def estimate(answer: EstimateShape, title: str | None) -> Plot:
+    """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error says so."""
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
     with styled():
@@ -23,7 +19,7 @@ def estimate(answer: "Estimate", title: str | None) -> Plot:
         _errors(axes[0, 0], answer)
         if flows:
             here = axes[0, 1]
-            x = scale("mean power", "W" if answer.physical else "", [*flows.values()])
+            x = scale("mean power", answer.units.power, [*flows.values()])
             here.barh([*flows], [v / x.factor for v in flows.values()], color="0.6", edgecolor=INK, linewidth=0.6)
             here.axvline(0.0, color=INK, linewidth=0.6)
             here.invert_yaxis()
@@ -34,8 +30,8 @@ def estimate(answer: "Estimate", title: str | None) -> Plot:
     return figure
 
 
-def _errors(here: Axes, answer: "Estimate") -> None:
-    """Sampling, step and model, each apart: they are added up, never mixed."""
+def _errors(here: Axes, answer: EstimateShape) -> None:
+    """Draw the errors of sampling, step and model as a bar each."""
     power = answer.mean_power
     parts = {
         "sampling, 95 %": None if power.stderr is None else power.sampling95,

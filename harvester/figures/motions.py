@@ -1,27 +1,26 @@
-"""Drawing of one path: over time, in the phase plane, and how it spends its time."""
+"""The figure of one path: over time, in the phase plane, and how it spends its time."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from harvester.figures.quantities import scale
+from harvester.figures.shapes import MotionShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.motion import Motion
 
 _INK, _PALE = "#0072B2", "0.72"
 _STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, (5, 2))}
 _MOST = 4000  # points of a line
 
 
-def motion(found: "Motion", title: str | None) -> Plot:
-    """Displacement and voltage of the part shown, phase plane and density of the whole path; stops dashed."""
-    end = float(found.t[-1])
-    last, settled = found.t >= end - found.shown, found.t >= 0.25 * end
-    few = found.t >= end - 0.15 * found.shown
+def motion(path: MotionShape, title: str | None) -> Plot:
+    """Draw displacement and voltage of the part shown, and phase plane and densities of the path; stops are dashed."""
+    end = float(path.t[-1])
+    last, settled = path.t >= end - path.shown, path.t >= 0.25 * end
+    few = path.t >= end - 0.15 * path.shown
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
-    units = {"x": "m", "voltage": "V", "acceleration": "m/s^2", "v": "m/s", "t": "s"}
+    u = path.units
+    units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
     names = {
         "x": "displacement",
         "voltage": "voltage",
@@ -29,23 +28,23 @@ def motion(found: "Motion", title: str | None) -> Plot:
         "v": "velocity",
         "t": "time",
     }
-    values = {name: array for name in names if (array := getattr(found, name)) is not None}
+    values = {name: array for name in names if (array := getattr(path, name)) is not None}
     scales = {
-        name: scale(names[name], units[name] if found.physical else "", array[last]) for name, array in values.items()
-    } | {"t": scale("time", "s" if found.physical else "", [end])}
+        name: scale(names[name], units[name], [end] if name == "t" else array[last]) for name, array in values.items()
+    }
     shown = {name: array / scales[name].factor for name, array in values.items()}
     in_time = [name for name in ("x", "voltage", "acceleration") if name in values]
-    stops = [stop / scales["x"].factor for stop in found.stops]
+    stops = [stop / scales["x"].factor for stop in path.stops]
     with styled():
         figure, axes = new(len(in_time), 2, (WIDTH, 1.9 * len(in_time) + 0.5), width_ratios=[2.0, 1])
         for here, name in zip(axes[:, 0], in_time, strict=True):
             here.plot(shown["t"][last][thin], shown[name][last][thin], color=_INK, linewidth=0.8)
             here.set_ylabel(scales[name].label.replace(" (", "\n("))
-            here.set_xlim((end - found.shown) / scales["t"].factor, end / scales["t"].factor)
+            here.set_xlim((end - path.shown) / scales["t"].factor, end / scales["t"].factor)
         for here in axes[:-1, 0]:
             here.tick_params(labelbottom=False)
         axes[-1, 0].set_xlabel(scales["t"].label)
-        hits = found.impacts[found.impacts[:, 0] >= end - found.shown]
+        hits = path.impacts[path.impacts[:, 0] >= end - path.shown]
         if 0 < len(hits) <= _MOST:
             at = np.where(hits[:, 1] > 0.0, stops[0], stops[-1])
             look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
@@ -73,7 +72,7 @@ def motion(found: "Motion", title: str | None) -> Plot:
 
 
 def _density(here: Any, values: Any, label: str) -> None:
-    """How often a value is taken, its integral 1."""
+    """Draw how often each value is taken, as a density whose integral is 1."""
     here.hist(values, 80, density=True, color=_PALE)
     here.set_xlabel(label)
     unit = label[label.rindex("(") + 1 : -1]

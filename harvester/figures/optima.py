@@ -1,16 +1,14 @@
-"""Drawing of an optimum: the evaluations that found it, the best place and its interval."""
+"""The figure of an optimum: the evaluations that found it, the best place and its interval."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, mark, scale
+from harvester.figures.shapes import BestKeyShape, OptimumShape
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.optimum.answer import Key, Optimum
 
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
 _MOST_BARS = 150  # evaluations with an error bar each
@@ -24,14 +22,14 @@ _STAR: dict[str, Any] = {
 }
 
 
-def optimum(answer: "Optimum", title: str | None) -> Plot:
-    """All evaluations of the engine with the optimum and its interval: contours over two keys, else a panel a key."""
+def optimum(answer: OptimumShape, title: str | None) -> Plot:
+    """Draw the engine's evaluations, the optimum and its interval: contours over two keys, else a panel for each."""
     keys = answer.keys
     own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
     places = np.array([p.u for p in own])
     x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
     powers = [p.power for p in own if p.power is not None]
-    y = scale("mean power", "W" if answer.estimate.physical else "", [v.value for v in powers])
+    y = scale("mean power", answer.estimate.units.power, [v.value for v in powers])
     power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "error95"))
     plane = len(keys) == 2 and len(own) > 3 and bool(np.linalg.matrix_rank(places - places[0], 1e-6) == 2)
     with styled():
@@ -48,8 +46,10 @@ def optimum(answer: "Optimum", title: str | None) -> Plot:
     return figure
 
 
-def _panel(here: Axes, answer: "Optimum", key: "Key", x: Floats, power: Floats, error: Floats, unit: float) -> None:
-    """Evaluations against one key, whatever the others were."""
+def _panel(
+    here: Axes, answer: OptimumShape, key: BestKeyShape, x: Floats, power: Floats, error: Floats, unit: float
+) -> None:
+    """Draw the evaluations against one key, whatever the values of the others."""
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     colour = STYLES.get(answer.engine, {}).get("color", "0.3")
     if key.low95 is not None and key.high95 is not None:
@@ -65,12 +65,12 @@ def _panel(here: Axes, answer: "Optimum", key: "Key", x: Floats, power: Floats, 
         **style,
         label=f"evaluations by {answer.engine}",
     )
-    best = answer.mean_power
+    best = answer.estimate.mean_power
     here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
 
 
-def _plane(here: Axes, answer: "Optimum", places: Floats, x: Floats, power: Floats, label: str) -> None:
-    """Contours over two keys, triangulated as they were searched: by ratio where the axis is logarithmic."""
+def _plane(here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: Floats, label: str) -> None:
+    """Draw contours over two keys, triangulated as they were searched: by ratio where the axis is logarithmic."""
     from matplotlib.tri import Triangulation
 
     one, two = answer.keys

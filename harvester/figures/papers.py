@@ -1,6 +1,7 @@
-"""Drawing of one of the paper's figures."""
+"""The figures of the paper, one at a time."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,10 +9,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from harvester.figures.quantities import broken, logarithm, scale
+from harvester.figures.shapes import PaperPointShape
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.paper import Point
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 _MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
 _NAMES = {
@@ -26,8 +26,8 @@ _NAMES = {
 }
 
 
-def paper(points: "list[Point]", title: str | None) -> Plot:
-    """A panel each of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
+def paper(points: Sequence[PaperPointShape], title: str | None) -> Plot:
+    """Draw the panels of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
     panels = list(dict.fromkeys(p.panel for p in points))
     curves = list(dict.fromkeys(p.curve for p in points))
     with styled():
@@ -49,29 +49,29 @@ def paper(points: "list[Point]", title: str | None) -> Plot:
     return figure
 
 
-def _curve(here: Axes, rows: "list[Point]", unit: float, number: int) -> None:
-    """One curve three ways, paler for each next one."""
+def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int) -> None:
+    """Draw one curve of the three sources, in paler colours for each next ``number``."""
     x, y = np.array([p.x for p in rows]), np.array([p.ensemble for p in rows])
     for name in ("published", "averaged"):
         style = STYLES[name] | {"color": paler(STYLES[name]["color"], _PALER * number), "linewidth": 1.2}
         here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
-    error = 1.96 * np.array([p.ensemble_stderr for p in rows])
+    error = NORMAL_QUANTILE * np.array([p.ensemble_stderr for p in rows])
     marks: dict[str, Any] = {"color": STYLES["ensemble"]["color"], "linestyle": "none", "zorder": 2.5}
     marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}
     marks |= {"markeredgecolor": paler(INK, _PALER * number), "ecolor": paler(INK, _PALER * number), "elinewidth": 0.8}
     here.errorbar(x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)")
 
 
-def _label(here: Axes, panel: str, rows: "list[Point]", most: int) -> float:
-    """Quantities of a panel's axes, all of them nondimensional; what the values are divided by."""
+def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -> float:
+    """Label a panel's axes, all nondimensional, and return what the values are to be divided by."""
     what, _, against = panel.partition(" against ")
     if not against:
         what, against = "probability density", what[2:-1]
-    found = scale(_NAMES.get(what, what), "", [p.averaged for p in rows])
-    here.set_ylabel(broken(found.label, most))
+    y = scale(_NAMES.get(what, what), "", [p.averaged for p in rows])
+    here.set_ylabel(broken(y.label, most))
     here.set_xlabel(broken(f"{_NAMES.get(against, against)} (nondimensional)", most))
     if against == "mu":
         logarithm(here.xaxis)
     else:
         here.xaxis.set_major_locator(MaxNLocator(5))  # more numbers would touch
-    return found.factor
+    return y.factor

@@ -1,4 +1,4 @@
-"""Quantities and units on axes: prefixes where a unit takes one, powers of ten elsewhere, numbers that people read."""
+"""Labels and ticks of axes: the quantity, its unit with a prefix or a power of ten, and numbers that people read."""
 
 import math
 import textwrap
@@ -33,14 +33,14 @@ _NAMES = {
 
 @dataclass(frozen=True)
 class Scale:
-    """What values are divided by, and what the axis says then."""
+    """What values are divided by before they are drawn, and the label of their axis."""
 
     factor: float
     label: str
 
 
 def scale(name: str, unit: str, values: Any) -> Scale:
-    """Of a linear axis: mean power 3.1e-6 W is 3.1 on an axis "mean power (µW)"; "" is a number without a unit."""
+    """The scale of a linear axis: 3.1e-6 W is 3.1 on an axis "mean power (µW)"; "" is a number without a unit."""
     shown = np.abs(np.asarray(values, dtype=float))
     largest = float(shown[np.isfinite(shown)].max(initial=0.0))
     exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
@@ -48,21 +48,21 @@ def scale(name: str, unit: str, values: Any) -> Scale:
         power = min(max(3 * (exponent // 3), -15), 9)
         return Scale(10.0**power, f"{name} ({_PREFIXES[power]}{written(unit)})")
     power = exponent if exponent < -2 or exponent > 4 else 0
-    told = [f"10{str(power).translate(_SUPERSCRIPT)}"] if power else []
+    factor = [f"10{str(power).translate(_SUPERSCRIPT)}"] if power else []
     if unit:
-        return Scale(10.0**power, f"{name} ({' '.join([*told, written(unit)])})")
-    return Scale(10.0**power, f"{name} ({', '.join([*told, NONDIMENSIONAL])})")
+        return Scale(10.0**power, f"{name} ({' '.join([*factor, written(unit)])})")
+    return Scale(10.0**power, f"{name} ({', '.join([*factor, NONDIMENSIONAL])})")
 
 
 def written(unit: str) -> str:
-    """A unit as print has it."""
+    """A unit with the signs of print, such as Ω and m²."""
     for plain, sign in _WRITTEN.items():
         unit = unit.replace(plain, sign)
     return unit
 
 
 def quantity(key: str) -> tuple[str, str]:
-    """Name and unit of a scene key, such as ("load resistance", "ohm"); "" for a number without a unit."""
+    """The name and unit of a scene key, such as ("load resistance", "ohm"); "" for a number without a unit."""
     if key.startswith("load.parameters."):
         return f"parameter {key.split('.', 2)[2]} of the netlist", "SI"
     unit = unit_of(key)
@@ -71,7 +71,7 @@ def quantity(key: str) -> tuple[str, str]:
 
 
 def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
-    """Label an axis with a scene key's quantity; what the values are to be divided by."""
+    """Label an axis with a scene key's quantity, and return what the values are to be divided by."""
     name, unit = quantity(key)
     if logarithmic:
         axis.set_label_text(f"{name} ({written(unit) or NONDIMENSIONAL})")
@@ -83,14 +83,14 @@ def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
 
 
 def logarithm(axis: Axis, prefixes: bool = False) -> None:
-    """A logarithmic axis with ticks 1 k, 10 k, 1 M (``prefixes``), or .001, .1, 100 and 10⁻⁵."""
+    """Make an axis logarithmic, with ticks 1 k, 10 k, 1 M (``prefixes``), or .001, .1, 100 and 10⁻⁵."""
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
     axis.set_major_formatter(_Ticks(prefixes))
     axis.set_minor_formatter(_Ticks(prefixes))
 
 
 def plain(value: float) -> str:
-    """0.001, 20, 10⁻⁵, 2·10⁶."""
+    """A number as people write it: 0.001, 20, 10⁻⁵, 2·10⁶."""
     exponent = math.floor(math.log10(abs(value)) + 1e-9) if value else 0
     if -4 < exponent < 5:
         return f"{value:.4g}"
@@ -100,13 +100,13 @@ def plain(value: float) -> str:
 
 
 def broken(label: str, most: int) -> str:
-    """A label of more than so many letters over several lines, its unit on one of them."""
+    """A label of more than ``most`` letters over several lines, its unit on one of them."""
     name, _, unit = label.partition(" (")
     return label if len(label) <= most else "\n".join([*textwrap.wrap(name, most), f"({unit}"] if unit else [label])
 
 
 class _Ticks(Formatter):
-    """Numbers at the decades and, of an axis of two of them or less, at 2 and 5 in between."""
+    """Ticks of a logarithmic axis: at the decades, and also at 2 and 5 where it has at most two of them."""
 
     def __init__(self, prefixes: bool) -> None:
         self._engineering = EngFormatter(sep=" ") if prefixes else None

@@ -1,18 +1,18 @@
-"""Drawing of the region of stability."""
+"""The figure of the region of stability."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from harvester.figures.quantities import broken, logarithm, scale
+from harvester.figures.shapes import EdgeShape
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.stability.region import Edge
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 
-def region(edges: "list[Edge]", title: str | None) -> Plot:
-    """Stable and unstable in the plane (mu, D22): the boundary published, ours, and by Monte Carlo with 95 %."""
+def region(edges: Sequence[EdgeShape], title: str | None) -> Plot:
+    """Draw the boundary of stability in the plane (mu, D22): published, ours, and Monte Carlo with 95 % intervals."""
     mu = np.array([e.mu for e in edges])
     known = [e for e in edges if np.isfinite(e.ensemble_stderr)]
     finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
@@ -24,7 +24,7 @@ def region(edges: "list[Edge]", title: str | None) -> Plot:
         here.fill_between(mu, 0.0, measured, color="0.92", linewidth=0, label="stable (Monte Carlo)", zorder=0)
         for name in ("published", "averaged"):
             here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **STYLES[name])
-        error = np.array([1.96 * e.ensemble_stderr for e in known]) / y.factor
+        error = NORMAL_QUANTILE * np.array([e.ensemble_stderr for e in known]) / y.factor
         marks: dict[str, Any] = {
             "color": STYLES["ensemble"]["color"],
             "linestyle": "none",

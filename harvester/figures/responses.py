@@ -1,15 +1,13 @@
-"""Drawing of a frequency response."""
+"""The figure of a frequency response."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from harvester.figures.curves import curve
 from harvester.figures.quantities import scale
+from harvester.figures.shapes import ResponseShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.frequency_response.curve import Response
 
 _LOOKS: dict[str, dict[str, Any]] = {
     "up": {"color": "#0072B2", "marker": ">", "linestyle": "-", "linewidth": 1.0},
@@ -17,25 +15,25 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 
 
-def response(found: "Response", title: str | None) -> Plot:
-    """Power and RMS voltage against the frequency, up and down; the half-power bandwidth of each is a bar."""
-    f = np.array([p.frequency for p in found.sweep("up")])
-    hertz = scale("drive frequency" if found.physical else "drive frequency Ω", "Hz" if found.physical else "", f)
-    units = ("W", "V") if found.physical else ("", "")
-    powers = {d: [p.mean_power for p in found.sweep(d)] for d in _LOOKS}
-    volts = {d: [p.voltage_rms for p in found.sweep(d)] for d in _LOOKS}
+def response(answer: ResponseShape, title: str | None) -> Plot:
+    """Draw power and RMS voltage against the frequency, up and down, with a bar for each half-power bandwidth."""
+    f = np.array([p.frequency for p in answer.sweep("up")])
+    units = answer.units
+    hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
+    powers = {d: [p.mean_power for p in answer.sweep(d)] for d in _LOOKS}
+    volts = {d: [p.voltage_rms for p in answer.sweep(d)] for d in _LOOKS}
     with styled():
         figure, (top, low) = new(2, 1, (WIDTH, 5.6), sharex=True)
-        named = (("mean power", powers, units[0]), ("RMS voltage", volts, units[1]))
+        named = (("mean power", powers, units.power), ("RMS voltage", volts, units.voltage))
         for axes, (name, values, unit) in zip((top, low), named, strict=True):
             y = scale(name, unit, [v.value for of in values.values() for v in of])
             for direction, look in _LOOKS.items():
                 error = np.array([v.error95 for v in values[direction]]) / y.factor
                 style = look | {"label": f"{direction} the frequencies", "markersize": 3 if len(f) < 200 else 0}
                 curve(axes, f / hertz.factor, np.array([v.value for v in values[direction]]) / y.factor, error, style)
-                edges = found.edges(direction)
+                edges = answer.edges(direction)
                 if axes is top and edges is not None:
-                    half = 0.5 * found.peak(direction).mean_power.value / y.factor
+                    half = 0.5 * answer.peak(direction).mean_power.value / y.factor
                     bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"]}
                     at = [e / hertz.factor for e in edges]
                     top.plot(at, [half, half], **bar, label=f"half-power bandwidth, {direction}")

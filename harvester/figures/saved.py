@@ -1,4 +1,4 @@
-"""Files of a figure."""
+"""Writing a figure into files."""
 
 from collections.abc import Sequence
 from pathlib import Path

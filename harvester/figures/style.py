@@ -81,12 +81,12 @@ class Plot(Figure):
     """A figure that keeps this look when it is drawn or saved later, and shows itself in a notebook."""
 
     def draw(self, renderer: Any) -> None:
-        """As `matplotlib.figure.Figure.draw`."""
+        """Draw the figure as `matplotlib.figure.Figure.draw` does, in this look."""
         with styled():
             super().draw(renderer)
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """As `matplotlib.figure.Figure.savefig`; the same figure gives the same file."""
+        """Save the figure as `matplotlib.figure.Figure.savefig` does; the same figure gives the same file."""
         form = options.get("format") or str(fname).rpartition(".")[2].lower()
         with styled():
             super().savefig(fname, **{"metadata": _IGNORED.get(form), **options})
@@ -97,14 +97,14 @@ class Plot(Figure):
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The look, for what is drawn inside."""
+    """A context in which everything is drawn in the look of this package."""
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing")  # a title's letter that the font lacks: an empty box
         yield
 
 
 def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Plot, Any]:
-    """A figure of a size in inches and its axes, without pyplot, which costs .2 s to load and keeps every figure."""
+    """A new figure of a size in inches and its axes, without pyplot (.2 s to load, and it keeps every figure)."""
     with styled():
         figure = Plot(figsize=size, layout="constrained")
         return figure, figure.subplots(rows, columns, **options)
@@ -118,7 +118,7 @@ def image(figure: Figure, form: str) -> bytes:
 
 
 def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
-    """A title over as many lines as it needs, up to three; ``otherwise`` for an empty one, none for None."""
+    """Set a title of up to three lines: ``otherwise`` where ``text`` is empty, and no title where it is None."""
     if text is None:
         return
     text, across = text or otherwise, 13.0 * figure.get_figwidth()
@@ -128,7 +128,7 @@ def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
-    """One legend under all axes, where it covers nothing; ``note`` says what bars and bands are."""
+    """Add one legend under all axes, where it covers nothing; ``note`` says what bars and bands are."""
     named: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -152,7 +152,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
 
 
 def paler(colour: Any, share: float) -> tuple[float, float, float]:
-    """A colour mixed with white."""
+    """A colour mixed with a share (0 to 1) of white."""
     from matplotlib.colors import to_rgb
 
     r, g, b = (c + share * (1.0 - c) for c in to_rgb(colour))

@@ -1,6 +1,6 @@
-"""Drawing of a sweep: mean power against the first varied key, and each engine's power over one of them."""
+"""The figure of a sweep: mean power against the first varied key, and each engine's power over one of them."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,10 +9,9 @@ from matplotlib.lines import Line2D
 from harvester.arrays import Floats
 from harvester.figures.curves import MOST_BARS, curve, relative
 from harvester.figures.quantities import broken, logarithm, mark, plain, quantity, scale, written
+from harvester.figures.shapes import SweepShape
 from harvester.figures.style import MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
-
-if TYPE_CHECKING:
-    from harvester.studies.sweep.table import Table
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Rows = list[dict[str, str]]
 MOST_SHOWN = 2000  # points of a curve
@@ -21,8 +20,8 @@ _GROUPS = "osv^Dx"  # a marker a value of the other keys
 _SPREAD = 0.12  # how much paler each next one is
 
 
-def sweep(table: "Table", title: str | None, physical: bool) -> Plot:
-    """Mean power, one curve an engine (and a value of the other keys), with 95 % intervals; failed points are crosses.
+def sweep(table: SweepShape, title: str | None) -> Plot:
+    """Draw the mean power, a curve for each engine (and value of the other keys), with errors; crosses are failures.
 
     Below, with several engines, the power over that of an engine that samples, at the same point.  A list of points of
     several keys is markers without a line.  Of a long curve every n-th point is drawn, at most `MOST_SHOWN`.
@@ -42,13 +41,13 @@ def sweep(table: "Table", title: str | None, physical: bool) -> Plot:
         )
         top, low = axes[0, 0], axes[-1, 0]
         x_scale = mark(low.xaxis, first.key, first.values, first.logarithmic)
-        y_scale = scale("mean power", "W" if physical else "", known)
+        y_scale = scale("mean power", table.units.power, known)
         for number, curves in enumerate(groups.values()):
             for engine, rows in curves.items():
                 style = _style(engine, table, number, len(groups), len(rows))
                 x = np.array([float(row[first.key]) for row in rows]) / x_scale
                 power, error = _powers(rows, y_scale.factor)
-                _states(top, engine, x, power, rows, y_scale.factor, style)
+                _stated_error(top, engine, x, power, rows, y_scale.factor, style)
                 curve(
                     top,
                     x,
@@ -72,8 +71,8 @@ def sweep(table: "Table", title: str | None, physical: bool) -> Plot:
     return figure
 
 
-def _groups(table: "Table") -> dict[str, dict[str, Rows]]:
-    """Rows along the first key: of each value of the other keys, by engine; ascending."""
+def _groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
+    """Sort rows along the first key into curves: for each value of the other keys, and each engine."""
     first, others = table.axes[0], () if table.listed else table.axes[1:]
     found: dict[tuple[str, ...], dict[str, Rows]] = {}
     for row in table.rows:
@@ -90,8 +89,8 @@ def _groups(table: "Table") -> dict[str, dict[str, Rows]]:
     return curves
 
 
-def _style(engine: str, table: "Table", number: int, groups: int, points: int) -> dict[str, Any]:
-    """An engine's, paler for each next value of the other keys; a list of points of several keys lies on no line."""
+def _style(engine: str, table: SweepShape, number: int, groups: int, points: int) -> dict[str, Any]:
+    """The style of an engine's curve, paler for each next value of the other keys; scattered points have no line."""
     style = dict(STYLES.get(engine, {"label": engine, "color": "0.3"}))
     style["color"] = paler(style["color"], _SPREAD * number)
     if points == 1 or (table.listed and len(table.axes) > 1):
@@ -108,14 +107,16 @@ def _number(row: dict[str, str], name: str) -> float:
 
 
 def _powers(rows: Rows, unit: float) -> tuple[Floats, Floats]:
-    """Mean powers and half-widths of their 95 % sampling intervals (0: the engine samples nothing)."""
+    """Mean powers, and 1.96 standard errors of each: 95 % where samples are many (0: the engine samples nothing)."""
     power = np.array([_number(row, "mean_power") for row in rows]) / unit
-    error = 1.96 * np.nan_to_num([_number(row, "mean_power_stderr") for row in rows]) / unit
+    error = NORMAL_QUANTILE * np.nan_to_num([_number(row, "mean_power_stderr") for row in rows]) / unit
     return power, error
 
 
-def _states(axes: Axes, engine: str, x: Floats, power: Floats, rows: Rows, unit: float, style: dict[str, Any]) -> None:
-    """What `averaged` says of its own error, as a band."""
+def _stated_error(
+    axes: Axes, engine: str, x: Floats, power: Floats, rows: Rows, unit: float, style: dict[str, Any]
+) -> None:
+    """Draw the error that `averaged` states of its model, as a band."""
     if engine != "averaged" or (len(x) > 1 and style["linestyle"] == "none"):
         return
     bias = np.nan_to_num([_number(row, "mean_power_bias") for row in rows]) / unit
@@ -132,9 +133,9 @@ def _failed(axes: Axes, x: Floats, power: Floats, colour: Any) -> None:
 
 
 def _ratios(
-    low: Axes, table: "Table", curves: dict[str, Rows], reference: str, x_scale: float, place: tuple[int, int]
+    low: Axes, table: SweepShape, curves: dict[str, Rows], reference: str, x_scale: float, place: tuple[int, int]
 ) -> None:
-    """Each engine's mean power over the reference's at the same point, with the errors of both."""
+    """Draw each engine's mean power over the reference's at the same point, with the errors of both."""
 
     def at(row: dict[str, str]) -> tuple[str, ...]:
         return tuple(row[a.key] for a in table.axes)
@@ -153,7 +154,7 @@ def _ratios(
 
 
 def _widen(low: Axes) -> None:
-    """Ratios that are all near 1 are seen closely; others from 0."""
+    """Choose the axis of ratios: a close look where all are near 1, else one from 0."""
     near, far = low.dataLim.y0, low.dataLim.y1
     if not (np.isfinite([near, far]).all() and near > 0.5 and far < 1.5):
         low.set_ylim(0.0, None)
@@ -162,7 +163,7 @@ def _widen(low: Axes) -> None:
 
 
 def _markers(groups: dict[str, Any]) -> list[Line2D]:
-    """A handle a value of the other keys."""
+    """One legend entry for each value of the other keys."""
     if len(groups) < 2:
         return []
     look: dict[str, Any] = {"linestyle": "none", "markersize": 4}
@@ -172,23 +173,23 @@ def _markers(groups: dict[str, Any]) -> list[Line2D]:
     ]
 
 
-def _note(table: "Table", groups: int) -> str:
-    """What the error bars are, what is not shown, what failed."""
-    told = []
+def _note(table: SweepShape, groups: int) -> str:
+    """The note under the legend: what the error bars are, what is not shown, what failed."""
+    notes = []
     if any(row["mean_power_stderr"] for row in table.rows):
         alone = max(len([row for row in table.rows if row["engine"] == e]) for e in {r["engine"] for r in table.rows})
         what = "Bars" if alone <= MOST_BARS * groups else "Bands"
-        told.append(f"{what}: 95 % sampling intervals; of a ratio, those of both.")
+        notes.append(f"{what}: 1.96 standard errors (95 %, many samples); of a ratio, those of both.")
     scattered = table.listed and len(table.axes) > 1
     if scattered:
-        told.append("The other keys differ from point to point.")
+        notes.append("The other keys differ from point to point.")
     if not scattered and any(row["engine"] == "averaged" and row["mean_power_bias"] for row in table.rows):
-        told.append("Pale green: the error that averaged states.")
+        notes.append("Pale green: the error that averaged states.")
     if any(row["engine"] == "published" for row in table.rows):
-        told.append("published states no error.")
+        notes.append("published states no error.")
     failed = sum(bool(row["error"]) for row in table.rows)
     if failed:
-        told.append(f"Crosses on the axis: {failed} of {len(table.rows)} rows failed.")
+        notes.append(f"Crosses on the axis: {failed} of {len(table.rows)} rows failed.")
     if groups > MOST_CURVES:
-        told.append(f"The first {MOST_CURVES} of {groups} values of the other keys.")
-    return " ".join(told)
+        notes.append(f"The first {MOST_CURVES} of {groups} values of the other keys.")
+    return " ".join(notes)

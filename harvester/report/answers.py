@@ -1,4 +1,4 @@
-"""Reports of `run` and `compare`."""
+"""The reports of `run` and `compare`."""
 
 from harvester.answers.estimate import Estimate
 from harvester.report import engines
@@ -11,14 +11,14 @@ from harvester.studies.output_folder import provenance
 
 
 def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
-    """One engine's answer: its errors, what the scene calls for, and how to do it again; nothing more is computed."""
+    """The page of one engine's answer: its errors, what the scene calls for, and how to do it again."""
     about = provenance(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
     caption = f"{parts} To the right, where the power went." if ledger else parts
     found = Section(
         "Answer",
-        drawings=[drawing(answer.plot(None), f"Bars: {_told(answer)}", caption)],
+        drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
         tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer)],
         warnings=engines.warnings([answer]),
     )
@@ -33,12 +33,12 @@ def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
 
 
 def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
-    """All engines side by side, with z-scores, refusals, and what the paths say."""
+    """The page of all engines side by side, with z-scores, refusals, and what the paths say."""
     about = provenance(scene)
     reference = result.reference
     figure = drawing(
         result.plot(None),
-        "Mean power: " + "; ".join(_told(e) for e in result.estimates),
+        "Mean power: " + "; ".join(_spoken(e) for e in result.estimates),
         "Mean power of each engine with its error."
         + (" Below, the voltage of one path from three sources." if result.paths else ""),
     )
@@ -65,15 +65,15 @@ def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
 
 
 def _differences(result: Comparison) -> Grid:
-    """Ratio and z-score against the reference."""
+    """The table of each engine's ratio and z-score against the reference."""
     rows = []
     for estimate in result.estimates:
         ratio, z = result.ratio(estimate), result.z(estimate)
         if estimate is result.reference:
             rows.append([estimate.engine, "1", "the reference"])
         else:
-            told = "neither samples" if z is None else f"{z:.2f}"
-            rows.append([estimate.engine, "-" if ratio is None else f"{ratio:.5g}", told])
+            score = "neither samples" if z is None else f"{z:.2f}"
+            rows.append([estimate.engine, "-" if ratio is None else f"{ratio:.5g}", score])
     note = (
         "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
         " off by more than |z| < 4 allows, and rightly so."
@@ -87,5 +87,5 @@ def _paths(result: Comparison) -> list[Grid]:
     return [Grid("Relative RMS error of the voltage", heads, rows, (1, 2))] if rows else []
 
 
-def _told(answer: Estimate) -> str:
-    return f"{answer.engine} {signs(answer.mean_power.text(engines.UNITS[answer.physical][0]))}"
+def _spoken(answer: Estimate) -> str:
+    return f"{answer.engine} {signs(answer.mean_power.text(answer.units.power))}"

@@ -1,6 +1,7 @@
-"""Report of `cost`."""
+"""The report of `cost`."""
 
-from harvester.report.engines import UNITS, refusals
+from harvester.printing.answer_units import AnswerUnits
+from harvester.report.engines import refusals
 from harvester.report.numbers import share, signs, with_errors
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
@@ -10,9 +11,9 @@ from harvester.studies.work_precision.cost_table import TARGETS, Cost, Row
 
 
 def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
-    """The front, seconds for an accuracy, all rows with three errors apart."""
+    """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
     about = provenance(scene)
-    watt = UNITS[scene.physical][0]
+    power = with_errors(cost.power, AnswerUnits.of(scene.physical).power)
     fastest = [_fastest(cost, target) for target in TARGETS]
     figure = drawing(
         cost.plot(None),
@@ -25,7 +26,7 @@ def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
     found = Section(
         "What accuracy costs",
         texts=[
-            f"Errors are relative to the power of {cost.reference} at a step of zero, {with_errors(cost.power, watt)}."
+            f"Errors are relative to the power of {cost.reference} at a step of zero, {power}."
             " Total: sampling at 95 % + step + model, a bias that was not seen counted as large as it may be unseen.",
             *(["The bias of the step is not known for a netlist of one's own, and not counted."] if unknown else []),
         ],
@@ -49,7 +50,7 @@ def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
 
 
 def _fastest(cost: Cost, target: float) -> str:
-    """The engine that was measured to reach a target first."""
+    """The engine that was measured to reach a target in the shortest time, in words."""
     engines = dict.fromkeys(row.engine for row in cost.rows if not row.error)
     needed = {name: cost.needed(name, target) for name in engines}
     measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
@@ -58,7 +59,7 @@ def _fastest(cost: Cost, target: float) -> str:
 
 
 def _needed(cost: Cost) -> Grid:
-    """Seconds of each engine for each target."""
+    """The table of the seconds that each engine needs for each target."""
     engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
     rows = []
     for target in TARGETS:

@@ -1,4 +1,4 @@
-"""The effects in words, so that a page can say which are present and which are not computed at all."""
+"""The effects in words, so that a page can say which are present and which are absent from the computation."""
 
 from harvester.equations.scaling import effects, equations
 from harvester.scene.scene import Scene
@@ -30,12 +30,12 @@ WORDS = {
 
 
 def present(scene: Scene) -> list[str]:
-    """Names of the effects that a scene calls for."""
+    """The names of the effects that a scene calls for."""
     netlist = scene.load is not None and scene.load.netlist is not None
     return [*effects(equations(scene)), *(["netlist"] if netlist else [])]
 
 
 def absent(scene: Scene) -> list[str]:
-    """Names of those that are not computed."""
+    """The names of the effects that a scene leaves out, which are not computed."""
     here = present(scene)
     return [name for name in WORDS if name not in here]

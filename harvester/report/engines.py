@@ -1,4 +1,4 @@
-"""Engines on a page: value, each error apart or the reason why there is none, seconds, warnings, refusals."""
+"""What engines answered, as a page shows it: values, each error or why there is none, seconds, warnings, refusals."""
 
 from collections.abc import Sequence
 
@@ -7,21 +7,19 @@ from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import Grid
 from harvester.uncertainty.value import Value
 
-UNITS = {True: ("W", "V^2"), False: ("", "")}
-
 
 def lead(estimate: Estimate) -> list[str]:
-    """The answer in two lines."""
-    watt, volt = UNITS[estimate.physical]
-    word = "" if estimate.physical else " (nondimensional)"
+    """The answer in two lines: mean power and mean square voltage."""
+    units = estimate.units
+    word = "" if units.power else " (nondimensional)"
     return [
-        f"Mean power {with_errors(estimate.mean_power, watt)}{word}",
-        f"Mean square voltage {with_errors(estimate.mean_square_voltage, volt)}{word}",
+        f"Mean power {with_errors(estimate.mean_power, units.power)}{word}",
+        f"Mean square voltage {with_errors(estimate.mean_square_voltage, units.mean_square_voltage)}{word}",
     ]
 
 
 def table(estimates: Sequence[Estimate]) -> Grid:
-    """Mean power of each engine, its errors in percent of it, and what it took."""
+    """The table of each engine's mean power, its errors in percent of it, and what it took."""
     heads = [
         "engine",
         "mean power",
@@ -35,16 +33,16 @@ def table(estimates: Sequence[Estimate]) -> Grid:
     ]
     rows = []
     for one in estimates:
-        power, (watt, volt) = one.mean_power, UNITS[one.physical]
+        power = one.mean_power
         errors = (power.bias, power.model)
         together = None if all(e is None for e in (power.stderr, *errors)) else power.error95
         rows.append(
             [
                 one.engine,
-                first(power, watt),
+                first(power, one.units.power),
                 "none" if power.stderr is None else share(power.sampling95, power.value),
                 *(share(error, power.value) for error in (*errors, together)),
-                first(one.mean_square_voltage, volt),
+                first(one.mean_square_voltage, one.units.mean_square_voltage),
                 signs(f"{one.seconds:.2g}"),
                 signs(f"{one.steps:.3g}") if one.steps else "-",
             ]
@@ -57,53 +55,47 @@ def table(estimates: Sequence[Estimate]) -> Grid:
 
 
 def reasons(estimates: Sequence[Estimate]) -> Grid:
-    """What each engine says of its errors: why one is missing, or how its model's is known."""
+    """The table of what each engine says of its errors: why one is missing, or how that of its model is known."""
     rows = [[one.engine, signs(one.reason) or _own(one)] for one in estimates]
     return Grid("What the errors are, or why there is none", ["engine", "reason"], rows)
 
 
 def refusals(refused: dict[str, str]) -> list[Grid]:
-    """Engines that did not run."""
+    """The table of the engines that did not run, if there are any."""
     rows = [[name, signs(why)] for name, why in refused.items()]
     return [Grid("Engines that did not run", ["engine", "reason"], rows)] if rows else []
 
 
 def details(estimate: Estimate) -> list[Grid]:
-    """Step, trajectories and the like."""
-    watt = UNITS[estimate.physical][0]
+    """The table of an answer's details, such as step and trajectories, if there are any."""
     rows = []
     for name, value in estimate.details.items():
         power = name.startswith("ledger_") and name != "ledger_residual"
-        rows.append([name.replace("_", " "), amount(value, watt) if power else signs(f"{value:.5g}")])
+        rows.append([name.replace("_", " "), amount(value, estimate.units.power) if power else signs(f"{value:.5g}")])
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
     ]
-    unit = "seconds" if estimate.physical else "units of 1/ω0"
+    unit = "seconds" if estimate.units.time else "units of 1/ω0"
     return [Grid("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
 
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:
-    """Of all, each with its engine's name."""
+    """The warnings of all answers, each with its engine's name."""
     return [f"{one.engine}: {signs(word)}" for one in estimates for word in one.warnings]
 
 
 def first(value: Value, unit: str) -> str:
     """The value with the digits that its error leaves, without the errors."""
-    whole = with_errors(value, unit)
-    number, _, rest = whole.partition(" ± ")
-    return (
-        f"{number} {rest.rpartition(') ')[2]}".strip()
-        if rest and unit
-        else number
-        if rest
-        else amount(value.value, unit)
-    )
+    number, _, rest = with_errors(value, unit).partition(" ± ")
+    if not rest:
+        return amount(value.value, unit)
+    return f"{number} {rest.rpartition(') ')[2]}".strip() if unit else number
 
 
 def _own(one: Estimate) -> str:
     has = [n for n, e in (("sampling", one.mean_power.stderr), ("step", one.mean_power.bias)) if e is not None]
     if not has:
         return NONE
-    told = f"errors of {' and '.join(has)} are measured in this run"
-    return f"{told}; the coupled equations themselves are solved, without a model's error"
+    measured = f"errors of {' and '.join(has)} are measured in this run"
+    return f"{measured}; the coupled equations themselves are solved, without a model's error"

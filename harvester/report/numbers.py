@@ -1,4 +1,4 @@
-"""Numbers as a page shows them: 8.361 ± 0.046 µW, 50.2 nF, 6.8 %."""
+"""Numbers as a page shows them, such as 8.361 ± 0.046 µW, 50.2 nF and 6.8 %."""
 
 import re
 
@@ -32,7 +32,7 @@ def share(error: float | None, value: float) -> str:
 
 
 def signs(text: str) -> str:
-    """Print's signs instead of a terminal's."""
+    """A text with the signs of print (±, ², Ω, µ) instead of those of a terminal (+-, ^2, ohm, u)."""
     for plain, sign in _SIGNS.items():
         text = text.replace(plain, sign)
     text = re.sub(r"(?<=\d)e([-+]\d+)", lambda power: "·10" + str(int(power[1])).translate(_SUPERSCRIPT), text)

@@ -1,4 +1,4 @@
-"""A report as one HTML file: sections of text, figures and tables, which know nothing of where they come from.
+"""A report as one HTML file: sections of text, figures and tables.
 
 Nothing is loaded from elsewhere: figures are SVG inside data: addresses, styles are in the page, there is no script.
 What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
@@ -26,7 +26,7 @@ class Drawing:
 
     @property
     def address(self) -> str:
-        """The picture itself as an address."""
+        """The picture itself as a data: address."""
         return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode()
 
 
@@ -43,7 +43,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Listing:
-    """Text as it stands in a file."""
+    """A text as it stands in a file, under its title."""
 
     title: str
     text: str
@@ -52,7 +52,7 @@ class Listing:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it, in this order."""
+    """A heading and what stands under it, in the order of the attributes."""
 
     title: str
     texts: Sequence[str] = ()
@@ -75,14 +75,14 @@ class Page:
 
 
 def drawing(figure: "Figure", alt: str, caption: str) -> Drawing:
-    """A matplotlib figure for the page."""
+    """A matplotlib figure as SVG for the page."""
     from harvester.figures import image
 
     return Drawing(image(figure, "svg"), alt, caption)
 
 
 def html(page: Page) -> str:
-    """The page as text."""
+    """The page as the text of an HTML file."""
     import jinja2
 
     templates = jinja2.Environment(

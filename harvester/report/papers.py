@@ -1,4 +1,4 @@
-"""Report of `paper`."""
+"""The report of `paper`."""
 
 import numpy as np
 
@@ -8,10 +8,11 @@ from harvester.report.numbers import share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, Point
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 
 def of_paper(drawn: list[Drawn]) -> Page:
-    """Each figure, how far both theories are from the Monte Carlo, and the parameters of the paper."""
+    """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
     about = whence()
     sections = [_section(one) for one in drawn]
     parameters = Section(
@@ -40,8 +41,8 @@ def _section(one: Drawn) -> Section:
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
         " value of the panel."
     )
-    told = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
-    figure = drawing(figures.paper(one.points, None), f"{one.title}. {told}.", one.title)
+    summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
+    figure = drawing(figures.paper(one.points, None), f"{one.title}. {summary}.", one.title)
     table = Grid("How far the theories are off", heads, rows, range(1, 5), note)
     return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
 
@@ -56,4 +57,4 @@ def _off(points: list[Point], name: str) -> str:
 
 
 def _noise(points: list[Point]) -> str:
-    return share(1.96 * max(p.ensemble_stderr for p in points), _size(points))
+    return share(NORMAL_QUANTILE * max(p.ensemble_stderr for p in points), _size(points))

@@ -1,4 +1,4 @@
-"""What was computed and by what: a scene in SI and nondimensional numbers, its effects, versions and machine."""
+"""What was computed, and by what: the scene in SI and nondimensional numbers, its effects, versions and machine."""
 
 import shlex
 from typing import Any
@@ -39,10 +39,10 @@ _COEFFICIENTS = {
 
 
 def scene_section(scene: Scene, text: str = "") -> Section:
-    """The scene as a file and as tables, in SI and nondimensional."""
+    """The section of the scene: its file, and its numbers in SI and nondimensional."""
     tables = [coefficients("In nondimensional numbers", equations(scene))]
     if scene.physical:
-        tables = [_given(scene), *tables, _scales(scene)]
+        tables = [_keys(scene), *tables, _scales(scene)]
     listings = [Listing("Scene file", scene.to_toml())]
     if scene.load is not None and scene.load.netlist is not None:
         from harvester.netlists.load_circuit import load_circuit
@@ -52,7 +52,7 @@ def scene_section(scene: Scene, text: str = "") -> Section:
 
 
 def effects_section(scene: Scene) -> Section:
-    """Effects on, and those that are absent: not computed, rather than computed with zero."""
+    """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     tables = [
         Grid(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
         for caption, names in (("On", present(scene)), ("Off", absent(scene)))
@@ -62,7 +62,7 @@ def effects_section(scene: Scene) -> Section:
 
 
 def coefficients(caption: str, eqs: Equations) -> Grid:
-    """The coefficients that are there."""
+    """The table of the nondimensional coefficients that are present."""
     rows = []
     for name, meaning in _COEFFICIENTS.items():
         value = getattr(eqs, name)
@@ -72,12 +72,12 @@ def coefficients(caption: str, eqs: Equations) -> Grid:
 
 
 def command_line(about: dict[str, Any]) -> str:
-    """What a shell takes to do it again."""
+    """The command that makes the report again, as a shell takes it."""
     return shlex.join(["harvester", *about["command"]])
 
 
 def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
-    """Rows on versions, machine, date, and ``more`` such as the seed, which come first."""
+    """What made the report: ``more`` first (such as the seed), then date, machine, versions and digest of the scene."""
     machine = about["machine"]
     rows = {name.replace("_", " "): str(value) for name, value in more.items()}
     rows["date"] = about["when"]
@@ -90,8 +90,8 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
     return rows
 
 
-def _given(scene: Scene) -> Grid:
-    """Each key of the scene file."""
+def _keys(scene: Scene) -> Grid:
+    """The table of all keys of the scene file in SI units."""
     rows = []
     for table, keys in scene.tables().items():
         if isinstance(keys, dict):
@@ -107,7 +107,7 @@ def _key(key: str, value: Any) -> list[list[str]]:
 
 
 def _scales(scene: Scene) -> Grid:
-    """What a nondimensional 1 is."""
+    """The table of the scales: what a nondimensional 1 is in SI units."""
     s = scales(scene)
     values = [
         ("frequency ω0", s.frequency, "rad/s"),

@@ -1,18 +1,18 @@
-"""Report of `sweep`."""
+"""The report of `sweep`."""
 
-from harvester.answers.sweep_columns import warnings
-from harvester.report.engines import UNITS
 from harvester.report.numbers import amount, share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
 from harvester.scene.scene import Scene, unit_of
+from harvester.studies.sweep.printed_rows import warnings
 from harvester.studies.sweep.table import Row, Table
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 MOST_ROWS = 400  # of the table on the page
 
 
 def of_sweep(scene: Scene, table: Table) -> Page:
-    """The figure, each engine's best point, all rows, failures, and the scene that the points start from."""
+    """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
     about = table.about
     names = list(dict.fromkeys(row["engine"] for row in table.rows))
     best = [_best(table, [row for row in table.rows if row["engine"] == name and not row["error"]]) for name in names]
@@ -43,23 +43,23 @@ def of_sweep(scene: Scene, table: Table) -> Page:
 
 
 def _best(table: Table, rows: list[Row]) -> str:
-    """An engine's largest power and where; a table without an error bar names none."""
+    """The largest power in rows of one engine, with its error where there is one, and its place."""
     if not rows:
         return ""
     row = max(rows, key=lambda one: float(one["mean_power"]))
     where = ", ".join(f"{a.key} = {_value(row[a.key], a.key)}" for a in table.axes)
-    error = 1.96 * float(row["mean_power_stderr"]) if row["mean_power_stderr"] else None
-    told = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
-    return f"{row['engine']}: largest {amount(float(row['mean_power']), UNITS[table.physical][0])}{told} at {where}"
+    error = _sampling(row)
+    sampling = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
+    return f"{row['engine']}: largest {amount(float(row['mean_power']), table.units.power)}{sampling} at {where}"
 
 
 def _summary(table: Table, names: list[str]) -> Grid:
-    """What each engine took, and what it states of its errors at worst."""
+    """The table of what each engine took, and of the largest errors that it states."""
     rows = []
     for name in names:
         mine = [row for row in table.rows if row["engine"] == name]
         good = [row for row in mine if not row["error"]]
-        worst = [_worst(good, column, factor) for column, factor in (("stderr", 1.96), ("bias", 1.0))]
+        worst = [_worst(good, column, factor) for column, factor in (("stderr", NORMAL_QUANTILE), ("bias", 1.0))]
         seconds = sum(float(row["seconds"]) for row in good)
         failed, warned = len(mine) - len(good), sum(bool(row["warnings"]) for row in mine)
         rows.append([name, str(len(mine)), str(failed), str(warned), *worst, f"{seconds:.2g}"])
@@ -72,8 +72,16 @@ def _summary(table: Table, names: list[str]) -> Grid:
         "step and model, at most",
         "seconds",
     ]
-    note = "Errors relative to the mean power of their point. none: nothing is sampled. -: no such error, or not known."
+    note = (
+        "Errors relative to the mean power of their point; 95 % are 1.96 standard errors."
+        " none: nothing is sampled. -: no such error, or not known."
+    )
     return Grid("Engines", heads, rows, range(1, len(heads)), note)
+
+
+def _sampling(row: Row) -> float | None:
+    """The 95 % error of sampling of a row's mean power: 1.96 standard errors, as rows tell no degrees of freedom."""
+    return NORMAL_QUANTILE * float(row["mean_power_stderr"]) if row["mean_power_stderr"] else None
 
 
 def _worst(rows: list[Row], column: str, factor: float) -> str:
@@ -86,8 +94,7 @@ def _worst(rows: list[Row], column: str, factor: float) -> str:
 
 
 def _rows(table: Table, failures: bool) -> Grid:
-    """All rows, or the first of them."""
-    watt, volt = UNITS[table.physical]
+    """The table of all rows, or of the first `MOST_ROWS`."""
     heads = [
         *(a.key for a in table.axes),
         "engine",
@@ -104,10 +111,10 @@ def _rows(table: Table, failures: bool) -> Grid:
             rows.append([*cells, "-", "-", "-", "-", "-", signs(row["error"])])
             continue
         power = float(row["mean_power"])
-        error, bias = (float(row[n]) if row[n] else None for n in ("mean_power_stderr", "mean_power_bias"))
-        cells += [amount(power, watt), share(None if error is None else 1.96 * error, power), share(bias, power)]
-        cells += [amount(float(row["mean_square_voltage"]), volt), row["seconds"], *([""] if failures else [])]
-        rows.append(cells)
+        bias = float(row["mean_power_bias"]) if row["mean_power_bias"] else None
+        cells += [amount(power, table.units.power), share(_sampling(row), power), share(bias, power)]
+        cells += [amount(float(row["mean_square_voltage"]), table.units.mean_square_voltage), row["seconds"]]
+        rows.append([*cells, *([""] if failures else [])])
     left = len(table.rows) - len(rows)
     note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
     numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]

@@ -123,12 +123,11 @@ class Comparison:
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
 
-        unit = "W" if self.reference.physical else ""
         rows = []
         for one in self.estimates:
             ratio, z = self.ratio(one), self.z(one)
             cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
-            rows.append((one.engine, one.mean_power.text(unit), *cells))
+            rows.append((one.engine, one.mean_power.text(one.units.power), *cells))
         notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
         notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
         head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")

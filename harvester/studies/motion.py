@@ -20,6 +20,7 @@ from harvester.engines.protocol import resistive
 from harvester.equations.scaling import equations, scales
 from harvester.errors import invalid, unknown
 from harvester.machine import files
+from harvester.printing.answer_units import AnswerUnits
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 
@@ -59,6 +60,11 @@ class Motion:
     physical: bool
     engine: str
 
+    @property
+    def units(self) -> AnswerUnits:
+        """The units of its numbers."""
+        return AnswerUnits.of(self.physical)
+
     def plot(self, title: str | None = "") -> "Plot":
         """The path as a matplotlib figure."""
         from harvester import figures
@@ -68,17 +74,18 @@ class Motion:
     def text(self) -> str:
         """The CSV file."""
         names = ["time", "displacement", "velocity", "voltage", "base_acceleration"]
-        units = ["s", "m", "m/s", "V", "m/s^2"]
+        of = self.units
+        units = [of.time, of.length, of.speed, of.voltage, of.acceleration]
         columns = [self.t, self.x, self.v, self.voltage, *([] if self.acceleration is None else [self.acceleration])]
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        heads = [f"{name} ({unit})" if self.physical else name for name, unit in zip(names, units, strict=True)]
+        heads = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
         writer.writerow(heads[: len(columns)])
         writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
         return out.getvalue()
 
     def __str__(self) -> str:
-        unit = " s" if self.physical else ""
+        unit = f" {self.units.time}".rstrip()
         lines = [f"one path by {self.engine}: {self.t[-1]:.4g}{unit}, step {self.step:.4g}{unit}"]
         if self.stops:
             lines.append(f"impacts: {len(self.impacts)}")

@@ -7,6 +7,8 @@ import numpy as np
 
 from harvester.errors import SimulationError
 
+NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
+
 
 @dataclass(frozen=True)
 class Value:
@@ -42,7 +44,7 @@ class Value:
     def quantile(self) -> float:
         """Half-width of the 95 % sampling interval in standard errors: Student's, with few degrees of freedom."""
         if self.freedom is None:
-            return 1.96
+            return NORMAL_QUANTILE
         from scipy.special import stdtrit
 
         return float(stdtrit(self.freedom, 0.975))

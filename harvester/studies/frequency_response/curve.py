@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.ensemble import UNLIKE
+from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -51,6 +52,11 @@ class Response:
 
     points: tuple[Point, ...]
     physical: bool
+
+    @property
+    def units(self) -> AnswerUnits:
+        """The units of its numbers."""
+        return AnswerUnits.of(self.physical)
 
     def sweep(self, direction: str) -> list[Point]:
         """The points of one direction ("up" or "down"), frequencies ascending."""
@@ -105,7 +111,7 @@ class Response:
         """The CSV file."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        unit = ("Hz", "V", "W") if self.physical else ("", "", "")
+        unit = (self.units.frequency, self.units.voltage, self.units.power)
         names = ("frequency", "voltage_rms", "mean_power")
         heads = [f"{name} ({one})" if one else name for name, one in zip(names, unit, strict=True)]
         errors = [f"{name}_{error}" for name in names[1:] for error in ("stderr", "step_bias")]
@@ -143,7 +149,7 @@ class Response:
         return {"sweeps": sweeps, "hysteresis": self.hysteresis}
 
     def __str__(self) -> str:
-        hertz, watt = ("Hz", "W") if self.physical else ("", "")
+        hertz, watt = self.units.frequency, self.units.power
         f = [p.frequency for p in self.sweep("up")]
         lines = []
         for direction in ("up", "down"):

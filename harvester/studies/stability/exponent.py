@@ -9,6 +9,7 @@ import numpy as np
 from harvester.engines.protocol import refuse
 from harvester.equations.scaling import Equations, equations, scales
 from harvester.errors import CannotServeError
+from harvester.printing.answer_units import AnswerUnits
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
@@ -58,7 +59,7 @@ class Stability:
         }
 
     def __str__(self) -> str:
-        unit = "1/s" if self.physical else ""
+        unit = AnswerUnits.of(self.physical).rate
         lines = [
             f"top Lyapunov exponent: rest is {self.verdict}",
             f"  published  {Value(self.published).text(unit)}",

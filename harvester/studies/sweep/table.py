@@ -11,6 +11,7 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError
+from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.sweep.points import Axis
 from harvester.uncertainty.value import Value
 
@@ -71,25 +72,25 @@ class Table:
         return dataset(self)
 
     def _repr_html_(self) -> str:
-        from harvester.answers import sweep_columns as tables
         from harvester.printing import notebook
+        from harvester.studies.sweep import printed_rows
 
-        head, shown = tables.cells(self.rows[: notebook.MOST_ROWS], self.physical)
+        head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.units)
         more = len(self.rows) - len(shown)
         notes = [f"{more} rows more"] if more > 0 else []
-        return notebook.table("sweep", head, shown, notes + tables.warnings(self.rows))
+        return notebook.table("sweep", head, shown, notes + printed_rows.warnings(self.rows))
 
     @property
-    def physical(self) -> bool:
-        """Whether its powers are in W (else nondimensional)."""
-        return "nondimensional" not in self.about.get("scene", {})
+    def units(self) -> AnswerUnits:
+        """The units of its powers and voltages."""
+        return AnswerUnits.of("nondimensional" not in self.about.get("scene", {}))
 
     def plot(self, title: str | None = "") -> "Plot":
         """Mean power against the first key as a matplotlib figure, ``title`` (empty: the scene's; None: none) above."""
         from harvester import figures
 
         scene = self.about.get("scene", {})
-        return figures.sweep(self, scene.get("title", "") if title == "" else title, self.physical)
+        return figures.sweep(self, scene.get("title", "") if title == "" else title)
 
 
 def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from harvester.printing.columns import columns
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def report(cost: Cost) -> str:
     for row in cost.best:
         errors = (row.sampling_error, row.step_bias, row.model_bias, row.total_error)
         cells.append([row.engine, row.setting, f"{row.seconds:.2g}", *(_percent(error) for error in errors)])
-    lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *_columns(cells)]
+    lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *columns(cells, "  ")]
     engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
     cells = [["within", *engines, "fastest"]]
     for target in TARGETS:
@@ -119,7 +120,7 @@ def report(cost: Cost) -> str:
         cells.append([f"{target:.3g}", *told, min(measured, key=lambda name: measured[name], default="")])
     lines += [
         "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
-        *_columns(cells),
+        *columns(cells, "  "),
     ]
     if any(row.step is not None and row.step_bias is None for row in cost.rows):
         lines.append("the bias of the step is not known for a netlist of one's own, and not counted")
@@ -129,8 +130,3 @@ def report(cost: Cost) -> str:
 
 def _percent(error: float | None) -> str:
     return "" if error is None else f"{error:.2%}"
-
-
-def _columns(cells: list[list[str]]) -> list[str]:
-    widths = [max(len(line[i]) for line in cells) for i in range(len(cells[0]))]
-    return ["  " + "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() for line in cells]

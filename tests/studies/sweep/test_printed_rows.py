@@ -2,7 +2,8 @@
 
 import pytest
 
-from harvester.answers.sweep_columns import MOST_ROWS, grid, warnings
+from harvester.printing.answer_units import SI
+from harvester.studies.sweep.printed_rows import MOST_ROWS, grid, warnings
 
 
 def rows(count):
@@ -13,7 +14,7 @@ def rows(count):
 
 @pytest.mark.parametrize("count", [1, MOST_ROWS, MOST_ROWS + 1, 1000])
 def test_long_tables_keep_both_ends(count):
-    lines = grid(rows(count), physical=False).splitlines()
+    lines = grid(rows(count), SI).splitlines()
     assert lines[0].split() == ["x", "engine"]
     assert lines[1].split()[0] == "0"
     assert lines[-1].split()[0] == str(count - 1)

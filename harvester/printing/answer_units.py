@@ -1,0 +1,27 @@
+"""The units in which a scene's answers are printed, drawn and written: SI units, or none for a nondimensional scene."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class AnswerUnits:
+    """The unit of each quantity that answers are made of; all are empty where the numbers are nondimensional."""
+
+    time: str = ""
+    frequency: str = ""
+    rate: str = ""
+    length: str = ""
+    speed: str = ""
+    acceleration: str = ""
+    voltage: str = ""
+    mean_square_voltage: str = ""
+    power: str = ""
+
+    @staticmethod
+    def of(physical: bool) -> "AnswerUnits":
+        """Those of a physical scene, or of a nondimensional one."""
+        return SI if physical else NONDIMENSIONAL
+
+
+SI = AnswerUnits("s", "Hz", "1/s", "m", "m/s", "m/s^2", "V", "V^2", "W")
+NONDIMENSIONAL = AnswerUnits()
