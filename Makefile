@@ -1,16 +1,18 @@
 # make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
-# make test   lint, types and tests
-# make setup  what both need: system packages, .venv, the package; done once
+# make check  the loop of a minute: lint, format, types, layers, and the tests without ngspice or long statistics
+# make test   lint, format, types and all tests, the layers among them
+# make setup  what they need: system packages, .venv, the package with the versions of lock.txt; done once
+# make lock   lock.txt anew: the newest versions that pyproject.toml allows; then run make test
 # make docs   the pages and the reference of the Python names, into docs/_build/index.html
 # make bench  performance, side by side with a reference, in one run; results in benchmarks/results/
 
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: setup demo test docs bench clean
+.PHONY: setup demo check test lint docs bench lock clean
 setup: .venv/.complete
 
-.venv/.complete: pyproject.toml setup.sh
+.venv/.complete: pyproject.toml setup.sh lock.txt
 	@PYTHON="$(PYTHON)" sh setup.sh
 	@touch $@
 
@@ -22,10 +24,16 @@ demo: setup
 	@echo "Plots: out/paper/sweep.png (the published formula is up to four times too high)"
 	@echo "       out/plate_with_stop/sweep.png"
 
-test: setup
+lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+check: lint
+	$(BIN)/lint-imports
+	$(BIN)/pytest -n 2 -m "not ngspice and not statistics and not slow"
+
+test: lint
 	$(BIN)/pytest -n 2 --dist loadfile
 
 docs: setup
@@ -33,13 +41,21 @@ docs: setup
 	@echo "docs/_build/index.html"
 
 bench: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint lock.txt --editable '.[bench]'
 	$(BIN)/python benchmarks/lockstep.py
 	$(BIN)/python benchmarks/ensemble.py
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/figure1.py
 	$(BIN)/python benchmarks/on_demand.py
+
+# In a virtual environment of its own, which is thrown away: what .venv has besides does not matter.
+lock:
+	@fresh=$$(mktemp -d) && trap 'rm -rf "$$fresh"' EXIT && $(PYTHON) -m venv "$$fresh" && \
+	"$$fresh"/bin/python -m pip install --quiet --disable-pip-version-check '.[test,bench]' && \
+	{ echo "# Versions that are tested, of all that '.[test,bench]' brings; made by: make lock"; \
+	  "$$fresh"/bin/python -m pip freeze --exclude piezo-harvester | grep ==; } >"$$fresh"/lock.txt && \
+	cp "$$fresh"/lock.txt lock.txt
 
 clean:
 	rm -rf .venv out docs/_build

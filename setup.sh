@@ -1,6 +1,6 @@
 #!/bin/sh
 # Sets up what `make demo` and `make test` need: ngspice from the system's packages, a virtual
-# environment, this package with its pinned dependencies.  What is there already is left alone.
+# environment, this package with the versions of its dependencies in lock.txt.  What is there already is left alone.
 set -eu
 python=${PYTHON:-python3}
 
@@ -27,6 +27,6 @@ if [ -n "$missing" ]; then
     $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null
 fi
 
-echo "setup: installing this package and its pinned dependencies into .venv"
+echo "setup: installing this package into .venv, with the versions of lock.txt"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint lock.txt --editable '.[test]'

@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import click
 
+from harvester import __version__
 from harvester.commands.closer import cost, motion, response, stability
 from harvester.commands.help import WIDTH, Group, coloured, complain
 from harvester.commands.new import new
@@ -44,7 +45,7 @@ Exit status: 0 done; 2 bad input, one line on stderr says what must be what; 3 a
 130 interrupted.  Colours and progress are for terminals; NO_COLOR=1: no colours.
 A scene file's keys, with units and examples: harvester keys.  A command's options: harvester COMMAND --help.""",
 )
-@click.version_option(package_name="harvester", prog_name="harvester")
+@click.version_option(__version__, prog_name="harvester")
 def cli() -> None:
     """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is."""
 

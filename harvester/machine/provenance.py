@@ -8,12 +8,14 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("harvester", "numpy", "scipy", "numba", "PySpice", "matplotlib")
+from harvester import __version__
+
+PACKAGES = ("numpy", "scipy", "numba", "PySpice", "matplotlib")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, this package and those that compute; '' where one is not installed."""
-    found = {"python": platform.python_version()}
+    """Versions of Python, this package and the packages that compute; '' where one is not installed."""
+    found = {"python": platform.python_version(), "harvester": __version__}
     for name in PACKAGES:
         try:
             found[name] = metadata.version(name)

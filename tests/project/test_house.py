@@ -1,8 +1,11 @@
-"""The plan of the house: arrows point one way, and a light command loads nothing heavy."""
+"""The plan of the house: layers, small rooms, one name a thing, docstrings, and tests that use what users use."""
 
 import ast
+import re
 import subprocess
 import sys
+from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -11,20 +14,139 @@ from harvester.errors import CannotServeError
 from tests.support.paths import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+PACKAGE, TESTS = ROOT / "harvester", ROOT / "tests"
+LONGEST = 250  # lines of a file that does not say why it has more
+MOST = 8  # files in the package's root
 
 
-def imports():
-    """Modules that the files of the package import anywhere, as (file, module)."""
-    for file in sorted((ROOT / "harvester").rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text())):
-            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-            if isinstance(node, ast.ImportFrom):
-                names = [f"{node.module}.{a.name}" for a in node.names]
-            yield from ((file.relative_to(ROOT / "harvester").as_posix(), name) for name in names)
+def parsed(folder):
+    """Every Python file below a folder: its path from the project's root, and its syntax tree."""
+    return {file.relative_to(ROOT).as_posix(): ast.parse(file.read_text()) for file in sorted(folder.rglob("*.py"))}
+
+
+FILES, TEST_FILES = parsed(PACKAGE), parsed(TESTS)
+
+
+def imported(tree):
+    """Names that a file imports anywhere, whole: `from a.b import c` is a.b.c."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        if isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def documented(tree):
+    """Modules, classes and functions of a file, but for functions inside functions, with their docstrings."""
+    yield tree.body[0].lineno if tree.body else 1, ast.get_docstring(tree)
+    waiting = [tree]
+    while waiting:
+        for node in waiting.pop().body:
+            if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+                yield node.lineno, ast.get_docstring(node) or ("Magic." if node.name.startswith("__") else None)
+            if isinstance(node, ast.ClassDef):
+                waiting.append(node)
+
+
+@pytest.mark.xfail(strict=False, reason="figures still know answers; two circles are left")
+def test_layers_and_no_circles():
+    """Import-linter's contracts in pyproject.toml: arrows point one way, for annotations too."""
+    done = subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "0 broken" in done.stdout
+
+
+def test_few_files_in_the_root():
+    assert len([path for path in PACKAGE.iterdir() if path.is_file()]) <= MOST
+
+
+@pytest.mark.xfail(strict=False, reason="files are still being taken apart")
+def test_files_are_short():
+    """A file above 250 lines says in its docstring why: "long because ..."."""
+    whole = {name: (ROOT / name).read_text() for name in FILES}
+    long = [name for name, text in whole.items() if text.count("\n") > LONGEST]
+    assert [
+        name for name in long if "long because" not in " ".join(ast.get_docstring(FILES[name]).split()).lower()
+    ] == []
+
+
+@pytest.mark.xfail(strict=False, reason="two Point, two Ensemble, two Row, two Density are still there")
+def test_one_class_a_name():
+    """Whoever reads a class's name in an error or a signature finds one place."""
+    names = Counter(
+        node.name
+        for tree in FILES.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert [name for name, times in names.items() if times > 1] == []
+
+
+@pytest.mark.xfail(strict=False, reason="docstrings are still being written")
+def test_docstrings_open_with_a_sentence():
+    """Modules, classes, functions, private ones too: a first line that starts with a capital and ends with a period."""
+    sentence = re.compile(r"[A-Z0-9`\"'(*].*[.?!:]\)?$")
+    faults = [
+        f"{name}:{line}: {text and text.splitlines()[0]}"
+        for name, tree in FILES.items()
+        for line, text in documented(tree)
+        if not text or not sentence.match(text.splitlines()[0]) or len(text.splitlines()[0].split()) < 2
+    ]
+    assert faults == []
+
+
+def test_no_test_file_imports_another():
+    """What two files of tests need is in tests/support."""
+    assert [
+        (name, what)
+        for name, tree in TEST_FILES.items()
+        for what in imported(tree)
+        if re.match(r"tests\.(?!support\b)|test_|.*\.test_", what) or what.startswith("None.")
+    ] == []
+
+
+@pytest.mark.xfail(strict=False, reason="tests of what is being moved still take private names")
+def test_tests_use_no_private_name():
+    """A private name may change without a test: none is imported, and none is taken from a module or the package."""
+    faults = []
+    for name, tree in TEST_FILES.items():
+        private = [what for what in imported(tree) if re.search(r"\._(?!_)", what) and what.startswith("harvester")]
+        modules = {alias.asname or alias.name.partition(".")[0] for node in ast.walk(tree)
+                   if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names
+                   if (getattr(node, "module", None) or alias.name).startswith("harvester")}  # fmt: skip
+        taken = [
+            f"{node.value.id}.{node.attr}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in modules
+            and re.match(r"_(?!_|repr_)", node.attr)
+        ]
+        faults += [(name, what) for what in private + taken]
+    assert faults == []
+
+
+def test_public_names_are_written_once():
+    """One line of __init__.pyi each, in alphabetical order of rooms; nothing else lists them."""
+    lines = (PACKAGE / "__init__.pyi").read_text().splitlines()
+    names = [found[2] for line in lines if (found := re.fullmatch(r"from \.[\w.]+ import (\w+) as (\w+)", line))]
+    assert sorted(names) == sorted(hv.__all__)
+    assert len(set(names)) == len(names)
+    text = (PACKAGE / "__init__.py").read_text().partition('"""\n')[2].rpartition('"""')[2]
+    assert [name for name in names if re.search(rf"\b{name}\b", text)] == []
 
 
 def test_one_file_imports_pyspice():
-    assert {file for file, name in imports() if name.startswith("PySpice")} == {"circuit/ngspice/instance.py"}
+    assert {file for file, tree in FILES.items() for name in imported(tree) if name.startswith("PySpice")} == {
+        "harvester/circuit/ngspice/instance.py"
+    }
 
 
 def test_formulas_need_neither_numba_nor_pyspice():

@@ -75,7 +75,7 @@ def _client(address: str) -> Any:
         from distributed.comm.addressing import get_address_host_port
     except ImportError:
         raise MissingProgramError(
-            "`scheduler` must have Dask installed, but it is not: pip install 'harvester[dask]'"
+            "`scheduler` must have Dask installed, but it is not: pip install 'piezo-harvester[dask]'"
         ) from None
     must = "be the address of a Dask scheduler that answers, such as tcp://host:8786"
     try:  # Dask itself would take a minute to give up, and not in one line
