@@ -1,0 +1,69 @@
+"""Every public function and class refuses a keyword that it does not know, and says which one is near it."""
+
+import inspect
+import re
+
+import pytest
+
+import harvester as hv
+from tests.support.paths import EXAMPLES
+
+SCENE = hv.load(EXAMPLES / "plate_with_stop.toml")
+REQUIRED = {
+    "compare": (SCENE,),
+    "linspace": (1.0, 2.0, 3),
+    "load": (EXAMPLES / "plate.toml",),
+    "loads": ((EXAMPLES / "plate.toml").read_text(),),
+    "logspace": (1.0, 2.0, 3),
+    "motion": (SCENE,),
+    "optimise": (SCENE, {"load.resistance": ("1 kohm", "1 Mohm")}),
+    "response": (SCENE, [1.0, 2.0]),
+    "run": (SCENE,),
+    "stability": (SCENE,),
+    "sweep": (SCENE, "load.resistance", [1e5]),
+}
+ANY = {"Netlist"}  # whose keywords are the parameters of the circuit
+# A keyword as it is misspelt, of those that the signature hides behind **options.
+HIDDEN = {"compare": ("trajectoris", "trajectories"), "run": ("trajectoris", "trajectories")}
+
+
+def is_error(thing):
+    return inspect.isclass(thing) and issubclass(thing, Exception)
+
+
+NAMES = [name for name in hv.__all__ if callable(getattr(hv, name)) and not is_error(getattr(hv, name))]
+
+
+def misspelt(name):
+    """A keyword that is nearly one of those that a function or class has, and the right one."""
+    if name in HIDDEN:
+        return HIDDEN[name]
+    words = [one.name for one in inspect.signature(getattr(hv, name)).parameters.values()]
+    right = max(words, key=len)
+    return right[:-2] + right[-1] if len(right) > 4 else right + "s", right
+
+
+@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ANY])
+def test_a_misspelt_keyword(name):
+    """`hv.compare(scene, trajectoris=5)` is an InputError that names `trajectories`, never a bare TypeError."""
+    wrong, right = misspelt(name)
+    with pytest.raises(hv.InputError, match=rf"{wrong}.*did you mean '{right}'") as caught:
+        getattr(hv, name)(*REQUIRED.get(name, ()), **{wrong: 1})
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ANY])
+def test_a_keyword_like_none(name):
+    """One that is near to none is refused by its name."""
+    with pytest.raises(hv.InputError, match=re.escape("xyzzy_qq")):
+        getattr(hv, name)(*REQUIRED.get(name, ()), xyzzy_qq=1)
+
+
+@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
+@pytest.mark.parametrize("engine", ["published", "averaged"])
+def test_an_option_that_would_be_ignored(engine):
+    """A formula has no trajectories: the number that was asked for would do nothing."""
+    with pytest.raises(hv.InputError, match="`?trajectories`?"):
+        hv.compare(SCENE, engines=[engine], trajectories=5)
