@@ -27,7 +27,7 @@ ROUNDS = 5
 
 def circuit(name):
     from harvester.netlists.load_circuit import load_circuit
-    from harvester.scene.scene import Load
+    from harvester.scene.load import Load
 
     parameters = LOADS[name][0]
     load = Load(resistance=parameters["R"]) if name == "resistor" else Load(netlist=name, parameters=parameters)
@@ -107,7 +107,7 @@ def errors():
     from harvester.mechanics.kernels.noise import gaussian_grid, refined
     from harvester.mechanics.kernels.path import trace
     from harvester.netlists.load_circuit import load_circuit
-    from harvester.scene.scene import Load
+    from harvester.scene.load import Load
 
     plate = Equations(beta=1.25, mu=1.0, c1=-0.05, n1=0.01)
     scenes = {

@@ -20,7 +20,7 @@ from harvester import figures
 from harvester.equations.scaling import scales
 from harvester.figures.quantities import logarithm
 from harvester.figures.style import legend, styled
-from harvester.scene.scene import Stop
+from harvester.scene.physical import Stop
 
 HERE = Path(__file__).parent
 CIRCUITS = {  # Okabe and Ito's palette, told apart without colour by line and marker

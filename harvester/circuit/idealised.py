@@ -12,7 +12,7 @@ from harvester.equations.scaling import Scales
 from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit
 from harvester.netlists.allowed import Line, header_of
 from harvester.netlists.load_circuit import load_circuit, number
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 
 THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V, at ngspice's 27 degrees Celsius
 CLOSED = 100.0  # ohm of a closed switch

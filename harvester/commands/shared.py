@@ -55,7 +55,7 @@ def save_report(page: Path | None, made: Callable[[Any], "Page"], quiet: bool = 
 
 def loaded(path: str) -> "Scene":
     """The scene of a file."""
-    from harvester.scene.scene import load
+    from harvester.scene.toml import load
 
     return load(path)
 

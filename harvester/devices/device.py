@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from harvester.devices.flags import FLAGS, options
 from harvester.errors import InputError, invalid, shown
-from harvester.scene.scene import kind_of
-from harvester.scene.units import Kind, any_quantity, with_prefix
+from harvester.scene.keys import kind_of
+from harvester.scene.kinds import Kind, any_quantity, with_prefix
 from harvester.uncertainty.value import Value
 
 _QUALITY = Kind("a quality factor", "", "125", above=0.0)

@@ -9,7 +9,8 @@ from harvester.equations.scaling import equations
 from harvester.errors import InputError, shown
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Scene, loads
+from harvester.scene.scene import Scene
+from harvester.scene.toml import loads
 
 WIDTH = 34  # where comments begin
 TABLES = {

@@ -15,8 +15,11 @@ import math
 from dataclasses import dataclass
 
 from harvester.errors import InputError, invalid
-from harvester.scene.records import Density, Record, read_density, read_record
-from harvester.scene.scene import Excitation, Load, Nondimensional, OppositeStop, Oscillator, Piezo, Scene, Stop
+from harvester.scene.load import Load
+from harvester.scene.nondimensional import Nondimensional
+from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.records import Record, TabulatedDensity, read_density, read_record
+from harvester.scene.scene import Scene
 from harvester.scene.units import LARGEST, SMALLEST
 
 TURN = 2.0 * math.pi  # rad
@@ -62,7 +65,7 @@ class Equations:
     centre: float | None = None
     bandwidth: float | None = None
     record: Record | None = None
-    density: Density | None = None
+    density: TabulatedDensity | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +194,7 @@ def _of_device(scene: Scene, length: float | None) -> Equations:
     )
 
 
-def _recorded(excitation: Excitation) -> tuple[Record | None, Density | None]:
+def _recorded(excitation: Excitation) -> tuple[Record | None, TabulatedDensity | None]:
     """The base's acceleration in time, and its density, in SI units."""
     record, density = excitation.acceleration_file, excitation.acceleration_psd_file
     return (

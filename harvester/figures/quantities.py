@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import EngFormatter, Formatter
 
-from harvester.scene.scene import unit_of
+from harvester.scene.keys import unit_of
+from harvester.scene.units import SYMBOLS
 
 NONDIMENSIONAL = "nondimensional"
-_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXED = {"W", "V", "ohm", "F", "Hz", "s", "m", "m/s", "N/m", "N/V"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _WRITTEN = {"ohm": "Ω", "^2": "²", "^3": "³", "^5": "⁵"}
@@ -46,7 +46,8 @@ def scale(name: str, unit: str, values: Any) -> Scale:
     exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
     if unit in _PREFIXED:
         power = min(max(3 * (exponent // 3), -15), 9)
-        return Scale(10.0**power, f"{name} ({_PREFIXES[power]}{written(unit)})")
+        prefix = SYMBOLS[power].replace("u", "µ")
+        return Scale(10.0**power, f"{name} ({prefix}{written(unit)})")
     power = exponent if exponent < -2 or exponent > 4 else 0
     factor = [f"10{str(power).translate(_SUPERSCRIPT)}"] if power else []
     if unit:

@@ -21,10 +21,10 @@ from harvester.netlists.allowed import (
     parts,
     read_lines,
 )
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
+from harvester.scene.units import PREFIXES
 
-# ngspice's suffixes, as powers of ten
-_POWERS = {"t": 12, "g": 9, "meg": 6, "k": 3, None: 0, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
+_SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}  # of ngspice
 _TAKEN = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
 
 
@@ -124,7 +124,7 @@ def _storage(load: list[Line], defaults: dict[str, str | None], given: dict[str,
 def number(text: str) -> float | None:
     """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
     match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
-    return None if match is None else float(match[1]) * 10.0 ** _POWERS[match[2]]
+    return None if match is None else float(match[1]) * 10.0 ** _SUFFIXES[match[2] or ""]
 
 
 def _given(

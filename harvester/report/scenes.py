@@ -7,7 +7,8 @@ from harvester.equations.scaling import Equations, equations, scales
 from harvester.report.effects import WORDS, absent, present
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Grid, Listing, Section
-from harvester.scene.scene import Scene, unit_of
+from harvester.scene.keys import unit_of
+from harvester.scene.scene import Scene
 
 _COEFFICIENTS = {
     "linear": "linear stiffness (1 where it is not named)",

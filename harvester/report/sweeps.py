@@ -3,7 +3,8 @@
 from harvester.report.numbers import amount, share, signs
 from harvester.report.page import Grid, Page, Section, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
-from harvester.scene.scene import Scene, unit_of
+from harvester.scene.keys import unit_of
+from harvester.scene.scene import Scene
 from harvester.studies.sweep.printed_rows import warnings
 from harvester.studies.sweep.table import Row, Table
 from harvester.uncertainty.value import NORMAL_QUANTILE

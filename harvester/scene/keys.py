@@ -1,16 +1,25 @@
-"""All keys of a scene file, with unit, meaning and example: read off the scene's dataclasses."""
+"""All keys of a scene file, with unit, meaning and example, read off the scene's dataclasses; and their values."""
 
 import dataclasses
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Any
 
-from harvester.errors import unknown
-from harvester.scene.scene import TABLES, metadata
-from harvester.scene.units import Kind
+from harvester.errors import InputError, shown, unknown
+from harvester.printing.columns import columns
+from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.scene.load import Load
+from harvester.scene.nondimensional import Nondimensional
+from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.table import SceneTable, key_names
+
+TABLES: dict[str, type[SceneTable]] = {
+    table.TABLE: table for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Nondimensional)
+}
 
 
 @dataclass(frozen=True)
 class SceneKey:
-    """A key as the list shows it; ``unit`` is empty for a number or a text; ``needed``: its table cannot be without."""
+    """A key of the list; ``unit`` is empty for a number or a text, ``needed`` says that its table must have it."""
 
     table: str
     name: str
@@ -21,31 +30,22 @@ class SceneKey:
 
 
 def keys() -> tuple[SceneKey, ...]:
-    """Every key, table by table."""
-    found = []
-    for table, kind in TABLES.items():
-        for field in fields(kind):  # type: ignore[arg-type]
-            notes = metadata(kind, field.name)
-            quantity = next((note for note in notes if isinstance(note, Kind)), None)
-            texts = [note for note in notes if isinstance(note, str)]
-            meaning = texts[0] if texts else quantity.name if quantity else ""
-            example = texts[1] if len(texts) > 1 else quantity.example if quantity else ""
-            needed = table != "nondimensional" and _needed(table, field.name)
-            found.append(
-                SceneKey(
-                    table, field.name, quantity.unit if quantity else "", meaning, example.replace("'", '"'), needed
-                )
-            )
-    return tuple(found)
-
-
-def _needed(table: str, name: str) -> bool:
-    field = next(f for f in fields(TABLES[table]) if f.name == name)  # type: ignore[arg-type]
-    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+    """Every key of a scene file, table by table."""
+    entries = []
+    for table, dataclass_of_table in TABLES.items():
+        for field in dataclasses.fields(dataclass_of_table):  # type: ignore[arg-type]
+            kind, texts = key_kind(table, field.name), [n for n in _notes(table, field.name) if isinstance(n, str)]
+            meaning = texts[0] if texts else kind.name if kind else ""
+            example = texts[1] if len(texts) > 1 else kind.example if kind else ""
+            optional = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+            needed = not optional and table != "nondimensional"
+            unit = kind.unit if kind else ""
+            entries.append(SceneKey(table, field.name, unit, meaning, example.replace("'", '"'), needed))
+    return tuple(entries)
 
 
 def chosen(what: str | None) -> tuple[SceneKey, ...]:
-    """All, those of a table, or one key such as ``load.resistance``; InputError with the nearest match otherwise."""
+    """All keys, those of a table, or one such as ``load.resistance``; InputError with the nearest match otherwise."""
     everything = keys()
     if what is None:
         return everything
@@ -58,16 +58,74 @@ def chosen(what: str | None) -> tuple[SceneKey, ...]:
 
 
 def text(some: tuple[SceneKey, ...]) -> str:
-    """The list for people."""
-    wide = [
-        max(len(one) for one in column) for column in zip(*((k.name, k.unit, k.example) for k in some), strict=True)
-    ]
+    """The keys as `harvester keys` lists them, under the names of their tables."""
+    cells = [(key.name, key.unit, key.example, key.meaning + " (needed)" * key.needed) for key in some]
     lines: list[str] = []
     table = ""
-    for key in some:
+    for key, line in zip(some, columns(cells, "  "), strict=True):
         if key.table != table:
             table = key.table
             lines += [""] * bool(lines) + [f"[{table}]"]
-        cells = (f"{one:<{width}}" for one, width in zip((key.name, key.unit, key.example), wide, strict=True))
-        lines.append(f"  {'  '.join(cells)}  {key.meaning}{' (needed)' if key.needed else ''}")
+        lines.append(line)
     return "\n".join(lines)
+
+
+def split_key(key: str) -> tuple[str, str]:
+    """The table and the name of a key, such as ("load", "resistance") for "load.resistance".
+
+    Raises
+    ------
+    InputError
+        for a key that no scene has, with the nearest match.
+    """
+    table, _, name = key.partition(".")
+    if table not in TABLES:
+        raise unknown("scene table", table, TABLES)
+    names = [one.replace("parameters", "parameters.R") for one in key_names(TABLES[table])]
+    if name not in names and not key.startswith("load.parameters."):
+        raise unknown(f"[{table}] key", name, names)
+    return table, name
+
+
+def read_value(key: str, text: str) -> float:
+    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
+
+    Raises
+    ------
+    InputError
+        for an unknown key or a value that the key cannot take.
+    """
+    _, name = split_key(key)
+    try:
+        return any_quantity(text) if name.startswith("parameters.") else with_prefix(text, kind_of(key))
+    except ValueError as error:
+        raise InputError(f"{key} {error}, but is {shown(text)}") from None
+
+
+def kind_of(key: str) -> Kind:
+    """The kind of quantity of a scene key; InputError for a key that no scene has, or that is no number."""
+    kind = key_kind(*split_key(key))
+    if kind is None:
+        raise InputError(f"{key} must be a key with a number to be varied")
+    return kind
+
+
+def unit_of(key: str) -> str:
+    """The SI unit of a scene key, "1" where it is a number; "" for a netlist's parameter, whose unit is not known."""
+    table, name = split_key(key)
+    if name.startswith("parameters."):
+        return ""
+    kind = key_kind(table, name)
+    return (kind.unit if kind else "") or "1"
+
+
+def key_kind(table: str, name: str) -> Kind | None:
+    """The kind of quantity of a table's key, out of its annotation; None for a key that is a text or a table."""
+    return next((note for note in _notes(table, name) if isinstance(note, Kind)), None)
+
+
+def _notes(table: str, name: str) -> list[Any]:
+    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
+    annotation = TABLES[table].__annotations__.get(name)
+    parts = (*getattr(annotation, "__args__", ()), annotation)
+    return [note for part in parts for note in getattr(part, "__metadata__", ())]

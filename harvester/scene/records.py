@@ -19,7 +19,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
-from harvester.scene.units import Kind
+from harvester.scene.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
 
 BRIDGE = 4  # steps
 FEWEST = 16  # rows of a record
@@ -28,35 +28,30 @@ UNEVEN = 0.01  # of a step: how far a time may be off an even grid
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 _FINER = 8  # points of a fine grid to one that the content needs, for cubic interpolation
 
-_TIME = Kind("a time (s)", "s", "'1 ms'")
-_ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'1 g'", gravity=True)
-_FREQUENCY = Kind("a frequency (Hz)", "Hz", "'1 Hz'")
-_DENSITY = Kind("an acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'1 g^2/Hz'", gravity=True)
-
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Samples of one period, shape (n,), ``spacing`` apart."""
+    """One period of a record: samples of shape (n,), ``spacing`` apart."""
 
     spacing: float
     values: Floats
 
     @property
     def period(self) -> float:
-        """After which it repeats."""
+        """The time after which the record repeats."""
         return self.spacing * len(self.values)
 
     @property
     def rms(self) -> float:
-        """Root of its mean square."""
+        """The root of the mean square of the samples."""
         return float(np.sqrt(np.mean(self.values**2)))
 
     def scaled(self, time: float, value: float) -> "Record":
-        """In other units."""
+        """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""
         return Record(self.spacing * time, self.values * value)
 
     def sampled(self, count: int, cut: float = math.inf) -> Floats:
-        """The Fourier series at ``count`` even times of a period, without what is above their or the frequency cut."""
+        """The Fourier series at ``count`` even times of a period, without frequencies above theirs or above ``cut``."""
         from scipy.fft import irfft, rfft
 
         series = rfft(self.values) * (count / len(self.values))
@@ -65,7 +60,7 @@ class Record:
         return np.asarray(irfft(series[: count // 2 + 1], count))
 
     def at(self, times: Floats, h: float) -> Floats:
-        """At any times, for a grid of steps h: without what is above the frequency pi/h."""
+        """The values at any times, for a grid of steps h: without frequencies above pi/h."""
         from scipy.interpolate import CubicSpline
 
         needed = min(len(self.values), math.ceil(self.period / h))
@@ -75,29 +70,29 @@ class Record:
 
 
 @dataclass(frozen=True, eq=False)
-class Density:
-    """A one-sided density over ascending frequencies; straight lines in log-log between, nothing outside."""
+class TabulatedDensity:
+    """A one-sided density over ascending frequencies: straight lines in log-log between them, zero outside."""
 
     frequencies: Floats
     values: Floats
 
     @property
     def rms(self) -> float:
-        """Root of the integral, by the trapezoidal rule."""
+        """The root of the density's integral, by the trapezoidal rule."""
         return math.sqrt(float(np.trapezoid(self.values, self.frequencies)))
 
-    def scaled(self, time: float, value: float) -> "Density":
-        """In other units: ``value`` is that of the acceleration."""
-        return Density(self.frequencies / time, self.values * value**2 * time)
+    def scaled(self, time: float, value: float) -> "TabulatedDensity":
+        """The density of shaking whose times are multiplied by ``time`` and accelerations by ``value``."""
+        return TabulatedDensity(self.frequencies / time, self.values * value**2 * time)
 
     def at(self, frequencies: Floats) -> Floats:
-        """The density, shape as of ``frequencies``."""
+        """The density at any frequencies, in their shape."""
         with np.errstate(divide="ignore"):
             logs = np.interp(np.log(frequencies), np.log(self.frequencies), np.log(self.values), -np.inf, -np.inf)
         return np.asarray(np.exp(logs))
 
     def record(self, h: float, rng: np.random.Generator) -> Record:
-        """A record of the period `SPAN` with random phases, for a grid of steps h.
+        """Make a record of the period `SPAN` with random phases, for a grid of steps h.
 
         Each line has the amplitude sqrt(2 G df): the sum is near Gaussian, and its density exact.
         """
@@ -112,7 +107,7 @@ class Density:
 
 
 def read_record(path: str) -> Record:
-    """The record of a CSV file, in SI units, with its bridge.
+    """Read the record of a CSV file, in SI units, with its `bridge`.
 
     Raises
     ------
@@ -120,7 +115,7 @@ def read_record(path: str) -> Record:
         in one line, for a file that cannot be read or has no such columns, times that do not ascend in equal steps,
         values that are no finite numbers, or too few of them.
     """
-    time, values = _table(path, "acceleration_file", ("time", _TIME), ("acceleration", _ACCELERATION))
+    time, values = _columns_of(path, "acceleration_file", ("time", TIME), ("acceleration", ACCELERATION))
     key, steps = "excitation.acceleration_file", np.diff(time)
     if len(time) < FEWEST:
         raise invalid(key, f"have at least {FEWEST} rows", len(time))
@@ -132,22 +127,22 @@ def read_record(path: str) -> Record:
         raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off")
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
-    return Record(spacing, np.append(values, _bridge(values)))
+    return Record(spacing, np.append(values, bridge(values)))
 
 
-def read_density(path: str) -> Density:
-    """The density of a CSV file, in SI units; InputError as for `read_record`."""
-    f, values = _table(path, "acceleration_psd_file", ("frequency", _FREQUENCY), ("psd", _DENSITY))
+def read_density(path: str) -> TabulatedDensity:
+    """Read the density of a CSV file, in SI units; InputError as for `read_record`."""
+    f, values = _columns_of(path, "acceleration_psd_file", ("frequency", FREQUENCY), ("psd", ACCELERATION_PSD))
     key = "excitation.acceleration_psd_file"
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
         raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
     if not (values >= 0.0).all() or not values.any():
         raise InputError(f"{key} must have densities of at least 0, and some above, but has not")
-    return Density(f, values)
+    return TabulatedDensity(f, values)
 
 
-def _bridge(values: Floats) -> Floats:
-    """What is between the last sample and the first, `BRIDGE` steps later: a cubic with the slopes of both ends."""
+def bridge(values: Floats) -> Floats:
+    """The samples between the last and the first, `BRIDGE` steps later: a cubic with the slopes of both ends."""
     before = 1.5 * values[-1] - 2.0 * values[-2] + 0.5 * values[-3]
     after = -1.5 * values[0] + 2.0 * values[1] - 0.5 * values[2]
     s = np.arange(1, BRIDGE) / BRIDGE
@@ -155,8 +150,8 @@ def _bridge(values: Floats) -> Floats:
     return np.asarray(ends + BRIDGE * (before * s * (1 - s) ** 2 - after * s**2 * (1 - s)))
 
 
-def _table(path: str, name: str, *columns: tuple[str, Kind]) -> tuple[Floats, ...]:
-    """Columns of a file, by their names, in SI units."""
+def _columns_of(path: str, name: str, *columns: tuple[str, Kind]) -> tuple[Floats, ...]:
+    """The columns of a file, by their names, in SI units; a file that did not change is read once."""
     try:
         state = Path(path).stat()
     except OSError as error:

@@ -1,7 +1,7 @@
 """Values of a scene key at even spaces, with their unit: ``logspace("1 kohm", "10 Mohm", 25)``."""
 
 from harvester.errors import InputError, invalid
-from harvester.scene.units import ends
+from harvester.scene.units import prefix_factor, split_unit, unit_factor
 
 
 def logspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
@@ -45,9 +45,21 @@ def linspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 
 
 def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float, str | None]:
+    """Two ends in the unit of the first, and that unit; None where both are numbers."""
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= 100_000:
         raise invalid("the count of values", "be a whole number between 2 and 100000", count)
-    try:
-        return ends(low, high)
-    except ValueError as error:
-        raise InputError(f"the ends of the values {error}, but are {low!r} and {high!r}") from None
+    if not isinstance(low, str) and not isinstance(high, str):
+        return float(low), float(high), None
+    first, last = split_unit(low), split_unit(high)
+    if first is not None and last is not None:
+        (a, unit), (b, other) = first, last
+        if unit == other:
+            return a, b, unit
+        scales = [1.0 if one == "" else prefix_factor(one) for one in (unit, other)]
+        if scales[0] is not None and scales[1] is not None:
+            return a * scales[0], b * scales[1], ""
+        factor = unit_factor(other, unit) if unit and other else None
+        if factor is not None:
+            return a, b * factor, unit
+    must = "must be two numbers or two quantities of one kind, such as '1 kohm' and '10 Mohm'"
+    raise InputError(f"the ends of the values {must}, but are {low!r} and {high!r}")

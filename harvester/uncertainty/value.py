@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.errors import SimulationError
+from harvester.scene.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
 
@@ -94,9 +95,8 @@ def _times(value: float | None, factor: float) -> float | None:
 
 def _engineering(value: float) -> tuple[float, str]:
     """A power of 1000 and its prefix that bring a value between 1 and 1000."""
-    prefixes = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
     if value == 0.0:
         return 1.0, ""
     exponent = 3 * math.floor(math.log10(abs(value)) / 3)
     exponent = min(max(exponent, -15), 6)
-    return 10.0**exponent, prefixes[exponent]
+    return 10.0**exponent, SYMBOLS[exponent]

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from harvester.netlists.load_circuit import folder, load_circuit
-from harvester.scene.scene import Load, load
+from harvester.scene.load import Load
+from harvester.scene.toml import load
 
 CP, W, VOC = 50.2e-9, 20.0, 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius

@@ -15,7 +15,7 @@ from harvester.errors import CircuitError
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 from tests.support.systems import changed
 
 CP, W0, IS, N, THERMAL = 50.2e-9, 20.0, 2.52e-9, 1.752, 0.0258649  # the diodes are 1N4148, at 27 degrees Celsius

@@ -13,7 +13,7 @@ from harvester.circuit.worker_pool import in_order
 from harvester.equations.scaling import Equations, Scales
 from harvester.errors import CircuitError
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 
 SCALES = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
 EQS = Equations(beta=0.05, mu=1.0, c1=-0.05, n1=0.01)

@@ -13,8 +13,7 @@ import click
 import pytest
 
 from harvester import cli
-from harvester.scene.keys import keys
-from harvester.scene.scene import TABLES, read_value
+from harvester.scene.keys import TABLES, keys, read_value
 from tests.support.paths import ROOT
 from tests.support.terminal import on_terminal
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from harvester import cli
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 from tests.support import strategies
 from tests.support.judge import asked, fault, refusal
 from tests.support.paths import EXAMPLES

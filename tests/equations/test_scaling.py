@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from harvester.averaging.published.stationary import mean_square_voltage
 from harvester.equations.scaling import Equations, Scales, effects, equations, natural_length, physical, scales
 from harvester.errors import InputError
-from harvester.scene.scene import Nondimensional, Scene, load, loads
+from harvester.scene.nondimensional import Nondimensional
+from harvester.scene.scene import Scene
+from harvester.scene.toml import load, loads
 from tests.support.paths import ROOT
 from tests.support.systems import linear_v2
 

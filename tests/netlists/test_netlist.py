@@ -7,7 +7,7 @@ import pytest
 from harvester.errors import InputError
 from harvester.netlists.allowed import MOST_BYTES
 from harvester.netlists.load_circuit import folder, load_circuit, number
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 
 GOOD = """* mine
 .subckt mine p n

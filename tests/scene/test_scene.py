@@ -8,7 +8,11 @@ from hypothesis import strategies as st
 
 from harvester.equations.scaling import equations, scales
 from harvester.errors import InputError
-from harvester.scene.scene import TABLES, Load, Nondimensional, Scene, load, loads, read_value, split_key
+from harvester.scene.keys import TABLES, read_value, split_key
+from harvester.scene.load import Load
+from harvester.scene.nondimensional import Nondimensional
+from harvester.scene.scene import Scene
+from harvester.scene.toml import load, loads
 from tests.support.paths import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harvester.scene.scene import read_value
-from harvester.scene.units import Kind, any_quantity, with_prefix
+from harvester.scene.keys import read_value
+from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.scene.units import USUAL_UNITS, factor_by_pint
 
 MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0)
 PSD = Kind("a density", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True)
@@ -98,9 +99,7 @@ def test_must_tells_the_range(kind, must):
 
 def test_usual_units_are_those_of_pint():
     """The short way and pint's agree; 1m of a gap is a metre, of a resistance a milliohm."""
-    from harvester.scene.units import _USUAL, _by_pint
-
-    for (text, unit), factor in _USUAL.items():
-        assert _by_pint(text, unit) == pytest.approx(factor, rel=1e-15, abs=0.0), text
+    for (text, unit), factor in USUAL_UNITS.items():
+        assert factor_by_pint(text, unit) == pytest.approx(factor, rel=1e-15, abs=0.0), text
     assert read_value("stop.gap", "1m") == read_value("stop.gap", "1 m") == 1.0
     assert read_value("stop.gap", "1mm") == read_value("load.resistance", "1m") == 1e-3

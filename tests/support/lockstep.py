@@ -9,7 +9,7 @@ from harvester.equations.scaling import Scales
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 from tests.support.systems import linear
 
 CP = 50.2e-9

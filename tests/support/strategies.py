@@ -9,9 +9,13 @@ import math
 import tomli_w
 from hypothesis import strategies as st
 
-from harvester.scene.scene import TABLES, _kinds
+from harvester.scene.keys import TABLES, key_kind
+from harvester.scene.table import key_names
 
-NUMBERS = {name: {key: kinds[0] for key, kinds in _kinds(table).items() if kinds} for name, table in TABLES.items()}
+NUMBERS = {
+    name: {key: kind for key in key_names(table) if (kind := key_kind(name, key)) is not None}
+    for name, table in TABLES.items()
+}
 TEXTS = {"excitation": ("acceleration_file", "acceleration_psd_file"), "load": ("netlist",)}
 RECORDS = ("shake.csv", "shake_psd.csv", "none.csv", "../outside.csv", "/etc/hostname", "scene.toml", ".", "")
 NETLISTS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece", "resistor")

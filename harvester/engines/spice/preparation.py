@@ -12,7 +12,8 @@ from harvester.engines.ideal import UNIDEAL
 from harvester.engines.options import Sampled
 from harvester.equations.scaling import effects, equations, scales
 from harvester.errors import CannotServeError
-from harvester.scene.scene import Load, Scene
+from harvester.scene.load import Load
+from harvester.scene.scene import Scene
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:

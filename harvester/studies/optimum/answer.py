@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError
-from harvester.scene.scene import unit_of
+from harvester.scene.keys import unit_of
 from harvester.studies.optimum.evaluations import Point
 from harvester.studies.optimum.ranges import Range
 from harvester.uncertainty.value import Value, number

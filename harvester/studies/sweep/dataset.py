@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray
 
-from harvester.scene.scene import unit_of
+from harvester.scene.keys import unit_of
 
 if TYPE_CHECKING:
     from harvester.studies.sweep.table import Table

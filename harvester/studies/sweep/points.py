@@ -13,7 +13,8 @@ import numpy as np
 
 from harvester.equations.scaling import equations
 from harvester.errors import InputError, invalid, shown
-from harvester.scene.scene import Scene, read_value, split_key
+from harvester.scene.keys import read_value, split_key
+from harvester.scene.scene import Scene
 
 MOST_POINTS = 100_000
 MOST_BYTES = 64_000_000  # of a list of points

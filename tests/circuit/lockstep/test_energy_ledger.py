@@ -16,7 +16,7 @@ from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.interpreted import interpreted
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 from tests.support.lockstep import scales
 from tests.support.paths import EXAMPLES
 from tests.support.systems import PAPER, changed

@@ -14,7 +14,7 @@ from harvester.equations.scaling import Equations, Scales
 from harvester.mechanics.kernels.moments import from_path, mean_and_error
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 from tests.support.lockstep import PLATE, SEED, both, device, rms_difference
 from tests.support.systems import PAPER, changed, linear
 

@@ -21,7 +21,7 @@ from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.energy_ledger import ledger
 from harvester.equations.scaling import Equations, Scales
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load
+from harvester.scene.load import Load
 
 SCALES = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)  # V = 1 is 20 V
 BETA = SCALES.coupling**2 / (SCALES.mass * SCALES.frequency**2 * SCALES.capacitance)

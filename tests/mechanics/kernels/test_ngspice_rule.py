@@ -14,7 +14,7 @@ from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_ruled, weight
 from harvester.mechanics.kernels.noise import _three_point_grid, three_point_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.scene.scene import load
+from harvester.scene.toml import load
 from tests.support.systems import changed, z
 
 SEED = np.random.SeedSequence(20261121)

@@ -16,7 +16,7 @@ from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.richardson import StepPair
 from harvester.mechanics.ensemble.trajectories import Ensemble
 from harvester.mechanics.kernels.path import trace
-from harvester.scene.records import BRIDGE, SPAN, Density, Record, read_density, read_record
+from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge, read_density, read_record
 from tests.support.lockstep import device, rms_difference
 from tests.support.systems import PAPER, changed, z
 
@@ -36,9 +36,7 @@ def written(tmp_path, text, name="shake.csv"):
 
 def table(spacing=0.1, rows=601):
     values = signal(spacing * np.arange(rows))
-    from harvester.scene.records import _bridge
-
-    return Record(spacing, np.append(values, _bridge(values)))
+    return Record(spacing, np.append(values, bridge(values)))
 
 
 def test_record_is_read_as_it_is(tmp_path):
@@ -128,7 +126,7 @@ def test_spice_on_the_record():
     assert rms_difference(ours, exact, "x") < 1e-5
 
 
-LEVEL = Density(np.array([0.01, 0.1, 0.3, 2.0]), np.array([0.5, 0.5, 2.0, 0.02]))
+LEVEL = TabulatedDensity(np.array([0.01, 0.1, 0.3, 2.0]), np.array([0.5, 0.5, 2.0, 0.02]))
 
 
 def power_density(frequency):

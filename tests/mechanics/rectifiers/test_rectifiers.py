@@ -31,7 +31,8 @@ from harvester.mechanics.rectifiers.circuit import (
 from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
 from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_ideal
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.scene import Load, load
+from harvester.scene.load import Load
+from harvester.scene.toml import load
 from tests.support.systems import changed, z
 
 SEED = np.random.SeedSequence(20261121)

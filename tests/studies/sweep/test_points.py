@@ -7,7 +7,7 @@ import pytest
 
 import harvester as hv
 from harvester.errors import InputError
-from harvester.scene.scene import unit_of
+from harvester.scene.keys import unit_of
 from harvester.studies.sweep.points import Axis, Points, axis, grid, read_points
 from tests.support.paths import ROOT
 

@@ -1,0 +1,48 @@
+"""Checks of keys that go together, which physical and nondimensional scenes share; each raises InputError."""
+
+from harvester.errors import InputError, invalid
+from harvester.scene.table import SceneTable
+
+
+def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str) -> None:
+    """Refuse a key without the key that it needs, and more than one way of shaking beside white noise.
+
+    ``amplitude``, ``frequency`` and ``noise`` are the names of the table's keys.
+    """
+    pairs = [(amplitude, frequency), (frequency, amplitude), ("centre_frequency", "bandwidth")]
+    pairs += [("bandwidth", "centre_frequency"), ("correlation_time", noise), ("bandwidth", noise)]
+    for key, other in pairs:
+        if getattr(table, key) is not None and getattr(table, other) is None:
+            raise InputError(f"{table.TABLE}.{other} must be given with {key}, but is left out")
+    names = (amplitude, "correlation_time", "centre_frequency", "acceleration_file", "acceleration_psd_file")
+    present = [key for key in names if getattr(table, key, None) is not None]
+    if len(present) > 1:
+        raise InputError(f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given")
+
+
+def check_rigid_or_compliant(
+    table: str, prefix: str, restitution: float | None, stiffness: float | None, damping: float | None
+) -> None:
+    """Refuse a stop that has neither or both of a restitution coefficient and a stiffness, or a damping alone."""
+    compliant = f"{table}.{prefix}stiffness"
+    if restitution is not None and stiffness:
+        raise InputError(f"{compliant} must be left out where {table}.restitution is given, but both are given")
+    if not stiffness and damping:
+        raise InputError(f"{compliant} must be given with {table}.{prefix}damping, but is left out")
+    if restitution is None and not stiffness:
+        raise InputError(f"{table}.restitution must be given, but is missing (or {compliant}, for a compliant stop)")
+
+
+def check_stop_damping(key: str, damping: float | None, stiffness: float | None, mass: float) -> None:
+    """Refuse a compliant stop with critical damping or more, off which the mass would not come by itself."""
+    if damping and stiffness and damping >= (critical := 2.0 * (stiffness * mass) ** 0.5):
+        raise invalid(key, f"be below the critical damping of the contact, {critical:.6g}", damping)
+
+
+def check_opposite_stop(prefix: str, rigid: bool, gap: float | None, opposite_gap: float | None) -> None:
+    """Refuse an opposite stop without a rigid stop opposite to it, or without room between them."""
+    if not rigid:
+        raise InputError(f"{prefix}restitution must go with a rigid stop, but there is none: turn the axis round")
+    least, place = 0.0 - (gap or 0.0), opposite_gap or 0.0
+    if not place > least:
+        raise invalid(f"{prefix}gap", f"be above {least:g}, so that the stops leave room", place)

@@ -1,0 +1,134 @@
+"""The kinds of quantity that a scene is made of: each with its name, SI unit, example and range."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from harvester.scene.units import LARGEST, SMALLEST, prefix_factor, split_unit, unit_factor
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A physical quantity: its name, the SI unit that a bare number is in, an example, its range.
+
+    As part of an annotation it makes pydantic read the values of a key: ``mass: Annotated[float, MASS]``.
+    """
+
+    name: str
+    unit: str
+    example: str
+    above: float = -math.inf
+    least: float = -math.inf
+    most: float = math.inf
+    gravity: bool = False  # in an acceleration "g" is standard gravity, not gram
+
+    @property
+    def must(self) -> str:
+        """What a value must be, as an error says it."""
+        text = f"be {self.name}, such as {self.example}"
+        if self.least > -math.inf and self.most < math.inf:
+            return f"{text}, between {self.least:g} and {self.most:g}"
+        if self.least > -math.inf:
+            return f"{text}, at least {self.least:g}"
+        return text if self.above == -math.inf else f"{text}, above {self.above:g}"
+
+    def read(self, value: object) -> float:
+        """The value in SI units, from a number or from a text with a unit.
+
+        Raises
+        ------
+        ValueError
+            with the text ``must ...`` when it is no number, has another dimension, is not
+            finite or lies outside the range, or is of a size that no device has.
+        """
+        number = self._number(value)
+        if number is None or not math.isfinite(number):
+            raise ValueError(f"must {self.must}")
+        if not (number > self.above and self.least <= number <= self.most):
+            raise ValueError(f"must {self.must}")
+        if number and not SMALLEST <= abs(number) <= LARGEST:
+            raise ValueError(f"must {self.must}, between {SMALLEST:g} and {LARGEST:g} in size")
+        return number
+
+    def _number(self, value: object) -> float | None:
+        if isinstance(value, bool):
+            return None
+        if isinstance(value, int | float):
+            try:
+                return float(value)
+            except OverflowError:
+                return None
+        parts = split_unit(value)
+        if parts is None:
+            return None
+        number, unit = parts
+        if self.unit == "":
+            return number if unit == "" else None
+        if unit == "":
+            return None  # a text carries its unit
+        if self.gravity:
+            unit = re.sub(r"\bg(?=\b|[²³])", "gravity", unit)
+        factor = unit_factor(unit, self.unit)
+        return None if factor is None else number * factor
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+
+MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0)
+STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'16 N/m'")
+STOP_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0)
+QUADRATIC_STIFFNESS = Kind("a quadratic stiffness (N/m^2)", "N/m^2", "1e3")
+CUBIC_STIFFNESS = Kind("a cubic stiffness (N/m^3)", "N/m^3", "1e5")
+DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'6.4e-3 N s/m'")
+STOP_DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'1 N s/m'", least=0.0)
+DAMPING_X2 = Kind("a damping coefficient of X^2 (N s/m^3)", "N s/m^3", "10.0")
+DAMPING_X4 = Kind("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
+GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'")
+RESTITUTION = Kind("a restitution coefficient", "", "0.96", least=0.0, most=1.0)
+COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0)
+CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0)
+RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0)
+ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True)
+ACCELERATION_PSD = Kind(
+    "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
+)
+FREQUENCY = Kind("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
+TIME = Kind("a time (s)", "s", "'50 ms'", above=0.0)
+NUMBER = Kind("a number", "", "0.05")
+NUMBER_FROM_0 = Kind("a number", "", "0.05", least=0.0)
+NUMBER_ABOVE_0 = Kind("a number", "", "1.5", above=0.0)
+ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")  # of any dimension; see `any_quantity`
+
+
+def with_prefix(text: str, kind: Kind) -> float:
+    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4".
+
+    Raises ValueError as `Kind.read` does.
+    """
+    parts = split_unit(text)
+    if parts is None:
+        raise ValueError(f"must {kind.must}")
+    number, unit = parts
+    if unit == "":
+        return kind.read(number)
+    factor = None if unit == kind.unit else prefix_factor(unit)  # a gap of 1m is a metre
+    return kind.read(text if factor is None else number * factor)
+
+
+def any_quantity(value: object) -> float:
+    """A quantity of any dimension in SI base units, as a netlist's parameter is: 1e6, "1 Mohm", "10 uF".
+
+    Raises ValueError as `Kind.read` does.
+    """
+    parts = split_unit(value)
+    if parts is None or parts[1] == "":
+        return ANY.read(value)
+    number, unit = parts
+    factor = prefix_factor(unit) or unit_factor(unit, None)
+    if factor is None:
+        raise ValueError(f"must {ANY.must}")
+    return ANY.read(number * factor)

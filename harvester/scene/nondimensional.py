@@ -1,0 +1,83 @@
+"""The table of a nondimensional scene: the parameters of the paper's Eq. 2, and ours beyond it."""
+
+from typing import Annotated, ClassVar
+
+from pydantic.dataclasses import dataclass as checked_dataclass
+
+from harvester.errors import InputError, invalid
+from harvester.scene.checks import check_opposite_stop, check_rigid_or_compliant, check_shaking, check_stop_damping
+from harvester.scene.kinds import NUMBER, NUMBER_ABOVE_0, NUMBER_FROM_0, RESTITUTION
+from harvester.scene.table import CONFIG, SceneTable
+
+
+@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+class Nondimensional(SceneTable):
+    """The paper's parameters (Eq. 2), every one optional; N1 = eps1^2 D11, N2 = eps2^2 D22.
+
+    eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.  Ours: the spring is
+    linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
+    stop_damping instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic acceleration;
+    correlation_time, or centre_frequency and bandwidth (rad), filter the external noise as in `Excitation`.
+
+    >>> import harvester as hv
+    >>> hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01).beta
+    0.05
+    """
+
+    TABLE: ClassVar[str] = "nondimensional"
+    c1: Annotated[float, NUMBER, "linear damping is -c1"] | None = None
+    c2: Annotated[float, NUMBER, "damping of x^2 is -c2"] | None = None
+    c3: Annotated[float, NUMBER, "damping of x^4"] | None = None
+    alpha: Annotated[float, NUMBER, "cubic stiffness"] | None = None
+    alpha2: Annotated[float, NUMBER, "quadratic stiffness"] | None = None
+    linear: Annotated[float, NUMBER, "1, or -1 for two wells"] | None = None
+    beta: Annotated[float, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] | None = None
+    mu: Annotated[float, NUMBER_FROM_0, "load, 1/(R Cp w0)"] | None = None
+    restitution: Annotated[float, RESTITUTION, "rigid stop"] | None = None
+    gap: Annotated[float, NUMBER, "the stop is at x = -gap"] | None = None
+    opposite_restitution: Annotated[float, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] | None = None
+    opposite_gap: Annotated[float, NUMBER, "its distance from rest"] | None = None
+    stop_stiffness: Annotated[float, NUMBER_FROM_0, "compliant stop, instead of restitution"] | None = None
+    stop_damping: Annotated[float, NUMBER_FROM_0, "of a compliant stop"] | None = None
+    eps1: Annotated[float, NUMBER, "size of the external noise; 1 where left out"] | None = None
+    eps2: Annotated[float, NUMBER, "size of the parametric noise; 1 where left out"] | None = None
+    D11: Annotated[float, NUMBER_FROM_0, "intensity of the external noise"] | None = None
+    D22: Annotated[float, NUMBER_FROM_0, "intensity of the parametric noise"] | None = None
+    D12: Annotated[float, NUMBER, "correlation of the two"] | None = None
+    drive: Annotated[float, NUMBER_FROM_0, "amplitude of a harmonic acceleration"] | None = None
+    drive_frequency: Annotated[float, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] | None = None
+    correlation_time: Annotated[float, NUMBER_ABOVE_0, "the external noise is coloured"] | None = None
+    centre_frequency: Annotated[float, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"] | None = None
+    bandwidth: Annotated[float, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"] | None = None
+
+    def __post_init__(self) -> None:
+        check_shaking(self, "drive", "drive_frequency", "D11")
+        if self.D12 and self.filtered:
+            raise InputError("nondimensional.D12 must be left out where the noise is filtered, but both are given")
+        for eps, density in (("eps1", "D11"), ("eps2", "D22")):
+            if getattr(self, eps) and getattr(self, density) is None:
+                raise InputError(f"nondimensional.{density} must be given with {eps}, but is left out")
+        if self.linear is not None and abs(self.linear) != 1.0:
+            raise invalid("nondimensional.linear", "be 1 or -1", self.linear)
+        self._check_stops()
+        bound = ((self.D11 or 0.0) * (self.D22 or 0.0)) ** 0.5
+        if abs(self.D12 or 0.0) > bound * (1 + 1e-12):
+            raise invalid("nondimensional.D12", f"be at most sqrt(D11 D22) = {bound:g} in size", self.D12)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the external noise is coloured or of a band, rather than white."""
+        return self.correlation_time is not None or self.bandwidth is not None
+
+    def _check_stops(self) -> None:
+        stop = self.restitution is not None or bool(self.stop_stiffness)
+        for key, whole in (("gap", stop), ("opposite_gap", self.opposite_restitution is not None)):
+            if getattr(self, key) is not None and not whole:
+                raise InputError(f"nondimensional.{key} must go with a stop, but there is none: give its restitution")
+        if stop or self.stop_damping is not None:
+            check_rigid_or_compliant(
+                "nondimensional", "stop_", self.restitution, self.stop_stiffness, self.stop_damping
+            )
+            check_stop_damping("nondimensional.stop_damping", self.stop_damping, self.stop_stiffness, 1.0)
+        if self.opposite_restitution is not None:
+            check_opposite_stop("nondimensional.opposite_", self.restitution is not None, self.gap, self.opposite_gap)
