@@ -74,8 +74,8 @@ class Scene(SceneTable):
         A resistance is a number in ohm or a text such as "470k" or "1 Mohm".
 
         >>> import harvester as hv
-        >>> plate = hv.Scene(oscillator=hv.Oscillator(mass=0.04, stiffness=16), piezo=hv.Piezo(coupling=1e-3, capacitance=5e-8))
-        >>> plate.with_load(resistance="470k").load.resistance
+        >>> oscillator, piezo = hv.Oscillator(mass="40 g", stiffness=16), hv.Piezo(coupling=1e-3, capacitance="50 nF")
+        >>> hv.Scene(oscillator=oscillator, piezo=piezo).with_load(resistance="470k").load.resistance
         470000.0
 
         Raises

@@ -327,3 +327,17 @@ def computed_or_refused(tables):
     else:
         assert all(abs(v) <= 1e100 for v in found if v is not None)
         assert loads(scene.to_toml()) == scene
+
+
+def test_another_load_by_its_keys():
+    """A load is read as the command line reads it; of a load and its keys together none is dropped in silence."""
+    scene = loads(PLATE)
+    assert scene.with_load(resistance="470k") == scene.with_load("470 kohm") == scene.with_load(470e3)
+    bridge = scene.with_load(netlist="bridge", parameters={"R": "1M", "C": 1e-5})
+    assert bridge.load == Load(netlist="bridge", parameters={"R": 1e6, "C": 1e-5})
+    with pytest.raises(InputError, match="`load` must be left out where `resistance` is given"):
+        scene.with_load(bridge.load, resistance="470k")
+    with pytest.raises(InputError, match=r"load\.resistance must be a load resistance .* but is '470 kg'"):
+        scene.with_load(resistance="470 kg")
+    with pytest.raises(InputError, match="either resistance or netlist, but neither is given"):
+        scene.with_load()
