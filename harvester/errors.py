@@ -1,8 +1,13 @@
 """The named errors.  Each prints as one line; the command line maps them to its exit status."""
 
 import difflib
+import functools
+import inspect
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+T = TypeVar("T", bound=Callable[..., Any])
 
 
 class HarvesterError(Exception):
@@ -89,3 +94,21 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
     near = difflib.get_close_matches(name[:120].lower(), names, n=1)
     hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
     return InputError(f"unknown {kind} {shown(name)}: {hint}")
+
+
+def names_arguments(target: T) -> T:
+    """Make a public function or class answer an unknown keyword with an `InputError` and the nearest match."""
+    function: Any = target.__init__ if isinstance(target, type) else target  # type: ignore[misc]
+    known = [name for name in inspect.signature(function).parameters if name != "self"]
+
+    @functools.wraps(function)
+    def checked(*arguments: Any, **options: Any) -> Any:
+        for name in options:
+            if name not in known:
+                raise unknown(f"argument of {target.__name__}", name, known)
+        return function(*arguments, **options)
+
+    if isinstance(target, type):
+        target.__init__ = checked  # type: ignore[misc]
+        return target
+    return checked  # type: ignore[return-value]

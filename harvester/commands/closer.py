@@ -17,7 +17,6 @@ from harvester.commands.options import (
     vector_option,
 )
 from harvester.commands.shared import (
-    default_engine,
     drawn,
     loaded,
     need_out,
@@ -67,10 +66,11 @@ def cost(scene: str, out: str, seed: int, budget: float, vector: tuple[str, ...]
 @as_json_option
 def response(scene: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], as_json: bool) -> None:
     """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
+    from harvester.equations.problem import Problem
     from harvester.studies.frequency_response import response as responses
 
     given = loaded(scene)
-    with progress_of_rows("response", {"": 2 * len(responses.frequencies(given, sweep))}) as bar:
+    with progress_of_rows("response", {"": 2 * len(responses.frequencies(Problem(given), sweep))}) as bar:
         answer = responses.draw(given, sweep, out, seed, lambda: bar.row(""), vector)
     print_answer(answer, as_json)
     if not as_json:
@@ -92,11 +92,12 @@ def motion(
     scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
 ) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
+    from harvester.engines.serving import default_engine
     from harvester.studies import motion as motions
 
     given = loaded(scene)
     with progress("motion", known=False):
-        answer = motions.draw(given, out, engine or default_engine(given, {"within": None}), duration, seed, vector)
+        answer = motions.draw(given, out, engine or default_engine(given), duration, seed, vector)
     echo(str(answer))
     click.echo(f"written: {Path(out) / 'motion.csv'}, {drawn('motion', vector)}, provenance.json")
 

@@ -18,10 +18,9 @@ from harvester.commands.options import (
     vector_option,
 )
 from harvester.commands.shared import (
-    default_engine,
     drawn,
+    given_options,
     loaded,
-    made_engine,
     need_out,
     print_answer,
     progress,
@@ -49,8 +48,11 @@ from harvester.errors import InputError
 @as_json_option
 def run(scene: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
+    from harvester.engines.serving import default_engine
+    from harvester.engines.serving import engine as engine_of
+
     given = loaded(scene)
-    chosen = made_engine(default_engine(given, options) if engine is None else engine, options)
+    chosen = engine_of(engine or default_engine(given, options["within"]), **given_options(options))
     page = report_file(report, None)
     with progress(chosen.NAME) as bar:
         answer = chosen.run(given, bar.tell)
@@ -97,7 +99,8 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester.engines import serving
+    from harvester.engines.serving import default_engine, default_engines
+    from harvester.engines.serving import engines as engines_of
     from harvester.studies.sweep import printed_rows
     from harvester.studies.sweep import sweep as sweeps
 
@@ -110,9 +113,9 @@ def sweep(
         raise InputError("--workers must be left out where --scheduler is given, but both are given")
     given = loaded(scene)
     where = sweeps.read_points(points) if points is not None else sweeps.grid([sweeps.axis(text) for text in varied])
-    default = default_engine(given, options)
-    names = engines or (serving(given) if default == "ensemble" else [default])
-    chosen = [made_engine(name, options) for name in names]
+    within = options["within"]
+    names = engines or (default_engines(given) if within is None else [default_engine(given, within)])
+    chosen = engines_of(names, **given_options(options))
     page = report_file(report, out)
     with progress_of_rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
         table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
@@ -151,14 +154,16 @@ def optimise(
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
+    from harvester.engines.serving import default_engine
+    from harvester.engines.serving import engine as engine_of
     from harvester.studies.optimum import optimise as optimising
     from harvester.studies.optimum.ranges import parse
 
     need_out(vector, out)
     given, ranges = loaded(scene), [parse(text) for text in over]
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
-    name = default_engine(given, options | {"within": None}) if engine is None else engine
-    chosen = made_engine(name, options | {"within": None, "budget": None})
+    effort = given_options(options | {"within": None, "budget": None})
+    chosen = engine_of(engine or default_engine(given), **effort)
     with progress("optimise", most=True) as bar:
         answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell, vector)
     print_answer(answer, as_json)
@@ -186,7 +191,7 @@ def compare(
     folder = files.folder(out or ".") if out or not as_json else None
     page = report_file(report, out)
     with progress("compare") as bar:
-        result = comparing.compare(given, tick=bar.tell, **options)
+        result = comparing.compare(given, tick=bar.tell, **given_options(options))
     if folder is not None:
         from harvester import figures
 

@@ -13,7 +13,6 @@ from harvester.errors import InputError, invalid
 
 if TYPE_CHECKING:
     from harvester.commands.progress import Bar, Rows
-    from harvester.engines import Engine
     from harvester.report import Page
     from harvester.scene.scene import Scene
 
@@ -60,18 +59,9 @@ def loaded(path: str) -> "Scene":
     return load(path)
 
 
-def default_engine(scene: "Scene", options: dict[str, Any]) -> str:
-    """The engine where none is given."""
-    if options["within"] is not None:
-        return "cheapest"
-    return "ensemble" if scene.load is None or scene.load.netlist is None else "spice"
-
-
-def made_engine(name: str, options: dict[str, Any]) -> "Engine":
-    """An engine by its name, with the options that it has."""
-    from harvester.engines import engine
-
-    return engine(name, **options)
+def given_options(options: dict[str, Any]) -> dict[str, Any]:
+    """Those of a command's options for engines that were given."""
+    return {name: value for name, value in options.items() if value is not None and value is not False}
 
 
 def print_answer(answer: Any, as_json: bool) -> None:

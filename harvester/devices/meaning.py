@@ -7,15 +7,16 @@ from typing import Any
 
 from harvester.devices.best_load import DECADES, NEAR, best_load
 from harvester.devices.stop import stop
-from harvester.engines import Averaged, serving
-from harvester.equations.scaling import Equations, effects, equations, scales
+from harvester.engines import Averaged, Ideal, Published
+from harvester.engines.serving import serving
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.printing.columns import columns
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 WEAK = 0.2  # of the power that white noise gives, at the best load
-SHAKERS = frozenset({"external_noise", "harmonic_drive"})
 SOURCE = (
     "strong from beta = 2/Q + 1/Q^2 on: solve the linear equations on a harmonic base for the load and frequency of "
     "most power; from there on a resistor damps as much as the mechanics do and takes the most that any load can, "
@@ -45,17 +46,19 @@ class Meaning:
 
 def meaning(scene: Scene, file: str) -> Meaning:
     """What a physical scene's numbers mean; ``file`` is what the next commands name."""
-    eqs = equations(scene)
+    problem = Problem(scene)
+    eqs = problem.equations
     words: list[str] = []
     facts: dict[str, Any] = {}
-    for told, fact in (_coupling(eqs), _load(scene, eqs, file), stop(scene, eqs), _engines(scene, eqs)):
+    for told, fact in (_coupling(eqs), _load(problem, file), stop(problem), _engines(problem)):
         words += told
         facts |= fact
-    return Meaning(_numbers(scene, eqs), tuple(words), facts, _commands(scene, eqs, file, facts))
+    return Meaning(_numbers(problem), tuple(words), facts, _commands(problem, file, facts))
 
 
-def _numbers(scene: Scene, eqs: Equations) -> tuple[tuple[str, float, str, str], ...]:
-    s, beta, c = scales(scene), eqs.beta or 0.0, -(eqs.c1 or 0.0)
+def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
+    s, eqs = problem.scales, problem.equations
+    beta, c = eqs.beta or 0.0, -(eqs.c1 or 0.0)
     rows: list[tuple[str, float | None, str, str]] = [
         ("f0", s.frequency / (2.0 * math.pi), "Hz", "resonance in short circuit"),
         ("w0", s.frequency, "rad/s", "2 pi f0; 1/w0 is the unit of time"),
@@ -105,17 +108,17 @@ def noise_share(beta: float, c: float) -> float:
     return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 
 
-def _load(scene: Scene, eqs: Equations, file: str) -> tuple[list[str], dict[str, Any]]:
+def _load(problem: Problem, file: str) -> tuple[list[str], dict[str, Any]]:
     """The best load resistance, by a search with engine `averaged` where that serves."""
-    if scene.load is not None and scene.load.netlist is not None:
-        return [f"best load: a netlist's is found by: {_optimise(scene, file)}"], {"best_load": None}
-    bare = effects(equations(scene.with_load(_middle(scene))))
-    if "external_noise" not in bare or set(bare) & Averaged.UNSERVED:
-        if not SHAKERS & set(bare):
+    scene = problem.scene
+    if problem.netlist is not None:
+        return [f"best load: a netlist's is found by: {_optimise(problem, file)}"], {"best_load": None}
+    if "external_noise" not in problem.effects or Averaged.refusal(problem):
+        if not problem.shaken:
             return ["best load: not looked for, as nothing shakes the base"], {"best_load": None}
-        return [f"best load: found by: {_optimise(scene, file)}"], {"best_load": None}
+        return [f"best load: found by: {_optimise(problem, file)}"], {"best_load": None}
     try:
-        found = best_load(scene, _middle(scene))
+        found = best_load(scene, _middle(problem))
     except HarvesterError as error:
         return [f"best load: not found: {error}"], {"best_load": None}
     power = found.power
@@ -133,41 +136,35 @@ def _load(scene: Scene, eqs: Equations, file: str) -> tuple[list[str], dict[str,
         best += ", the end of what was looked at"
     if scene.load is None or scene.load.resistance is None:
         return [f"load: none yet; {best}", f"  ({stated})"], {"best_load": fact}
-    own = min(Averaged().run(scene).mean_power.value / power.value, 1.0)
+    own = min(Averaged().run(problem).mean_power.value / power.value, 1.0)
     fact["share"] = own
     how = "near the best" if own >= NEAR else "far from the best"
     told = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
     return [told, f"  ({stated})"], {"best_load": fact}
 
 
-def _engines(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:
-    names = engines(scene)
+def _engines(problem: Problem) -> tuple[list[str], dict[str, Any]]:
+    names = engines(problem)
     told = ", ".join(names) if names else "none yet: a power needs shaking and a load"
     return [f"engines that serve it: {told}"], {"engines": names}
 
 
-def engines(scene: Scene) -> list[str]:
-    """Names of the engines that give this scene a mean power; none without shaking or load."""
-    present = set(effects(equations(scene)))
-    if scene.load is None or not present & SHAKERS:
+def engines(problem: Problem) -> list[str]:
+    """Names of the engines that give a problem a mean power; none without shaking or load."""
+    if problem.scene.load is None or not problem.shaken:
         return []
-    if scene.load.netlist is None:
-        formulas = () if "external_noise" in present else ("published", "averaged")
-        return [name for name in serving(scene) if name not in formulas]
-    from harvester.circuit.idealised import TOPOLOGIES
-    from harvester.engines.ideal import UNIDEAL
-
-    ideal = scene.load.netlist in TOPOLOGIES and not present & UNIDEAL
-    return ["ideal", "spice"] if ideal else ["spice"]
+    formulas = () if "external_noise" in problem.effects else (Published.NAME, Averaged.NAME)
+    return [name for name in serving(problem) if name not in formulas]
 
 
-def _commands(scene: Scene, eqs: Equations, file: str, facts: dict[str, Any]) -> tuple[str, ...]:
-    if not SHAKERS & set(effects(eqs)):
+def _commands(problem: Problem, file: str, facts: dict[str, Any]) -> tuple[str, ...]:
+    scene, eqs = problem.scene, problem.equations
+    if not problem.shaken:
         return ("harvester keys excitation   (what may shake the base: add one to the scene, or new --force)",)
     if scene.load is None:
-        return (_optimise(scene, file),)
+        return (_optimise(problem, file),)
     if eqs.drive is not None and scene.load.netlist is None:
-        f0 = scales(scene).frequency / (2.0 * math.pi)
+        f0 = problem.scales.frequency / (2.0 * math.pi)
         low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
         return (
             f"harvester run {file}",
@@ -175,31 +172,29 @@ def _commands(scene: Scene, eqs: Equations, file: str, facts: dict[str, Any]) ->
         )
     best = facts.get("best_load")
     if best is not None and best["share"] < NEAR:
-        return (f"harvester run {file} --within 1%", _optimise(scene, file))
-    low, high = _range(scene)
+        return (f"harvester run {file} --within 1%", _optimise(problem, file))
+    low, high = _range(problem)
     vary = "parameters.R" if scene.load.netlist is not None else "resistance"
     grid = f"load.{vary}={_plain(low)}:{_plain(high)}:25"
     return (f"harvester run {file} --within 1%", f"harvester sweep {file} --vary {grid} --out sweep")
 
 
-def _optimise(scene: Scene, file: str) -> str:
-    low, high = _range(scene)
-    netlist = scene.load is not None and scene.load.netlist is not None
-    key, engine = ("load.parameters.R", " --engine ideal") if netlist else ("load.resistance", "")
-    if netlist and "ideal" not in engines(scene):
-        engine = ""
+def _optimise(problem: Problem, file: str) -> str:
+    low, high = _range(problem)
+    key = "load.resistance" if problem.netlist is None else "load.parameters.R"
+    engine = " --engine ideal" if Ideal.NAME in engines(problem) else ""
     return f"harvester optimise {file} --over {key}={_plain(low)}:{_plain(high)}{engine}"
 
 
-def _middle(scene: Scene) -> float:
+def _middle(problem: Problem) -> float:
     """1/(Cp w0 sqrt(1 + beta)): the best load of a linear device under white noise."""
-    s = scales(scene)
-    return 1.0 / (s.capacitance * s.frequency * math.sqrt(1.0 + (equations(scene).beta or 0.0)))
+    s = problem.scales
+    return 1.0 / (s.capacitance * s.frequency * math.sqrt(1.0 + (problem.equations.beta or 0.0)))
 
 
-def _range(scene: Scene) -> tuple[float, float]:
+def _range(problem: Problem) -> tuple[float, float]:
     """Ends of the search, powers of ten."""
-    decade = round(math.log10(_middle(scene)))
+    decade = round(math.log10(_middle(problem)))
     return 10.0 ** (decade - DECADES), 10.0 ** (decade + DECADES - 1.0)
 
 

@@ -5,10 +5,9 @@ from pathlib import Path
 import tomli_w
 
 from harvester.devices.device import Device, Key
-from harvester.equations.scaling import equations
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, shown
 from harvester.machine import files
-from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.scene import Scene
 from harvester.scene.toml import loads
 
@@ -71,8 +70,8 @@ def write(path: Path, device: Device, force: bool) -> Scene:
     check(path, force)
     whole = text(device)
     scene = loads(whole, path.parent)
-    equations(scene)  # refuses numbers that no device has
-    if scene.load is not None and scene.load.netlist is not None:
-        load_circuit(scene.load, scene.piezo.capacitance if scene.piezo else None)
+    problem = Problem(scene)  # refuses numbers that no device has
+    if problem.netlist is not None:
+        _ = problem.circuit  # refuses a netlist that is not allowed
     files.write(path, whole, "FILE")
     return scene

@@ -11,8 +11,8 @@ the amplitude is |drive / (1 - w^2 + i w c + i w beta/(mu + i w))|.
 import math
 from typing import Any
 
-from harvester.equations.scaling import Equations, scales
-from harvester.scene.scene import Scene
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.uncertainty.value import Value
 
 OFTEN, SELDOM = 0.1, 1e-3  # times a period
@@ -36,11 +36,12 @@ def amplitude(eqs: Equations) -> float | None:
     return abs(eqs.drive / (1.0 - w * w + 1j * w * c + 1j * w * beta / (mu + 1j * w)))
 
 
-def stop(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:
+def stop(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     """A sentence on the stop and its facts; nothing without one."""
+    eqs, s = problem.equations, problem.scales
     if eqs.restitution is None:
         return [], {}
-    s, gap = scales(scene), eqs.gap or 0.0
+    gap = eqs.gap or 0.0
     f0 = s.frequency / (2.0 * math.pi)
     if gap == 0.0:
         if eqs.n1 is None:
@@ -67,7 +68,7 @@ def stop(scene: Scene, eqs: Equations) -> tuple[list[str], dict[str, Any]]:
         )
         rms = Value(math.sqrt(x2) * s.length).text("m")
         told = f"stop: hit {how}: without it the displacement is {rms} (RMS, linear), and it is {told_gap} away"
-        told += "" if scene.load is not None and scene.load.resistance else ", in open circuit"
+        told += "" if eqs.mu is not None else ", in open circuit"
         often = f"; it would be reached {rate * s.frequency:.2g} times a second" if how != "seldom or never" else ""
         return [told + often], {"stop": how, "stop_hits_a_second": rate * s.frequency}
     if peak is not None and math.isfinite(peak):

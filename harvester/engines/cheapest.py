@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.averaged import Averaged
 from harvester.engines.ensemble import Ensemble
-from harvester.engines.formulas import Averaged
-from harvester.engines.given import held
-from harvester.engines.options import Sampled
-from harvester.engines.protocol import Progress
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.spice.spice import Spice
-from harvester.errors import HarvesterError, InputError
-from harvester.scene.scene import Scene
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, InputError, names_arguments
 
 
+@names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Cheapest(Sampled):
     """`averaged` (milliseconds) where its own error allows it, else `ensemble`; for a netlist `spice`.
@@ -36,17 +36,22 @@ class Cheapest(Sampled):
 
     NAME: ClassVar[str] = "cheapest"
 
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Empty: there is an engine for every problem."""
+        return ""
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        within = held(self.within)
+        problem, within = Problem.of(scene), number(self.within)
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
         options = {field.name: getattr(self, field.name) for field in dataclasses.fields(Sampled)}
-        if scene.load is not None and scene.load.netlist is not None:
+        if problem.netlist is not None:
             why = "the load is a netlist, and 'ideal' does not know the error of its model"
-            return _because(Spice(**options).run(scene, progress), why)
+            return _because(Spice(**options).run(problem, progress), why)
         try:
-            quick = Averaged(within=within).run(scene)
+            quick = Averaged(within=within).run(problem)
         except HarvesterError as error:
             why = f"'averaged' cannot tell: {error}"
         else:
@@ -55,7 +60,7 @@ class Cheapest(Sampled):
             if stated <= within:
                 return _because(quick, f"the error that it states, {stated:.2g}, is within {within:.3g}")
             why = f"'averaged' states an error of {stated:.2g}, more than {within:.3g}"
-        return _because(Ensemble(**options).run(scene, progress), why)
+        return _because(Ensemble(**options).run(problem, progress), why)
 
 
 def _because(answer: Estimate, why: str) -> Estimate:

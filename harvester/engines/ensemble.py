@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.given import held
-from harvester.engines.options import Sampled, balance
-from harvester.engines.protocol import Progress, estimate, resistive
-from harvester.equations.scaling import Equations, scales
-from harvester.scene.scene import Scene
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import AnyScene, Progress, estimate, needs_resistance, served
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import names_arguments
 from harvester.uncertainty.target import Target, best_factor, further
 from harvester.uncertainty.value import Value
 
@@ -42,6 +42,7 @@ class Model:
     factor: float
 
 
+@names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Ensemble(Sampled):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
@@ -67,22 +68,28 @@ class Ensemble(Sampled):
     TRAJECTORIES: ClassVar[int] = TRAJECTORIES
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
 
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why the engine cannot serve a problem; empty where it can."""
+        return needs_resistance(problem, cls.NAME)
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
         from harvester.mechanics.ensemble import trajectories as mc
         from harvester.mechanics.ensemble.richardson import StepPair, warm_up
         from harvester.mechanics.kernels.compiled import compilation
 
-        what = self.model(scene)
+        problem = served(type(self), scene)
+        what = self.model(problem)
         eqs, circuit = what.eqs, what.circuit
-        unit = scales(scene).frequency if scene.physical else 1.0
+        unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
             warm_up(eqs, seed, circuit)
         begin = time.perf_counter()
         many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
-        warnings = many.patient(held(self.budget)).settle()
+        warnings = many.patient(number(self.budget)).settle()
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
@@ -90,10 +97,10 @@ class Ensemble(Sampled):
         agreed = disagreement(pair.fine, eqs)
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
-        within = held(self.within)
+        within = number(self.within)
         if within is not None:
-            pair = self._pursue(pair, what, Target(within, held(self.budget)), warnings, progress)
-            reasons.insert(0, f"`within` {within:.3g} chose {told(pair, what.name, unit, scene.physical)}")
+            pair = self._pursue(pair, what, Target(within, number(self.budget)), warnings, progress)
+            reasons.insert(0, f"`within` {within:.3g} chose {told(pair, what.name, unit, problem.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
@@ -102,11 +109,10 @@ class Ensemble(Sampled):
         if first.seconds > TOLD:
             details["compilation_seconds"] = first.seconds
         if circuit is None:
-            details["power_balance"], details["power_balance_stderr"] = balance(pair.fine, eqs)
+            details["power_balance"], details["power_balance_stderr"] = power_balance(pair.fine, eqs)
         return estimate(
             self.NAME,
-            scene,
-            eqs,
+            problem,
             found(pair, "V2", agreed == NO_NOISE),
             found(pair, what.name, agreed == NO_NOISE).scaled(what.factor),
             seconds,
@@ -118,9 +124,9 @@ class Ensemble(Sampled):
             getattr(pair.fine, what.name) * what.factor,
         )
 
-    def model(self, scene: Scene) -> Model:
-        """What is simulated for a scene; raises as the class says."""
-        eqs = resistive(scene, self.NAME)
+    def model(self, problem: Problem) -> Model:
+        """What is simulated for a problem that the engine serves."""
+        eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
     def _pursue(
@@ -202,3 +208,13 @@ def told(pair: "StepPair", name: str, unit: float, physical: bool) -> str:
         f"twice the step on the same noise, and {pair.duration / unit:.3g}{second} of {pair.many.trajectories} "
         "trajectories, for the spread of their means"
     )
+
+
+def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
+    """Power in less power out over power in, and its standard error; zeros where nothing gives power."""
+    from harvester.mechanics.kernels.moments import mean_and_error
+    from harvester.mechanics.kernels.shaking import is_random, is_shaken
+
+    if not (is_shaken(eqs) or is_random(eqs)):
+        return 0.0, 0.0
+    return mean_and_error(moments.balance(eqs))

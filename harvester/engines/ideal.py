@@ -6,16 +6,15 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble, Model
-from harvester.engines.protocol import Progress, refuse
-from harvester.equations.scaling import equations, scales
-from harvester.errors import CannotServeError
-from harvester.scene.scene import Scene
+from harvester.engines.protocol import NOT_WHITE, AnyScene, Progress, unknown_effects
+from harvester.equations.problem import Problem
+from harvester.errors import names_arguments
 
 # Effects that the ideal circuits' kernel does not know
-SHAKING = frozenset({"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"})
-UNIDEAL = SHAKING | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
+UNSERVED = NOT_WHITE | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
 
 
+@names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Ideal(Ensemble):
     """The coupled equations with a load circuit that is piecewise linear (`harvester.mechanics.rectifiers.circuit`).
@@ -27,7 +26,7 @@ class Ideal(Ensemble):
     Raises
     ------
     CannotServeError
-        for a load resistance, a netlist of the user's own, whose switches are not known, and the effects `UNIDEAL`.
+        for a load resistance, a netlist of the user's own, whose switches are not known, and the effects `UNSERVED`.
     UnboundedResponseError
         where no stationary response exists.
     """
@@ -35,23 +34,29 @@ class Ideal(Ensemble):
     NAME: ClassVar[str] = "ideal"
     REASON: ClassVar[str] = "the error of ideal diodes and switches is not known from within: compare with 'spice'"
 
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why the engine cannot serve a problem; empty where it can."""
+        from harvester.circuit.idealised import ideal_circuit
+
+        if problem.netlist is None or problem.scene.load is None:
+            return "engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'"
+        if ideal_circuit(problem.scene.load, problem.scales) is None:
+            return (
+                f"engine 'ideal' must have one of the package's netlists, but the load is {problem.netlist!r}: "
+                "use engine 'spice'"
+            )
+        return unknown_effects(problem, UNSERVED, f"engine {cls.NAME!r}", "engine 'spice'")
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`."""
         answer = super().run(scene, progress)
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"))
 
-    def model(self, scene: Scene) -> Model:
-        """What is simulated for a scene; raises as the class says."""
+    def model(self, problem: Problem) -> Model:
+        """What is simulated for a problem that the engine serves."""
         from harvester.circuit.idealised import ideal_circuit
 
-        if scene.load is None or scene.load.netlist is None:
-            raise CannotServeError("engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'")
-        circuit = ideal_circuit(scene.load, scales(scene))
-        if circuit is None:
-            raise CannotServeError(
-                f"engine 'ideal' must have one of the package's netlists, but the load is {scene.load.netlist!r}: "
-                "use engine 'spice'"
-            )
-        eqs = equations(scene)
-        refuse(eqs, UNIDEAL, f"engine {self.NAME!r}", "engine 'spice'")
-        return Model(eqs, circuit, "load", eqs.beta or 0.0)
+        assert problem.scene.load is not None, "refusal checks this"
+        circuit = ideal_circuit(problem.scene.load, problem.scales)
+        return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)

@@ -1,54 +1,97 @@
-"""What the engines that sample share: their options, when to stop, and the power balance."""
+"""Options of the engines: what they are, what they may be, and numbers that may be given as a text."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
-from harvester.engines.given import Given
-from harvester.equations.scaling import Equations
-from harvester.errors import invalid
+from harvester.errors import InputError, invalid, shown
 from harvester.scene.units import fraction, seconds
 
 
+class NumberOrText:
+    """An optional number of an engine that may be set as a text: ``within="1%"``, ``budget="30s"``."""
+
+    def __init__(self, read: Callable[[str], float]) -> None:
+        self._read, self._name = read, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, engine: None, owner: type) -> None: ...
+
+    @overload
+    def __get__(self, engine: object, owner: type) -> float | None: ...
+
+    def __get__(self, engine: Any, owner: type) -> float | None:
+        value: float | None = None if engine is None else vars(engine)[self._name]
+        return value
+
+    def __set__(self, engine: object, value: float | str | None) -> None:
+        if isinstance(value, str):
+            try:
+                value = self._read(value)
+            except ValueError as error:
+                raise InputError(f"`{self._name}` {error}, but is {shown(value)}") from None
+        vars(engine)[self._name] = value
+
+
+def number(value: float | str | None) -> float | None:
+    """The number that a `NumberOrText` holds: mypy takes it for all that it may be set to."""
+    assert not isinstance(value, str)
+    return value
+
+
 @dataclass(frozen=True, kw_only=True)
-class Sampled:
-    """Options of the engines that sample.
+class Asked:
+    """Options of every engine.
 
     within
         relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01 or "1%"; None: one
-        round.
+        round.  A formula cannot work towards it: it says where its own error is larger, or not known.
     budget
         seconds that reaching it may take, such as 30 or "30s", without compilation and burn-in.
+    seed
+        the same seed, the same noise.
+    """
+
+    within: NumberOrText = NumberOrText(fraction)
+    budget: NumberOrText = NumberOrText(seconds)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "within", "budget")
+        if self.within is not None and not 1e-5 <= self.within < 1.0:
+            raise invalid("`within`", "be between 0.001% and 100%", f"{self.within:.3g}")
+        if self.seed < 0:
+            raise invalid("`seed`", "be at least 0", self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampled(Asked):
+    """Options of the engines that sample.
+
     duration, dt
         of a trajectory after its burn-in, and the step: in second for a physical scene, else
         nondimensional; None: chosen from the scene.
+    trajectories
+        independent ones; None: chosen by the engine.
     """
 
-    within: Given = Given(fraction)  # noqa: RUF009, a descriptor: None unless it is set
-    budget: Given = Given(seconds)  # noqa: RUF009
-    seed: int = 0
     duration: float | None = None
     trajectories: int | None = None
     dt: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("within", "budget", "duration", "dt"):
-            value = getattr(self, name)
-            if value is not None and not (value > 0.0 and math.isfinite(value)):
-                raise invalid(f"`{name}`", "be above 0", value)
-        if self.within is not None and not 1e-5 <= self.within < 1.0:
-            raise invalid("`within`", "be between 0.001% and 100%", f"{self.within:.3g}")
+        super().__post_init__()
+        _check_positive(self, "duration", "dt")
         if self.trajectories is not None and not 2 <= self.trajectories <= 1_000_000:
             raise invalid("`trajectories`", "be between 2 and 1000000", self.trajectories)
-        if self.seed < 0:
-            raise invalid("`seed`", "be at least 0", self.seed)
 
 
-def balance(moments: Any, eqs: Equations) -> tuple[float, float]:
-    """Power in less power out over power in, and its standard error (see `harvester.mechanics.kernels.moments`)."""
-    from harvester.mechanics.kernels.moments import mean_and_error
-    from harvester.mechanics.kernels.shaking import is_random, is_shaken
-
-    if not (is_shaken(eqs) or is_random(eqs)):
-        return 0.0, 0.0
-    return mean_and_error(moments.balance(eqs))
+def _check_positive(options: Asked, *names: str) -> None:
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and not (value > 0.0 and math.isfinite(value)):
+            raise invalid(f"`{name}`", "be above 0", value)

@@ -1,15 +1,19 @@
-"""What all engines share: the protocol, the loads they serve, and the way to an Estimate."""
+"""What all engines share: the protocol, the check that a problem is theirs, and the way to an Estimate."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from harvester.answers.estimate import Estimate
-from harvester.equations.scaling import Equations, effects, equations, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import SHAKING, Problem
 from harvester.errors import CannotServeError, HarvesterError
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
-Progress = Callable[[float], None]  # told the fraction done
+Progress = Callable[[float], None]  # is called with the fraction done
+AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
+NOT_WHITE = SHAKING - {"external_noise"}  # what else may shake the base
 
 
 class Engine(Protocol):
@@ -17,7 +21,12 @@ class Engine(Protocol):
 
     NAME: ClassVar[str]
 
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why the engine cannot serve a problem, and what can; empty where it can."""
+        ...
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
         ...
 
@@ -28,26 +37,33 @@ class Vectorised(Protocol):
 
     NAME: ClassVar[str]
 
-    def run_many(self, scenes: Sequence[Scene]) -> list[Estimate | HarvesterError]:
+    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`Engine.run` for each scene, or the error that it raises."""
         ...
 
 
-def resistive(scene: Scene, engine: str) -> Equations:
-    """The equations of a scene whose load is a resistance or none; CannotServeError for a netlist."""
-    if scene.load is not None and scene.load.netlist is not None:
-        raise CannotServeError(
-            f"engine {engine!r} must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
-            "use engine 'spice', or 'ideal' for one of the package's netlists"
-        )
-    return equations(scene)
+def served(engine: type[Engine], scene: AnyScene) -> Problem:
+    """The problem of a scene that an engine serves; CannotServeError with the reason where it does not."""
+    problem = Problem.of(scene)
+    if reason := engine.refusal(problem):
+        raise CannotServeError(reason)
+    return problem
 
 
-def refuse(eqs: Equations, unserved: frozenset[str], who: str, instead: str) -> None:
-    """CannotServeError where a scene has effects (by the names of `effects`) that ``who`` does not know."""
-    found = [name.replace("_", " ") for name in effects(eqs) if name in unserved]
-    if found:
-        raise CannotServeError(f"{who} does not know {' and '.join(found)}: use {instead}")
+def needs_resistance(problem: Problem, engine: str) -> str:
+    """Why an engine for load resistances cannot serve a netlist; empty where the load is none."""
+    if problem.netlist is None:
+        return ""
+    return (
+        f"engine {engine!r} must have a load resistance, but the load is netlist {problem.netlist!r}: "
+        "use engine 'spice', or 'ideal' for one of the package's netlists"
+    )
+
+
+def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> str:
+    """Why ``who`` cannot serve a scene with effects that it does not know; empty where it knows all."""
+    found = [name.replace("_", " ") for name in problem.effects if name in unserved]
+    return f"{who} does not know {' and '.join(found)}: use {instead}" if found else ""
 
 
 def with_power(v2: Value, eqs: Equations) -> Value:
@@ -57,8 +73,7 @@ def with_power(v2: Value, eqs: Equations) -> Value:
 
 def estimate(
     engine: str,
-    scene: Scene,
-    eqs: Equations,
+    problem: Problem,
     v2: Value,
     power: Value | None,
     seconds: float,
@@ -69,27 +84,26 @@ def estimate(
     samples: Any = None,
     power_samples: Any = None,
 ) -> Estimate:
-    """Put a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P] into the scene's units."""
+    """The answer in the scene's units, from a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P]."""
+    eqs, units = problem.equations, problem.units
     power = with_power(v2, eqs) if power is None else power
-    s = scales(scene)
-    physical = scene.physical
     return Estimate(
         engine=engine,
-        physical=physical,
-        mean_square_voltage=v2.scaled(s.volts**2) if physical else v2,
-        mean_power=power.scaled(s.watts) if physical else power,
+        physical=problem.physical,
+        mean_square_voltage=v2.scaled(units.volts**2),
+        mean_power=power.scaled(units.watts),
         nondimensional={
             "mean_square_voltage": v2.value,
             "mean_power": power.value,
             "beta": eqs.beta,
             "mu": eqs.mu,
         },
-        effects=effects(eqs),
+        effects=problem.effects,
         seconds=seconds,
         steps=steps,
         reason=reason,
         warnings=warnings,
         details=details or {},
         samples=samples,
-        power_samples=power_samples if power_samples is None or not physical else power_samples * s.watts,
+        power_samples=None if power_samples is None else power_samples * units.watts,
     )

@@ -1,6 +1,6 @@
 """The effects in words, so that a page can say which are present and which are absent from the computation."""
 
-from harvester.equations.scaling import effects, equations
+from harvester.equations.problem import Problem
 from harvester.scene.scene import Scene
 
 WORDS = {
@@ -32,7 +32,7 @@ WORDS = {
 def present(scene: Scene) -> list[str]:
     """The names of the effects that a scene calls for."""
     netlist = scene.load is not None and scene.load.netlist is not None
-    return [*effects(equations(scene)), *(["netlist"] if netlist else [])]
+    return [*Problem.of(scene).effects, *(["netlist"] if netlist else [])]
 
 
 def absent(scene: Scene) -> list[str]:

@@ -10,8 +10,11 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Ideal, Published, Spice, candidates, engine
+from harvester.engines import Ideal, Published, Spice
+from harvester.engines.protocol import AnyScene
+from harvester.engines.serving import engines, refusals
 from harvester.engines.spice.preparation import READING, prepare
+from harvester.equations.problem import Problem
 from harvester.errors import (
     CannotServeError,
     HarvesterError,
@@ -19,7 +22,6 @@ from harvester.errors import (
     SimulationError,
     UnboundedResponseError,
 )
-from harvester.scene.scene import Scene
 from harvester.uncertainty.value import z_score
 
 if TYPE_CHECKING:
@@ -135,7 +137,7 @@ class Comparison:
 
 
 def compare(
-    scene: Scene, seed: int = 0, *, tick: Callable[[float, str], None] | None = None, **options: Any
+    scene: AnyScene, seed: int = 0, *, tick: Callable[[float, str], None] | None = None, **options: Any
 ) -> Comparison:
     """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
@@ -153,21 +155,22 @@ def compare(
     HarvesterError
         when no engine can serve the scene, the error of the last.
     """
+    problem = Problem.of(scene)
     estimates: list[Estimate] = []
     refused: dict[str, str] = {}
     drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
     last: HarvesterError | None = None
-    names = candidates(scene)
+    names = list(refusals(problem))
     total, done = sum(WEIGHTS[name] for name in names) + WEIGHTS["paths"], 0.0
 
     def tell(fraction: float, what: str) -> None:
         if tick is not None:
             tick((done + WEIGHTS[what] * fraction) / total, what)
 
-    for name in names:
+    for name, engine in zip(names, engines(names, seed=seed, **options), strict=True):
         tell(0.0, name)
         try:
-            estimates.append(engine(name, seed=seed, **options).run(scene, partial(tell, what=name)))
+            estimates.append(engine.run(problem, partial(tell, what=name)))
         except (CannotServeError, MissingProgramError, SimulationError) as error:
             refused[name], last = str(error), error
             drawn = drawn and not (name == Published.NAME and isinstance(error, CannotServeError))
@@ -178,24 +181,24 @@ def compare(
     paths: list[PathComparison] = []
     tell(0.0, "paths")
     if drawn and "spice" not in refused:
-        bare = scene.without_stop()
-        pairs = (
-            [("without the stop", bare)] if bare == scene else [("with the stop", scene), ("without the stop", bare)]
-        )
-        for title, s in pairs:
+        bare = Problem(problem.scene.without_stop())
+        pairs = [("without the stop", bare)]
+        if bare.scene != problem.scene:
+            pairs.insert(0, ("with the stop", problem))
+        for title, one in pairs:
             with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
-                paths.append(one_path(s, title, seed))
+                paths.append(one_path(one, title, seed))
     return Comparison(tuple(estimates), refused, tuple(paths))
 
 
-def one_path(scene: Scene, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
+def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
     """ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
     from harvester.averaging.published.voltage import amplitude_through, decoupled, omega2
     from harvester.circuit import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
 
-    device = prepare(scene, Spice(seed=seed, dt=dt)).device
+    device = prepare(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs
     device = worker.Device(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.protocol import resistive
-from harvester.equations.scaling import equations, scales
-from harvester.errors import invalid, unknown
+from harvester.engines import Ensemble, Spice
+from harvester.engines.protocol import AnyScene, served
+from harvester.equations.problem import Problem
+from harvester.errors import invalid, names_arguments, unknown
 from harvester.machine import files
 from harvester.printing.answer_units import AnswerUnits
-from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.path import Path
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
-ENGINES = ("ensemble", "spice")
+ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
 MOST_STEPS = 5_000_000
 
 
@@ -93,7 +93,8 @@ class Motion:
         return "\n".join(lines)
 
 
-def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
+@names_arguments
+def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
     """A path from rest; ``duration`` is what a plot shows of its end, in seconds (nondimensional scene: 1/w0).
 
     >>> import harvester as hv
@@ -115,11 +116,11 @@ def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None
 
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
-    eqs = resistive(scene, engine) if engine == "ensemble" else equations(scene)
-    s = scales(scene)
-    unit = s.frequency if scene.physical else 1.0
+    problem = served(ENGINES[engine], scene)
+    eqs, s = problem.equations, problem.units
+    unit = s.frequency
     shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
-    h = _step(scene)
+    h = _step(problem)
     if not h < shown < MOST_STEPS * h / (1 + LEAD):
         raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + LEAD):.3g}", duration)
     sequence = np.random.SeedSequence([seed, 7])
@@ -129,54 +130,51 @@ def motion(scene: Scene, engine: str = "ensemble", duration: float | None = None
     if engine == "ensemble":
         path = trace(eqs, noise, h, stride, shaking=shaking)
     else:
-        path = _in_ngspice(scene, noise, h, stride, shaking)
+        path = _in_ngspice(problem, noise, h, stride, shaking)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     low, high = eqs.gap or 0.0, eqs.opposite_gap
     has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
     stops = ((-low,) if has_stop else ()) + ((high,) if high is not None else ())
-    if not scene.physical:
-        return Motion(path.t, path.x, path.v, path.V, a, path.impacts, stops, shown, h, False, engine)
     speed = s.length * s.frequency
+    base = a if a is None or not problem.physical else -a * speed * s.frequency  # the mass feels the opposite
     return Motion(
         path.t / unit,
         path.x * s.length,
         path.v * speed,
         path.V * s.volts,
-        None if a is None else -a * speed * s.frequency,  # the base's: the mass feels the opposite
+        base,
         path.impacts * [1.0 / unit, speed],
         tuple(stop * s.length for stop in stops),
         shown / unit,
         h / unit,
-        True,
+        problem.physical,
         engine,
     )
 
 
-def _step(scene: Scene) -> float:
+def _step(problem: Problem) -> float:
     from harvester.mechanics.ensemble.trajectories import STEP
     from harvester.mechanics.kernels.bounds import check_bounded, resting_places, typical_frequency
     from harvester.mechanics.kernels.shaking import whole_steps
 
-    eqs = equations(scene)
+    eqs = problem.equations
     check_bounded(eqs)
     far = max(x * x for x in resting_places(eqs))
     return whole_steps(eqs, 0.5 * STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far)))
 
 
-def _in_ngspice(scene: Scene, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":
+def _in_ngspice(problem: Problem, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":
     import dataclasses
 
     from harvester.circuit import runs as worker
     from harvester.engines.spice.preparation import prepare
-    from harvester.engines.spice.spice import Spice
 
-    s = scales(scene)
-    device = prepare(scene, Spice(dt=h / (s.frequency if scene.physical else 1.0))).device
+    device = prepare(problem, Spice(dt=h / problem.units.frequency)).device
     return worker.record_apart(dataclasses.replace(device, h=h, stride=stride), noise, shaking)
 
 
 def draw(
-    scene: Scene,
+    scene: AnyScene,
     out: str | File,
     engine: str = "ensemble",
     duration: float | None = None,
@@ -188,9 +186,10 @@ def draw(
 
     files.check_vector(vector)
     folder = files.folder(out)
-    found = motion(scene, engine, duration, seed)
+    problem = Problem.of(scene)
+    found = motion(problem, engine, duration, seed)
     files.write(folder / "motion.csv", found.text())
-    figures.save(figures.motion(found, scene.title), folder, "motion", vector)
-    whence = provenance(scene, engine=engine, seed=seed, duration=found.shown, step=found.step)
+    figures.save(figures.motion(found, problem.scene.title), folder, "motion", vector)
+    whence = provenance(problem.scene, engine=engine, seed=seed, duration=found.shown, step=found.step)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return found

@@ -2,16 +2,18 @@
 
 from typing import Any
 
+from harvester.equations.problem import Problem
 from harvester.machine.provenance import whence
-from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.scene import Scene
 
 
-def provenance(scene: Scene, **what: Any) -> dict[str, Any]:
+def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
     """All of it, with ``what`` the command asked for."""
+    problem = Problem.of(scene)
+    circuit = None if problem.netlist is None else problem.circuit
     return whence() | {
-        "scene": scene.tables(),
-        "scene_digest": scene.digest,
-        "netlist": None if scene.load is None or scene.load.netlist is None else load_circuit(scene.load).text,
+        "scene": problem.scene.tables(),
+        "scene_digest": problem.scene.digest,
+        "netlist": None if circuit is None else circuit.text,
         **what,
     }

@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.ensemble import KNOWN, affordable, told
-from harvester.engines.ideal import UNIDEAL
-from harvester.engines.options import Sampled
-from harvester.equations.scaling import effects, equations, scales
-from harvester.errors import CannotServeError
-from harvester.scene.load import Load
-from harvester.scene.scene import Scene
+from harvester.engines.ideal import UNSERVED
+from harvester.engines.options import Sampled, number
+from harvester.equations.problem import Problem
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -69,13 +66,11 @@ class Prepared:
         return told(self.pair, self.quantity, unit, physical)
 
 
-def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
+def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
     Raises
     ------
-    CannotServeError
-        for an open circuit, or a scene in which nothing shakes the mass at rest.
     MissingProgramError
         when ngspice is not installed.
     """
@@ -85,33 +80,24 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     from harvester.mechanics.ensemble import trajectories as mc
     from harvester.mechanics.ensemble.richardson import StepPair, warm_up
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.mechanics.kernels.shaking import is_shaken, period
-    from harvester.netlists.load_circuit import load_circuit
+    from harvester.mechanics.kernels.shaking import period
 
     find_library()
-    eqs, s = equations(scene), scales(scene)
-    unit = s.frequency if scene.physical else 1.0
-    load = scene.load
-    if not scene.physical and eqs.mu is not None:
-        load = Load(resistance=s.resistance(eqs.mu))
-    if load is None:
-        raise CannotServeError("engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'")
-    circuit = load_circuit(load, s.capacitance)
-    if not is_shaken(eqs):
-        raise CannotServeError(
-            "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
-        )
+    eqs, s, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
+    assert circuit is not None, "the engine refuses an open circuit"
     repeat = period(eqs)
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
-    known = not UNIDEAL.intersection(effects(eqs))
-    ideal = ideal_circuit(load, s) if known and charging <= LONGEST_CHARGING else None
+    known, load = UNSERVED.isdisjoint(problem.effects), problem.scene.load
+    ideal = None
+    if load is not None and problem.netlist is not None and known and charging <= LONGEST_CHARGING:
+        ideal = ideal_circuit(load, s)
     ruled = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
         warm_up(eqs, seed, ideal, ruled)
     begin = time.perf_counter()
     pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
-    warnings = pilot.patient(options.budget).settle()
+    warnings = pilot.patient(number(options.budget)).settle()
     burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(
@@ -123,8 +109,8 @@ def prepare(scene: Scene, options: Sampled, reltol: float = 1e-4, gaussian: bool
     pair: StepPair | None = None
     if eqs.mu is not None or ideal is not None:
         pair = StepPair(pilot, burn_in)
-        if options.within is not None:
-            target = Target(options.within, options.budget, begin)
+        if (within := number(options.within)) is not None:
+            target = Target(within, number(options.budget), begin)
             pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.many
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride

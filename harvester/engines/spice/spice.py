@@ -9,18 +9,17 @@ from typing import ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.ensemble import NO_NOISE, disagreement
-from harvester.engines.given import held
-from harvester.engines.options import Sampled, balance
-from harvester.engines.protocol import Progress, estimate
+from harvester.engines.ensemble import NO_NOISE, disagreement, power_balance
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.preparation import Prepared, prepare
 from harvester.engines.spice.runs import FEWEST, Runs
-from harvester.equations.scaling import effects, equations, scales
-from harvester.errors import SimulationError, invalid
-from harvester.scene.scene import Scene
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError, invalid, names_arguments
 from harvester.uncertainty.target import Target
 
 
+@names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Spice(Sampled):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
@@ -72,18 +71,27 @@ class Spice(Sampled):
         if self.gaussian and not self.alone:
             raise invalid("gaussian", "be given with alone only: pairs share the ensemble's noise", "True")
 
-    def run(self, scene: Scene, progress: Progress | None = None) -> Estimate:
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why the engine cannot serve a problem; empty where it can."""
+        if problem.netlist is None and problem.equations.mu is None:
+            return "engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'"
+        if not problem.shaken:
+            return "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
+        return ""
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
         from harvester.circuit import runs as worker
         from harvester.mechanics.kernels.shaking import is_random, period
 
-        eqs, s = equations(scene), scales(scene)
-        unit = s.frequency if scene.physical else 1.0
-        ready = prepare(scene, self, self.reltol, self.gaussian)
+        problem = served(type(self), scene)
+        eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
+        ready = prepare(problem, self, self.reltol, self.gaussian)
         noisy = is_random(eqs)
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up(ready.device, paired)
-        within, budget = held(self.within), held(self.budget)
+        within, budget = number(self.within), number(self.budget)
         target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
         kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
@@ -101,9 +109,9 @@ class Spice(Sampled):
         details |= runs.details() | {"warm_up_seconds": warm}
         moments = runs.moments()
         if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
-            details["power_balance"], details["power_balance_stderr"] = balance(moments, eqs)
+            details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
         else:
-            details |= runs.ledger(1.0 if scene.physical else s.watts)
+            details |= runs.ledger(s.watts / problem.units.watts)
         agreed = disagreement(moments, eqs)
         if agreed is not None:
             ready.warnings.extend([] if agreed == NO_NOISE else [agreed])
@@ -113,16 +121,15 @@ class Spice(Sampled):
         )
         reasons = [ready.reason, agreed if agreed == NO_NOISE else ""]
         if target is not None:
-            reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, scene.physical)}")
-        if not scene.physical:
+            reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
+        if not problem.physical:
             reasons.append(
                 f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
                 f"theta = {s.coupling:.4g} N/V; results are nondimensional"
             )
         answer = estimate(
             self.NAME,
-            scene,
-            eqs,
+            problem,
             v2,
             power,
             seconds,
@@ -132,11 +139,11 @@ class Spice(Sampled):
             details,
             moments.V2,
         )
-        return answer if ready.resistive else dataclasses.replace(answer, effects=(*effects(eqs), "netlist"))
+        return answer if ready.resistive else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
 
     def _check_patience(self, kicks: float, burn_in: float) -> None:
         """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
-        budget = held(self.budget)
+        budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
         if kicks > most:
             raise SimulationError(

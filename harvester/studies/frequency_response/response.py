@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.protocol import refuse, resistive, with_power
-from harvester.equations.scaling import Equations, equations, scales
-from harvester.errors import InputError, UnboundedResponseError, invalid
+from harvester.engines import Ensemble as Engine
+from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effects, with_power
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError, UnboundedResponseError, invalid, names_arguments
 from harvester.machine import files
-from harvester.scene.scene import Scene
 from harvester.studies.frequency_response.curve import Point, Response
 from harvester.studies.output_folder import provenance
 from harvester.studies.sweep.points import axis
@@ -27,10 +28,12 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.moments import Moments
 
 QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
+# Shaking that has no frequency to sweep
+UNSERVED = NOT_WHITE - {"harmonic_drive"}
 LEAST, MOST = 3, 10_000  # frequencies
 
 
-def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
+def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     """``FROM:TO:COUNT``, ascending (spaced by ratio where the ends differ tenfold), in Hz, nondimensional in rad.
 
     Raises
@@ -41,15 +44,16 @@ def frequencies(scene: Scene, text: str) -> tuple[float, ...]:
     parts = text.split(":")
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
         raise invalid("`sweep`", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
-    key = "excitation.frequency" if scene.physical else "nondimensional.drive_frequency"
+    key = "excitation.frequency" if problem.physical else "nondimensional.drive_frequency"
     found = sorted(axis(f"{key}={text}").values)
     if found[0] == found[-1]:
         raise invalid("`sweep`", "be between two different frequencies", text)
     return tuple(found)
 
 
+@names_arguments
 def response(
-    scene: Scene, sweep: str | Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None
+    scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None
 ) -> Response:
     """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
 
@@ -72,17 +76,14 @@ def response(
     from harvester.mechanics.ensemble.trajectories import Ensemble
     from harvester.mechanics.kernels.shaking import is_random
 
+    problem = served(Engine, scene)
     if isinstance(sweep, str):
-        sweep = frequencies(scene, sweep)
-    eqs = resistive(scene, "ensemble")
-    refuse(
-        eqs,
-        frozenset({"coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}),
-        "a frequency response",
-        "engine 'ensemble'",
-    )
+        sweep = frequencies(problem, sweep)
+    if reason := unknown_effects(problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
+        raise CannotServeError(reason)
+    eqs = problem.equations
     key = ("excitation", "acceleration_amplitude", "frequency")
-    if not scene.physical:
+    if not problem.physical:
         key = ("nondimensional", "drive", "drive_frequency")
     if eqs.drive is None:
         raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
@@ -90,16 +91,17 @@ def response(
     many = None
     for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
         for frequency in run:
-            here = equations(scene.vary(f"{key[0]}.{key[2]}", frequency))
+            there = Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
+            here = there.equations
             if many is None:
                 rest = np.zeros((3, NOISY if noisy else QUIET))
                 rest[0] = _rest(here)
                 many = Ensemble(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
             many, fine, coarse = _at(many, here)
-            points.append(_point(scene, here, direction, frequency, fine, coarse, noisy))
+            points.append(_point(there, direction, frequency, fine, coarse, noisy))
             if tick is not None:
                 tick()
-    return Response(tuple(points), scene.physical)
+    return Response(tuple(points), problem.physical)
 
 
 def _rest(eqs: Equations) -> float:
@@ -133,8 +135,7 @@ def _at(before: "Ensemble", eqs: Equations) -> "tuple[Ensemble, Moments, Moments
 
 
 def _point(
-    scene: Scene,
-    eqs: Equations,
+    problem: Problem,
     direction: str,
     frequency: float,
     fine: "Moments",
@@ -148,14 +149,12 @@ def _point(
     bias = value if coarse is None else abs(coarse.mean("V2")[0] - value) / 3.0
     spread = None if noisy else float(np.ptp(fine.V2) / fine.V2.max()) if value > 0.0 else 0.0
     v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, bias)
-    power, s = with_power(v2, eqs), scales(scene)
-    if scene.physical:
-        v2, power = v2.scaled(s.volts**2), power.scaled(s.watts)
-    return Point(direction, frequency, v2, power, spread)
+    power, units = with_power(v2, problem.equations), problem.units
+    return Point(direction, frequency, v2.scaled(units.volts**2), power.scaled(units.watts), spread)
 
 
 def draw(
-    scene: Scene,
+    scene: AnyScene,
     text: str,
     out: str | Path,
     seed: int = 0,
@@ -169,10 +168,11 @@ def draw(
     from harvester import figures
 
     files.check_vector(vector)
-    sweep, folder = frequencies(scene, text), files.folder(out)
-    found = response(scene, sweep, seed, tick)
+    problem = Problem.of(scene)
+    sweep, folder = frequencies(problem, text), files.folder(out)
+    found = response(problem, sweep, seed, tick)
     files.write(folder / "response.csv", found.text())
-    figures.save(figures.response(found, scene.title), folder, "response", vector)
-    whence = provenance(scene, sweep=list(sweep), seed=seed)
+    figures.save(figures.response(found, problem.scene.title), folder, "response", vector)
+    whence = provenance(problem.scene, sweep=list(sweep), seed=seed)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return found

@@ -11,7 +11,7 @@ smaller boxes about it.
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines import Engine
+from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, SimulationError
 from harvester.studies.optimum.evaluations import Point, SpentError, Surface, peaks, served
 from harvester.studies.optimum.peaks import Found, Peak

@@ -10,10 +10,11 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Engine, Vectorised
+from harvester.engines.protocol import Engine, Vectorised
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
 from harvester.scene.scene import Scene
-from harvester.studies.optimum.ranges import Range, scene_at
+from harvester.studies.optimum.ranges import Range, problem_at
 from harvester.uncertainty.value import Value
 
 _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
@@ -91,12 +92,12 @@ class Surface:
 
     def _answers(self, where: Floats, engine: Engine) -> Sequence[Estimate | HarvesterError]:
         answers: list[Estimate | HarvesterError] = []
-        scenes: list[Scene] = []
+        scenes: list[Problem] = []
         places: list[int] = []
         for u in where:
             answers.append(HarvesterError())
             try:
-                scenes.append(scene_at(self.scene, self.ranges, u))
+                scenes.append(problem_at(self.scene, self.ranges, u))
                 places.append(len(answers) - 1)
             except InputError as error:  # such as stops without room between them, at this place
                 answers[-1] = error
@@ -106,7 +107,7 @@ class Surface:
         return answers
 
 
-def _run(engine: Engine, scene: Scene) -> Estimate | HarvesterError:
+def _run(engine: Engine, scene: Problem) -> Estimate | HarvesterError:
     try:
         return engine.run(scene)
     except (SimulationError, CannotServeError) as error:

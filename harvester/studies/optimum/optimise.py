@@ -9,16 +9,19 @@ from pathlib import Path
 from typing import Any
 
 from harvester.answers.estimate import Estimate
-from harvester.engines import Cheapest, Engine, Vectorised
-from harvester.engines import engine as named
-from harvester.errors import InputError, invalid
+from harvester.engines import Cheapest
+from harvester.engines.protocol import AnyScene, Engine, Vectorised
+from harvester.engines.serving import Named, default_engine
+from harvester.engines.serving import engine as engine_of
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine import files
 from harvester.scene.scene import Scene
 from harvester.studies.optimum import certain
 from harvester.studies.optimum.answer import Key, Optimum, end
 from harvester.studies.optimum.evaluations import Surface, Tick, with_options
 from harvester.studies.optimum.peaks import Found, Peak
-from harvester.studies.optimum.ranges import Range, ranges, scene_at
+from harvester.studies.optimum.ranges import Range, problem_at, ranges
 from harvester.studies.optimum.sampled import Search
 from harvester.studies.output_folder import provenance
 
@@ -26,10 +29,11 @@ SEARCHED = 0.75  # of the budget at most, so that the rest tells the power at th
 DISAGREE = 4.0  # standard errors between the surface's power and the last evaluation's that bring a warning
 
 
+@names_arguments
 def optimise(
-    scene: Scene,
+    scene: AnyScene,
     over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
-    engine: Engine | None = None,
+    engine: Named | None = None,
     within: float = 0.01,
     budget: float = 60.0,
     out: str | Path | None = None,
@@ -39,7 +43,7 @@ def optimise(
     """The keys' values of the largest mean power.
 
     ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
-    default `Ensemble`, for a netlist `Spice`.  ``within`` is the relative error of the power at the
+    default `Ensemble`, for a netlist `Spice`; its name does, too.  ``within`` is the relative error of the power at the
     optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
     towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
     evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
@@ -60,8 +64,9 @@ def optimise(
     """
     files.check_vector(vector)
     found_ranges = ranges(over)
-    if engine is None:
-        engine = named("ensemble" if scene.load is None or scene.load.netlist is None else "spice")
+    problem = Problem.of(scene)
+    scene = problem.scene
+    engine = engine_of(default_engine(problem) if engine is None else engine)
     if isinstance(engine, Cheapest):
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
     if not 1e-5 <= within < 1.0:
@@ -92,7 +97,7 @@ def _last(
 ) -> tuple[Estimate, tuple[str, ...]]:
     """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
     if search is None:
-        return engine.run(scene_at(surface.scene, surface.ranges, best.u)), ()
+        return engine.run(problem_at(surface.scene, surface.ranges, best.u)), ()
     options = {"within": within, "budget": max(surface.left, 0.1), "seed": search.seed()}
     point = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
     if not isinstance(point.answer, Estimate):

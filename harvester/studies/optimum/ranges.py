@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import equations
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
@@ -78,12 +78,11 @@ def _number(key: str, end: float | str) -> float:
     return read_value(key, end) if isinstance(end, str) else float(end)
 
 
-def scene_at(scene: Scene, found: Sequence[Range], u: Floats) -> Scene:
-    """The scene at a place in the unit cube; InputError where there can be none."""
+def problem_at(scene: Scene, found: Sequence[Range], u: Floats) -> Problem:
+    """The problem at a place in the unit cube; InputError where there can be none."""
     for r, place in zip(found, u, strict=True):
         scene = scene.vary(r.key, r.value(float(place)))
-    equations(scene)
-    return scene
+    return Problem(scene)
 
 
 def spread(count: int, dimensions: int) -> Floats:

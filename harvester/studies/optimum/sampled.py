@@ -16,11 +16,12 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Averaged, Ensemble, Ideal, Spice
+from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.studies.optimum import certain
 from harvester.studies.optimum.evaluations import Point, SpentError, Surface, peaks, served, with_options
 from harvester.studies.optimum.peaks import Found, Peak
-from harvester.studies.optimum.ranges import scene_at, spread
+from harvester.studies.optimum.ranges import problem_at, spread
 from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, SEEN, Fit, Q, design_size, exponents
 from harvester.uncertainty.value import Value
 
@@ -119,15 +120,14 @@ class Search:
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
             if isinstance(engine, Spice):
-                load = surface.scene.load
-                kind = Ensemble if load is None or load.netlist is None else Ideal
+                kind = Ensemble if Problem.of(surface.scene).netlist is None else Ideal
                 names = {f.name for f in dataclasses.fields(kind)}
                 cheap = kind(**{k: v for k, v in vars(engine).items() if k in names})
                 found = Search(surface, cheap, max(self.within, 0.01)).find().peaks
                 self.led = any(p.width is not None for p in found)
                 return [(p.u, _box(p)) for p in found if p.width is not None][:CANDIDATES]
             if type(engine) is Ensemble:
-                Averaged().run(scene_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
+                Averaged().run(problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
                 found = certain.search(surface, Averaged(), interval=False).peaks
                 best = [p for p in found if p.power.value >= (1.0 - 2.0 * TRUSTED) * found[0].power.value]
                 if certain.trusted(surface.points[begin:], TRUSTED):

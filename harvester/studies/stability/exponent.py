@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from harvester.engines.protocol import refuse
-from harvester.equations.scaling import Equations, equations, scales
-from harvester.errors import CannotServeError
+from harvester.engines.protocol import AnyScene, unknown_effects
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, names_arguments
 from harvester.printing.answer_units import AnswerUnits
-from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
@@ -76,14 +75,22 @@ class Stability:
         return Value(self.averaged, model=self.model).text(unit)
 
 
-def check_rest(eqs: Equations) -> None:
-    """CannotServeError unless the mass rests at x = 0, free or just touching one rigid stop."""
+def check_rest(problem: Problem) -> None:
+    """Raise CannotServeError for a netlist, and unless the mass rests at x = 0, free or touching one rigid stop."""
+    if problem.netlist is not None:
+        raise CannotServeError(
+            f"stability must have a load resistance, but the load is netlist {problem.netlist!r}: "
+            "give load.resistance, the circuit's at small signals"
+        )
     unserved = frozenset({"negative_stiffness", "gap", "opposite_stop", "compliant_stop"})
-    refuse(eqs, unserved, "stability, of rest at x = 0 with one rigid stop there or none,", "engine 'ensemble'")
+    who = "stability, of rest at x = 0 with one rigid stop there or none,"
+    if reason := unknown_effects(problem, unserved, who, "engine 'ensemble'"):
+        raise CannotServeError(reason)
 
 
+@names_arguments
 def stability(
-    scene: Scene,
+    scene: AnyScene,
     seed: int = 0,
     trajectories: int = 4096,
     duration: float = 1000.0,
@@ -111,14 +118,9 @@ def stability(
     from harvester.mechanics.ensemble import lyapunov
     from harvester.mechanics.kernels.shaking import is_shaken
 
-    if scene.load is not None and scene.load.netlist is not None:
-        raise CannotServeError(
-            f"stability must have a load resistance, but the load is netlist {scene.load.netlist!r}: "
-            "give load.resistance, the circuit's at small signals"
-        )
-    eqs = equations(scene)
-    check_rest(eqs)
-    unit = scales(scene).frequency if scene.physical else 1.0
+    problem = Problem.of(scene)
+    check_rest(problem)
+    eqs, unit = problem.equations, problem.units.frequency
     warnings = []
     if is_shaken(eqs):
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
@@ -129,7 +131,7 @@ def stability(
     if eqs.n2 is None and eqs.restitution is not None and quiet is not None:
         warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
     return Stability(
-        physical=scene.physical,
+        physical=problem.physical,
         published=float(formula.published(eqs)) * unit,
         averaged=float(formula.averaged(eqs)) * unit,
         model=None if doubts.error is None else doubts.error * unit,

@@ -12,10 +12,10 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.averaging.stability import exponent as stability
-from harvester.equations.scaling import Equations, equations
-from harvester.errors import SimulationError
+from harvester.engines.protocol import AnyScene
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.machine import files
-from harvester.scene.scene import Scene
 from harvester.studies.stability.exponent import check_rest
 
 COLUMNS = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
@@ -66,7 +66,7 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
 
 
 def draw(
-    scene: Scene,
+    scene: AnyScene,
     out: str | Path,
     seed: int = 0,
     tick: Callable[[], None] | None = None,
@@ -80,11 +80,10 @@ def draw(
     from harvester import figures
 
     files.check_vector(vector)
-    if scene.load is not None and scene.load.netlist is not None:
-        raise SimulationError("the region of stability must have a load resistance: give load.resistance")
-    check_rest(equations(scene))
+    problem = Problem.of(scene)
+    check_rest(problem)
     folder, points = files.folder(out), []
-    for edge in edges(equations(scene), LOADS, np.random.SeedSequence(seed)):
+    for edge in edges(problem.equations, LOADS, np.random.SeedSequence(seed)):
         points.append(edge)
         if tick is not None:
             tick()
@@ -93,5 +92,5 @@ def draw(
     writer.writerow(COLUMNS)
     writer.writerows([f"{v:.9g}" for v in dataclasses.astuple(edge)] for edge in points)
     files.write(folder / "stability.csv", text.getvalue())
-    figures.save(figures.region(points, scene.title), folder, "stability", vector)
+    figures.save(figures.region(points, problem.scene.title), folder, "stability", vector)
     return points

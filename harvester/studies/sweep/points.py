@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harvester.equations.scaling import equations
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
@@ -128,7 +128,7 @@ class Points:
         """InputError where there is a point that no scene can be; keeps none of them."""
         for point in range(len(self)):
             try:
-                equations(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
+                Problem(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
             except InputError as error:
                 if self.listed:
                     raise InputError(f"`points`, point {point + 1}: {error}") from None

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harvester.engines import Engine
-    from harvester.scene.scene import Scene
+    from harvester.engines.protocol import AnyScene
+    from harvester.engines.serving import Named
     from harvester.studies.sweep.points import Axis, Points
     from harvester.studies.sweep.table import Table
 
@@ -14,10 +14,10 @@ Values = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and 
 
 
 def sweep(
-    scene: "Scene",
+    scene: "AnyScene",
     over: "str | Mapping[str, Values] | Points | Sequence[Axis]",
     values: Values | None = None,
-    engines: "Sequence[Engine] | None" = None,
+    engines: "Sequence[Named] | None" = None,
     out: str | Path | None = None,
     *,
     resume: bool = False,
@@ -30,7 +30,8 @@ def sweep(
 
     ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their
     unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line.  ``engines`` are by default all that serve the
-    scene (for a netlist, `Spice`).  ``out`` is a folder for sweep.csv, sweep.nc, sweep.png and provenance.json; without
+    scene (for a netlist, `Spice`); their names do, too.
+    ``out`` is a folder for sweep.csv, sweep.nc, sweep.png and provenance.json; without
     it nothing is left on the disk.  ``workers`` (processes; None: one a core where there is work for them), ``resume``,
     ``scheduler`` and ``vector`` are those of `harvester.studies.sweep.sweep.sweep`.
 
@@ -47,7 +48,9 @@ def sweep(
     HarvesterError
         where every point failed, the last error.
     """
-    from harvester.engines import engine, serving
+    from harvester.engines.serving import default_engines
+    from harvester.engines.serving import engines as engines_of
+    from harvester.equations.problem import Problem
     from harvester.errors import InputError
     from harvester.studies.sweep import sweep as studies
     from harvester.studies.sweep.points import Points, axis_of
@@ -63,7 +66,6 @@ def sweep(
         axes = [axis_of(key, some) for key, some in over.items()]
     if not isinstance(axes, Points) and not axes:
         raise InputError("a sweep must have a key to vary, but has none")
-    if engines is None:
-        netlist = scene.load is not None and scene.load.netlist is not None
-        engines = [engine(name) for name in (["spice"] if netlist else serving(scene))]
-    return studies.sweep(scene, axes, engines, out, resume, tick, workers, scheduler, None, vector)
+    problem = Problem.of(scene)
+    chosen = engines_of(default_engines(problem) if engines is None else engines)
+    return studies.sweep(problem.scene, axes, chosen, out, resume, tick, workers, scheduler, None, vector)

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from harvester.engines import Cheapest, Engine
+from harvester.engines import Cheapest
+from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, InputError, invalid
 from harvester.machine import files
 from harvester.machine.cores import cores

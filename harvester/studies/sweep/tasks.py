@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from harvester.answers.estimate import Estimate
-from harvester.engines import Engine, Vectorised
+from harvester.engines.protocol import Engine, Vectorised
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Points

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from harvester.answers.estimate import Estimate
-from harvester.engines import ENGINES, Averaged, Engine, Ensemble, Published, Spice, candidates
-from harvester.engines.given import held
-from harvester.engines.options import Sampled
-from harvester.equations.scaling import scales
+from harvester.engines import Averaged, Ensemble, Published, Spice
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import Engine
+from harvester.engines.serving import ENGINES, refusals
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
-from harvester.scene.scene import Scene
 from harvester.studies.work_precision.biases import RUNGS, TOLERANCES, Beside, Ladder, beside, ladder
 from harvester.studies.work_precision.cost_table import TARGETS
 
@@ -71,7 +71,7 @@ class Bench:
     ``steps`` and ``ngspice`` the biases, None where nothing is known.
     """
 
-    scene: Scene
+    problem: Problem
     seed: int = 0
     budget: float = 60.0
     tick: Tick | None = None
@@ -92,7 +92,7 @@ class Bench:
         SimulationError
             where the load takes no power.
         """
-        for kind in (ENGINES[name] for name in candidates(self.scene)):
+        for kind in (ENGINES[name] for name in refusals(self.problem)):
             if kind is not Spice:
                 self.run(kind())
         self.cheap = next((run for run in self.runs if isinstance(run.engine, Ensemble)), None)
@@ -109,19 +109,18 @@ class Bench:
     @property
     def netlist(self) -> bool:
         """Whether ngspice's tolerance counts."""
-        return self.scene.load is not None and self.scene.load.netlist is not None
+        return self.problem.netlist is not None
 
     @property
     def unit(self) -> float:
         """Nondimensional time in one of the scene's."""
-        return scales(self.scene).frequency if self.scene.physical else 1.0
+        return self.problem.units.frequency
 
     @property
     def power_unit(self) -> float:
         """Power in the scene's unit of one of the moment that the cheap model's power is made of."""
         assert self.cheap is not None and isinstance(self.cheap.engine, Ensemble)
-        factor = self.cheap.engine.model(self.scene).factor
-        return factor * scales(self.scene).watts if self.scene.physical else factor
+        return self.cheap.engine.model(self.problem).factor * self.problem.units.watts
 
     def left(self, share: float) -> float:
         """Seconds for a part of what is to come."""
@@ -135,7 +134,7 @@ class Bench:
             engine = dataclasses.replace(engine, seed=self.seed + own)
         begin = time.perf_counter()
         try:
-            answer = engine.run(self.scene, lambda _: self._tell(label(engine)))
+            answer = engine.run(self.problem, lambda _: self._tell(label(engine)))
         except CannotServeError as error:
             self.refused[label(engine)] = error
             return None
@@ -144,7 +143,7 @@ class Bench:
             return None
         took = time.perf_counter() - begin
         if isinstance(engine, Published | Averaged):
-            later = [engine.run(self.scene).seconds for _ in range(CALLS)]
+            later = [engine.run(self.problem).seconds for _ in range(CALLS)]
             answer = dataclasses.replace(answer, seconds=statistics.median(later))
         if answer.mean_power.value <= 0.0:
             raise SimulationError("nothing to measure: the load takes no power")
@@ -163,7 +162,7 @@ class Bench:
     def predicted(self, engine: Sampler) -> float:
         """Seconds, from what the same engine took at other settings."""
         before = [run for run in self.runs if label(run.engine) == label(engine)]
-        within = held(engine.within)
+        within = number(engine.within)
         if within is not None:
             return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)
         first = before[0]
@@ -176,7 +175,7 @@ class Bench:
         """Of the step, of the model, and of ngspice where that does not fail."""
         assert isinstance(cheap.engine, Ensemble)
         h = cheap.answer.details["step"] * self.unit
-        model = cheap.engine.model(self.scene)
+        model = cheap.engine.model(self.problem)
         self._tell("biases")
         seconds = self.left(0.15)
         share = seconds / len(RUNGS) * RUNGS[0] / cheap.answer.seconds  # of that run's trajectories
@@ -185,7 +184,7 @@ class Bench:
         self._tell("biases")
         with contextlib.suppress(SimulationError):  # of a finer tolerance than engine spice's
             if ngspice:
-                self.ngspice = beside(self.scene, model, self.steps, h, self.seed, self.left(0.3))
+                self.ngspice = beside(self.problem, model, self.steps, h, self.seed, self.left(0.3))
 
     def _tell(self, what: str) -> None:
         if self.tick is not None:

@@ -15,8 +15,8 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines import Spice
 from harvester.engines.ensemble import Model
+from harvester.equations.problem import Problem
 from harvester.errors import UnboundedResponseError
-from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ class Beside:
     tolerances: dict[float, Bias]
 
 
-def beside(scene: Scene, model: Model, steps: Ladder, h: float, seed: int, seconds: float) -> Beside:
+def beside(problem: Problem, model: Model, steps: Ladder, h: float, seed: int, seconds: float) -> Beside:
     """Runs of ngspice with all `TOLERANCES`, and the cheap model, on the same noise and at the same step h.
 
     The errors of both from the step are the same and leave no trace.  That of the finest tolerance is taken from its
@@ -172,11 +172,9 @@ def beside(scene: Scene, model: Model, steps: Ladder, h: float, seed: int, secon
     """
     from harvester.engines.spice.preparation import prepare
     from harvester.engines.spice.runs import FEWEST, Runs
-    from harvester.equations.scaling import scales
     from harvester.uncertainty.control_variate import controlled
 
-    unit = scales(scene).frequency if scene.physical else 1.0
-    ready = prepare(scene, Spice(seed=seed, dt=h / unit))
+    ready = prepare(problem, Spice(seed=seed, dt=h / problem.units.frequency))
     begin = time.perf_counter()
     whole = math.lcm(ready.device.stride, 2)
     kicks = math.ceil(2.0 * ready.burn_in / h / whole) * whole  # short: a grazing impact parts the paths for good

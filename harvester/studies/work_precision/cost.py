@@ -21,8 +21,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harvester.engines import Ensemble, Spice
+from harvester.engines.protocol import AnyScene
+from harvester.equations.problem import Problem
 from harvester.machine import files
-from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 from harvester.studies.work_precision.bench import ALONE, Bench, Run, Tick, label, setting
 from harvester.studies.work_precision.biases import NONE, Bias
@@ -31,7 +32,7 @@ from harvester.uncertainty.value import Value
 
 
 def cost(
-    scene: Scene,
+    scene: AnyScene,
     out: str | Path,
     seed: int = 0,
     budget: float = 60.0,
@@ -54,12 +55,13 @@ def cost(
 
     files.check_vector(vector)
     folder = files.folder(out)
-    bench = Bench(scene, seed, budget, tick)
+    problem = Problem.of(scene)
+    bench = Bench(problem, seed, budget, tick)
     bench.measure()
     answer = _table(bench)
     files.write(folder / "cost.csv", answer.text())
-    figures.save(figures.cost(answer.rows, scene.title), folder, "cost", vector)
-    whence = provenance(scene, seed=seed, budget=budget, reference=answer.reference)
+    figures.save(figures.cost(answer.rows, problem.scene.title), folder, "cost", vector)
+    whence = provenance(problem.scene, seed=seed, budget=budget, reference=answer.reference)
     files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
     return answer
 

@@ -1,0 +1,76 @@
+"""What the engines that are formulas share: one scene is a grid of one, and many are solved in one call."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.options import Asked, number
+from harvester.engines.protocol import AnyScene, Progress, needs_resistance, served, unknown_effects
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+
+SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
+STOPS = frozenset({"compliant_stop", "opposite_stop"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Formula(Asked):
+    """The base of `Published` and `Averaged`: they sample nothing, so that any seed and budget give the same answer."""
+
+    NAME: ClassVar[str]
+    UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
+
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why the theory cannot serve a problem; empty where it can."""
+        who = f"engine {cls.NAME!r}"
+        return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, "engine 'ensemble'")
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+        """The stationary mean square voltage and mean power of a scene."""
+        answer = self.run_many([scene])[0]
+        if isinstance(answer, HarvesterError):
+            raise answer
+        return answer
+
+    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+        """`run` for many scenes, solved in one call, or the error that each raises; its share of the time each."""
+        problems: list[Problem | HarvesterError] = []
+        for scene in scenes:
+            try:
+                problems.append(served(type(self), scene))
+            except HarvesterError as error:
+                problems.append(error)
+        solve = self._theory()
+        begin = time.perf_counter()
+        eqs = [one.equations for one in problems if isinstance(one, Problem)]
+        solved = iter(solve(eqs))
+        seconds = (time.perf_counter() - begin) / max(len(eqs), 1)
+        return [self._answer(one, next(solved), seconds) if isinstance(one, Problem) else one for one in problems]
+
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
+        """The function that solves many equations, an error in the place of each that has no solution."""
+        raise NotImplementedError
+
+    def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
+        """The solution of a problem as an answer."""
+        raise NotImplementedError
+
+    def _answer(self, problem: Problem, solution: Any, seconds: float) -> Estimate | HarvesterError:
+        """The answer, with a warning where its error is not known to be ``within``."""
+        if isinstance(solution, HarvesterError):
+            return solution
+        answer = self._estimate(problem, solution, seconds)
+        within = number(self.within)
+        if within is None:
+            return answer
+        error, power = answer.mean_power.model, answer.mean_power.value
+        if error is not None and error <= within * abs(power):
+            return answer
+        known = "is not known" if error is None else f"is estimated at {error / abs(power or 1.0):.2g}"
+        word = f"`within` {within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
+        return dataclasses.replace(answer, warnings=(*answer.warnings, word))

@@ -1,0 +1,51 @@
+"""Engine `published`: the paper's stochastic averaging, its misprints corrected."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.formula import SPRINGS, STOPS, Formula
+from harvester.engines.protocol import NOT_WHITE, estimate
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import names_arguments
+from harvester.uncertainty.value import Value
+
+STOP_WARNING = (
+    "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
+    "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'averaged', 'ensemble' "
+    "or 'spice'"
+)
+
+
+@names_arguments
+@dataclass(frozen=True, kw_only=True)
+class Published(Formula):
+    """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> f"{hv.Published().run(scene).mean_power.value:.5f}"
+    '0.00331'
+
+    Raises
+    ------
+    CannotServeError
+        for a load other than a resistance, or a spring or stop that the theory does not know.
+    SimulationError
+        without external noise, or where the response grows without bound.
+    """
+
+    NAME: ClassVar[str] = "published"
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | NOT_WHITE | {"gap"}
+
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
+        from harvester.averaging.published.stationary import mean_square_voltages
+
+        return mean_square_voltages
+
+    def _estimate(self, problem: Problem, solution: float, seconds: float) -> Estimate:
+        reason = "no sampling error: a formula; its model error is not known from within"
+        warnings = (STOP_WARNING,) if problem.equations.restitution is not None else ()
+        return estimate(self.NAME, problem, Value(solution), None, seconds, 0, reason, warnings)

@@ -1,0 +1,90 @@
+"""Which engines there are, which of them serve a problem and why the others do not, and which are the default."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+from harvester.engines import Averaged, Cheapest, Ensemble, Ideal, Published, Spice
+from harvester.engines.protocol import AnyScene, Engine
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, unknown
+
+Named: TypeAlias = Engine | str  # an engine, or the name of one
+ENGINES: dict[str, type[Engine]] = {engine.NAME: engine for engine in (Published, Averaged, Ensemble, Ideal, Spice)}
+
+
+def refusals(scene: AnyScene) -> dict[str, str]:
+    """Every engine with the reason why it cannot serve a scene, empty where it can.
+
+    `Ideal`, which is about netlists only, is not listed for another load.
+    """
+    problem = Problem.of(scene)
+    named = {name: kind.refusal(problem) for name, kind in ENGINES.items() if name != Ideal.NAME}
+    return named if problem.netlist is None else {**named, Ideal.NAME: Ideal.refusal(problem)}
+
+
+def serving(scene: AnyScene) -> list[str]:
+    """Names of the engines that serve a scene, the fastest first."""
+    found = refusals(scene)
+    return [name for name in ENGINES if found.get(name) == ""]
+
+
+def default_engine(scene: AnyScene, within: float | str | None = None) -> str:
+    """The engine where none is named: the cheapest to reach ``within``, else `Spice` for a netlist and `Ensemble`."""
+    if within is not None:
+        return Cheapest.NAME
+    return Ensemble.NAME if Problem.of(scene).netlist is None else Spice.NAME
+
+
+def default_engines(scene: AnyScene) -> list[str]:
+    """The engines of a study that compares several: all that serve the scene, but for a netlist `Spice` alone."""
+    problem = Problem.of(scene)
+    return serving(problem) if problem.netlist is None else [Spice.NAME]
+
+
+def engine(which: Named, **options: Any) -> Engine:
+    """An engine by its name, with its options; an engine is given back with the options replaced.
+
+    Raises
+    ------
+    InputError
+        for an unknown name or option, with the nearest match, and for an option that this engine would ignore.
+    """
+    return engines([which], **options)[0]
+
+
+def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
+    """Several engines, each with those of the options that it has.
+
+    Raises
+    ------
+    InputError
+        as `engine`: an option that none of them has would be ignored.
+    """
+    kinds = [_kind(one) for one in which]
+    given = {name: value for name, value in options.items() if value is not None}
+    everybody = {name for kind in (*ENGINES.values(), Cheapest) for name in _options(kind)}
+    for name in given:
+        if name not in everybody:
+            raise unknown("option of an engine", name, everybody)
+        if not any(name in _options(kind) for kind in kinds):
+            those = ", ".join(repr(known) for known, kind in ENGINES.items() if name in _options(kind))
+            ours = " and ".join(repr(kind.NAME) for kind in kinds)
+            raise InputError(f"`{name}` must be left out with engine {ours}, but is given: it is an option of {those}")
+    made = []
+    for one, kind in zip(which, kinds, strict=True):
+        own: Any = {name: value for name, value in given.items() if name in _options(kind)}
+        made.append(kind(**own) if isinstance(one, str) else dataclasses.replace(one, **own))  # type: ignore[type-var]
+    return made
+
+
+def _kind(which: Named) -> type[Engine]:
+    if not isinstance(which, str):
+        return type(which)
+    if which not in ENGINES and which != Cheapest.NAME:
+        raise unknown("engine", which, ENGINES)
+    return ENGINES.get(which, Cheapest)
+
+
+def _options(kind: type[Engine]) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]

@@ -1,0 +1,146 @@
+"""SI <-> nondimensional, both ways (paper, the transformations before Eq. 2).
+
+    t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(k/M), k = |stiffness|
+    alpha = l^2 k3/k    alpha2 = l k2/k    stops: gap/l, k_s/k and c_s/(M w0)
+    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
+    beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
+    white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
+    other shaking: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T; coloured noise as white;
+    a recorded acceleration a of the base is -a/(l w0^2) of the mass relative to it
+
+No physical result depends on the length l (a test).
+"""
+
+import math
+
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales, device, recorded_shaking, scales
+from harvester.errors import InputError
+from harvester.scene.nondimensional import Nondimensional
+from harvester.scene.physical import Excitation, Stop
+from harvester.scene.scene import Scene
+from harvester.scene.units import LARGEST
+
+TURN = 2.0 * math.pi  # rad
+
+
+def equations(scene: Scene, length: float | None = None) -> Equations:
+    """The nondimensional coefficients of a scene; zero coefficients are absent effects.
+
+    ``length`` is the l (m) of a physical scene (default `natural_length`); a nondimensional scene
+    has none.
+
+    Raises
+    ------
+    InputError
+        where a coefficient or a scale is too large, or a scale too small, to compute with.
+    """
+    return equations_at(scene, scales(scene, length))
+
+
+def equations_at(scene: Scene, s: Scales) -> Equations:
+    """As `equations`, at scales that are known already; a nondimensional scene does not need them."""
+    found = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
+    for name, value in vars(found).items():
+        if isinstance(value, float) and not abs(value) <= LARGEST:
+            source = _SOURCES[name] if scene.nondimensional is None else "[nondimensional]"
+            raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
+    return found
+
+
+_SOURCES = {
+    "alpha": "oscillator.cubic_stiffness",
+    "alpha2": "oscillator.quadratic_stiffness",
+    "gap": "stop.gap",
+    "opposite_gap": "opposite_stop.gap",
+    "stop_stiffness": "stop.stiffness",
+    "stop_damping": "stop.damping",
+    "beta": "piezo.coupling",
+    "mu": "load.resistance",
+    "c1": "oscillator.damping",
+    "c2": "oscillator.damping_x2",
+    "c3": "oscillator.damping_x4",
+    "n1": "excitation.acceleration_psd",
+    "drive": "excitation.acceleration_amplitude",
+    "drive_frequency": "excitation.frequency",
+    "coloured": "excitation.acceleration_psd",
+    "correlation_time": "excitation.correlation_time",
+    "centre": "excitation.centre_frequency",
+    "bandwidth": "excitation.bandwidth",
+}
+
+
+def _from_device(scene: Scene, s: Scales) -> Equations:
+    oscillator, piezo = device(scene)
+    rate = s.mass * s.frequency  # M w0
+    damping = oscillator.damping
+    if oscillator.damping_ratio is not None:
+        damping = 2.0 * oscillator.damping_ratio * rate
+    stiffness = abs(oscillator.stiffness)
+    stop, opposite = scene.stop or Stop(restitution=1.0), scene.opposite_stop
+    excitation = scene.excitation or Excitation()
+    noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
+    resistance = scene.load.resistance if scene.load else None
+    record, density = recorded_shaking(excitation)
+    return Equations(
+        linear=-1.0 if oscillator.stiffness < 0.0 else None,
+        alpha2=scaled(oscillator.quadratic_stiffness, s.length / stiffness),
+        alpha=scaled(oscillator.cubic_stiffness, s.length**2 / stiffness),
+        beta=piezo.coupling**2 / (stiffness * piezo.capacitance),
+        mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * s.frequency),
+        c1=scaled(damping, -1.0 / rate),
+        c2=scaled(oscillator.damping_x2, -(s.length**2) / rate),
+        c3=scaled(oscillator.damping_x4, s.length**4 / rate),
+        restitution=None if scene.stop is None else stop.restitution,
+        gap=scaled(stop.gap, 1.0 / s.length),
+        opposite_restitution=None if opposite is None else opposite.restitution,
+        opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
+        stop_stiffness=scaled(stop.stiffness, 1.0 / stiffness),
+        stop_damping=scaled(stop.damping, 1.0 / rate),
+        n1=None if excitation.filtered else noise,
+        n2=excitation.stiffness_noise or None,
+        drive=scaled(excitation.acceleration_amplitude, 1.0 / (s.length * s.frequency**2)),
+        drive_frequency=scaled(excitation.frequency, TURN / s.frequency),
+        coloured=noise if excitation.filtered else None,
+        correlation_time=scaled(excitation.correlation_time, s.frequency),
+        centre=scaled(excitation.centre_frequency, TURN / s.frequency),
+        bandwidth=scaled(excitation.bandwidth, TURN / s.frequency),
+        record=None if record is None else record.scaled(s.frequency, -1.0 / (s.length * s.frequency**2)),
+        density=None if density is None else density.scaled(s.frequency, 1.0 / (s.length * s.frequency**2)),
+    )
+
+
+def _from_table(table: Nondimensional) -> Equations:
+    eps1 = 1.0 if table.eps1 is None else table.eps1
+    eps2 = 1.0 if table.eps2 is None else table.eps2
+    noise = scaled(table.D11, eps1**2)
+    return Equations(
+        linear=None if table.linear == 1.0 else table.linear,
+        alpha2=table.alpha2 or None,
+        alpha=table.alpha or None,
+        beta=table.beta or None,
+        mu=table.mu or None,
+        c1=table.c1 or None,
+        c2=table.c2 or None,
+        c3=table.c3 or None,
+        restitution=table.restitution,
+        gap=table.gap or None,
+        opposite_restitution=table.opposite_restitution,
+        opposite_gap=None if table.opposite_restitution is None else table.opposite_gap or 0.0,
+        stop_stiffness=table.stop_stiffness or None,
+        stop_damping=table.stop_damping or None,
+        n1=None if table.filtered else noise,
+        n2=scaled(table.D22, eps2**2),
+        n12=scaled(table.D12, eps1 * eps2),
+        drive=table.drive or None,
+        drive_frequency=table.drive_frequency if table.drive else None,
+        coloured=noise if table.filtered else None,
+        correlation_time=table.correlation_time,
+        centre=table.centre_frequency,
+        bandwidth=table.bandwidth,
+    )
+
+
+def scaled(value: float | None, factor: float) -> float | None:
+    """Value * factor; an absent or zero coefficient stays absent."""
+    return value * factor if value is not None and value * factor != 0.0 else None

@@ -1,0 +1,76 @@
+"""A scene made ready to be solved: its equations, scales, effects and circuit, made once and handed down."""
+
+from functools import cached_property
+from pathlib import Path
+
+from harvester.equations.effects import effects
+from harvester.equations.from_scene import equations_at
+from harvester.equations.scales import Scales, scales
+from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.scene.load import Load
+from harvester.scene.scene import Scene
+from harvester.scene.toml import load
+
+SHAKING = frozenset(
+    {
+        "external_noise",
+        "harmonic_drive",
+        "coloured_noise",
+        "band_pass_noise",
+        "recorded_acceleration",
+        "tabulated_noise",
+    }
+)
+
+
+class Problem:
+    """What an engine solves.
+
+    ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are present; ``scales`` are
+    those of the device that carries them in ngspice; ``units`` those of the scene's own units, which for a
+    nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
+
+    Raises
+    ------
+    InputError
+        where a coefficient or a scale is too large, or a scale too small, to compute with.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.scales = scales(scene)
+        self.equations = equations_at(scene, self.scales)
+        self.effects = effects(self.equations)
+        self.physical = scene.physical
+        self.units = self.scales if self.physical else Scales(1.0, 1.0, 1.0, 1.0, 1.0)
+
+    @classmethod
+    def of(cls, scene: "Problem | Scene | str | Path") -> "Problem":
+        """The problem of a scene, or of a scene file; a problem as it is."""
+        if isinstance(scene, Problem):
+            return scene
+        return cls(scene if isinstance(scene, Scene) else load(scene))
+
+    @property
+    def netlist(self) -> str | None:
+        """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
+        return None if self.scene.load is None else self.scene.load.netlist
+
+    @property
+    def shaken(self) -> bool:
+        """Whether anything shakes the mass at rest."""
+        return not SHAKING.isdisjoint(self.effects)
+
+    @cached_property
+    def circuit(self) -> LoadCircuit | None:
+        """The load as a circuit for ngspice; None for an open circuit.
+
+        Raises
+        ------
+        InputError
+            for a netlist that is unknown, or not allowed, and for parameters that it lacks or that lack a value.
+        """
+        if self.scene.load is not None:
+            return load_circuit(self.scene.load, self.scales.capacitance)
+        mu = self.equations.mu  # of a nondimensional scene
+        return None if mu is None else load_circuit(Load(resistance=self.scales.resistance(mu)))

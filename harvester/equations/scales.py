@@ -1,0 +1,118 @@
+"""The scales that turn nondimensional numbers into SI, of a scene or of the device that stands in for one."""
+
+import math
+from dataclasses import dataclass
+
+from harvester.errors import InputError
+from harvester.scene.physical import Excitation, Oscillator, Piezo
+from harvester.scene.records import Record, TabulatedDensity, read_density, read_record
+from harvester.scene.scene import Scene
+from harvester.scene.units import LARGEST, SMALLEST
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The device that turns nondimensional numbers into SI: M (kg), w0 (rad/s), l (m), theta (N/V), Cp (F).
+
+    Raises
+    ------
+    InputError
+        for a device so far from any real one that its scales could over- or underflow.
+    """
+
+    mass: float
+    frequency: float
+    length: float
+    coupling: float
+    capacitance: float
+
+    def __post_init__(self) -> None:
+        # In this order: a power is taken only of what is already known to be of a sane size.
+        _within("w0 = sqrt(stiffness/mass)", self.frequency)
+        _within("length scale, from acceleration_psd, mass, stiffness and cubic_stiffness,", self.length)
+        _within("voltage scale coupling l/capacitance", self.volts)
+        _within("power scale mass w0^3 l^2", self.watts)
+
+    @property
+    def volts(self) -> float:
+        """v/V = theta l/Cp, in volt."""
+        return self.coupling * self.length / self.capacitance
+
+    @property
+    def watts(self) -> float:
+        """(v^2/R) / (beta mu V^2) = M w0^3 l^2, in watt."""
+        return self.mass * self.frequency**3 * self.length**2
+
+    def resistance(self, mu: float) -> float:
+        """Load resistance of a time-constant ratio, R = 1/(mu Cp w0), in ohm."""
+        return 1.0 / (mu * self.capacitance * self.frequency)
+
+
+# The device that carries a nondimensional scene into ngspice: the mass, frequency and capacitance
+# of the plate of Shock and Vibration 2019, 9093605, Table 2, with its coupling set by beta.
+DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH = 0.04, 20.0, 1e-3
+DEFAULT_COUPLING, DEFAULT_CAPACITANCE = 1e-3, 50.2e-9
+
+
+def scales(scene: Scene, length: float | None = None) -> Scales:
+    """The scales of a scene; for a nondimensional one, those of the default device."""
+    if scene.nondimensional is not None:
+        beta = scene.nondimensional.beta
+        stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
+        coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
+        return Scales(
+            mass=DEFAULT_MASS,
+            frequency=DEFAULT_FREQUENCY,
+            length=DEFAULT_LENGTH,
+            coupling=coupling,
+            capacitance=DEFAULT_CAPACITANCE,
+        )
+    oscillator, piezo = device(scene)
+    return Scales(
+        mass=oscillator.mass,
+        frequency=math.sqrt(abs(oscillator.stiffness) / oscillator.mass),
+        length=natural_length(scene) if length is None else length,
+        coupling=piezo.coupling,
+        capacitance=piezo.capacitance,
+    )
+
+
+def natural_length(scene: Scene) -> float:
+    """A length that makes the numbers of a physical scene of order one, in metre.
+
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
+    under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
+    """
+    oscillator, _ = device(scene)
+    stiffness = abs(oscillator.stiffness)
+    excitation = scene.excitation or Excitation()
+    if excitation.acceleration_psd:
+        return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
+    if excitation.acceleration_amplitude:
+        return excitation.acceleration_amplitude * oscillator.mass / stiffness
+    for recorded in recorded_shaking(excitation):
+        if recorded is not None:
+            return recorded.rms * oscillator.mass / stiffness
+    if oscillator.cubic_stiffness:
+        return math.sqrt(stiffness / abs(oscillator.cubic_stiffness))
+    return 1e-3
+
+
+def recorded_shaking(excitation: Excitation) -> tuple[Record | None, TabulatedDensity | None]:
+    """The base's acceleration in time, and its density, in SI units."""
+    record, density = excitation.acceleration_file, excitation.acceleration_psd_file
+    return (
+        None if record is None else read_record(record),
+        None if density is None else read_density(density),
+    )
+
+
+def device(scene: Scene) -> tuple[Oscillator, Piezo]:
+    """The oscillator and the piezo of a physical scene."""
+    assert scene.oscillator is not None and scene.piezo is not None, "Scene checks this"
+    return scene.oscillator, scene.piezo
+
+
+def _within(what: str, value: float) -> None:
+    if not SMALLEST <= value <= LARGEST:
+        raise InputError(f"the {what} must be between {SMALLEST:g} and {LARGEST:g} in SI units, but is {value:g}")
