@@ -18,6 +18,7 @@ from harvester.circuit import runs as worker
 from harvester.circuit.ngspice import instance as ngspice
 from harvester.circuit.ngspice.python_callbacks import Reference
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.problem import Problem
 from harvester.figures.style import STYLES, image, legend, new, styled
 from harvester.mechanics.kernels.noise import gaussian_grid
 
@@ -46,7 +47,7 @@ class Recorder(Reference):
 
 def recorded(scene: hv.Scene) -> tuple[np.ndarray, float]:
     """Accepted points (n, 6): t, x, velocities before and after, V, whether an impact; and the step."""
-    device = prepare(scene, hv.Spice(dt=STEP / 20.0)).device
+    device = prepare(Problem(scene), hv.Spice(dt=STEP / 20.0)).device
     ngspice.Reference, Recorder.points = Recorder, []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # 0 times the infinite distance of a stop that is not there

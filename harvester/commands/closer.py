@@ -97,7 +97,7 @@ def motion(
 
     given = loaded(scene)
     with progress("motion", known=False):
-        answer = motions.draw(given, out, engine or default_engine(given), duration, seed, vector)
+        answer = motions.draw(given, out, default_engine(given) if engine is None else engine, duration, seed, vector)
     echo(str(answer))
     click.echo(f"written: {Path(out) / 'motion.csv'}, {drawn('motion', vector)}, provenance.json")
 

@@ -52,7 +52,7 @@ def run(scene: str, engine: str | None, report: str | None, as_json: bool, **opt
     from harvester.engines.serving import engine as engine_of
 
     given = loaded(scene)
-    chosen = engine_of(engine or default_engine(given, options["within"]), **given_options(options))
+    chosen = engine_of(default_engine(given, options["within"]) if engine is None else engine, **given_options(options))
     page = report_file(report, None)
     with progress(chosen.NAME) as bar:
         answer = chosen.run(given, bar.tell)
@@ -163,7 +163,7 @@ def optimise(
     given, ranges = loaded(scene), [parse(text) for text in over]
     within, budget = options["within"] or 0.01, options["budget"] or 60.0
     effort = given_options(options | {"within": None, "budget": None})
-    chosen = engine_of(engine or default_engine(given), **effort)
+    chosen = engine_of(default_engine(given) if engine is None else engine, **effort)
     with progress("optimise", most=True) as bar:
         answer = optimising.optimise(given, ranges, chosen, within, budget, out, bar.tell, vector)
     print_answer(answer, as_json)

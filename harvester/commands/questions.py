@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import click
 
+from harvester.commands.help import typed
 from harvester.devices.device import missing, read
 from harvester.devices.flags import FLAGS, SHAKING, STOP
 from harvester.errors import InputError
@@ -44,7 +45,7 @@ def _value(given: dict[str, str], name: str, empty: str | None) -> bool:
             try:
                 read(name, text)
             except InputError as error:
-                raise click.UsageError(str(error)) from None
+                raise click.UsageError(typed(str(error))) from None
         elif empty is None:
             raise click.UsageError(f"{FLAGS[name].option} must be given, but is left out")
         return text.strip()

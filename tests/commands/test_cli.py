@@ -11,7 +11,7 @@ import pytest
 
 import harvester as hv
 from harvester import cli
-from harvester.engines import ENGINES
+from harvester.engines.serving import ENGINES
 from tests.support.paths import ROOT
 
 PLATE = str(ROOT / "examples" / "plate.toml")
@@ -91,7 +91,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--dt", "0"), "--dt must be above 0, but is 0.0"),
         (("run", PLATE, "--duration", "inf"), "--duration must be above 0, but is inf"),
         (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 1000000, but is 0"),
-        (("run", PLATE, *PUBLISHED, "--dt", "-1"), "--dt must be above 0, but is -1.0"),  # although it needs no step
+        (("run", PLATE, *PUBLISHED, "--dt", "1"), "--dt must be left out with engine 'published', but is given"),
         (("sweep", PLATE, "--out", "x"), "either --vary or --points must be given, but neither is"),
         ((*SWEEP, "load.resistance=1k"), "Missing option '--out'"),
         ((*SWEEP, "load.resistance=1k", "--out", ""), "--out must be a folder, but is ''"),

@@ -19,10 +19,9 @@ LOADS = hv.logspace("100 kohm", "1 Mohm", 3)
 
 
 def test_names_are_one_list():
-    assert sorted(hv.__all__) == sorted({*hv._MODULES, "sweep"}) == hv.__all__
+    assert sorted(hv.__all__) == hv.__all__ == dir(hv)
     assert all(getattr(hv, name).__doc__ for name in hv.__all__)
-    assert set(hv.__all__) <= set(dir(hv))
-    with pytest.raises(AttributeError, match="no attribute 'swep'"):
+    with pytest.raises(AttributeError, match="attribute swep"):
         _ = hv.swep
 
 
@@ -42,7 +41,7 @@ def test_example(name):
 def test_a_module_does_not_hide_a_function():
     """Whichever is imported first, the package's name is the function, and what the module held is found."""
     code = """
-from harvester.studies.sweep.public import axis, grid, read_points, Table
+from harvester.studies.sweep.sweep import axis, grid, read_points, Table
 import harvester.studies.sweep.public
 import harvester.studies.compare, harvester.studies.stability.exponent
 import harvester as hv
@@ -58,7 +57,7 @@ def test_texts_are_options():
     assert dataclasses.replace(hv.Spice(within="1%"), seed=3).within == 0.01
     assert hv.Averaged(within="5%").within == 0.05
     assert hv.Ensemble().within is None
-    for bad, says in (("5", "--within must be a percentage"), ("0%", "--within must be"), (2.0, "--within must be")):
+    for bad, says in (("5", "`within` must be a percentage"), ("0%", "`within` must be"), (2.0, "`within` must be")):
         with pytest.raises(InputError, match=says):
             hv.Ensemble(within=bad)
     with pytest.raises(InputError, match="`budget` must be a time above 0"):
@@ -169,7 +168,7 @@ def test_notebook():
         page = Html(thing._repr_html_())
         assert page.tags <= {"div", "table", "caption", "thead", "tbody", "tr", "th", "td"}
         assert set(texts) <= set(page.texts)
-    assert any("--within 0.01 cannot be promised" in text for text in Html(answer._repr_html_()).texts)
+    assert any("`within` 0.01 cannot be promised" in text for text in Html(answer._repr_html_()).texts)
     assert any(text.startswith("warning, published at 3 of 3") for text in Html(table._repr_html_()).texts)
     assert set(COLUMNS[:2]) <= {text.split(" (")[0] for text in Html(table._repr_html_()).texts}
 

@@ -5,6 +5,7 @@ import pytest
 
 import harvester as hv
 from harvester import figures
+from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations
 from harvester.studies.compare import compare, one_path
 from tests.support.systems import PAPER, scene
@@ -12,8 +13,8 @@ from tests.support.systems import PAPER, scene
 
 def test_path_with_and_without_the_stop():
     """The decoupled V follows within 10 % without the stop, and misses by more than half with it."""
-    stop = one_path(scene(PAPER), "with", dt=0.05)
-    bare = one_path(scene(PAPER).without_stop(), "without", dt=0.05)
+    stop = one_path(Problem(scene(PAPER)), "with", dt=0.05)
+    bare = one_path(Problem(scene(PAPER).without_stop()), "without", dt=0.05)
     assert stop.spice_error < 1e-5
     assert bare.spice_error < 1e-5
     assert bare.decoupled_error < 0.1

@@ -10,6 +10,7 @@ from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.drive import proposed
 from harvester.circuit.worker_pool import in_order
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, Scales
 from harvester.mechanics.kernels.moments import from_path, mean_and_error
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
@@ -270,7 +271,7 @@ def test_burn_in_waits_for_the_smoothing_capacitor():
 
     def examined(farad):
         load = hv.Load(netlist="bridge", parameters={"R": 1e6, "C": farad})
-        ready = prepare(scene.with_load(load), hv.Spice())
+        ready = prepare(Problem(scene.with_load(load)), hv.Spice())
         return ready.burn_in, ready.warnings
 
     w0 = 20.0

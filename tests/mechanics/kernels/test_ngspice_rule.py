@@ -7,6 +7,7 @@ from harvester.circuit import runs as worker
 from harvester.circuit.ngspice.deck import trapezoid_share
 from harvester.engines import Spice
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations
 from harvester.mechanics.ensemble.richardson import StepPair
 from harvester.mechanics.ensemble.trajectories import Ensemble
@@ -28,7 +29,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
     ngspice's first step is of first order; the load forgets that in time constants 1/mu.
     """
     scene = load(f"examples/{given}.toml")
-    device = prepare(scene, Spice()).device
+    device = prepare(Problem(scene), Spice()).device
     noise = three_point_grid(SEED, round(600.0 / device.h / device.stride) * device.stride // 2 * 2)
     theirs = worker.record_apart(device, noise)
     ours = trace_ruled(device.eqs, noise, device.h, device.stride)

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import harvester as hv
 from harvester.cli import cli
+from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, scales
 from harvester.errors import CannotServeError, InputError
 from harvester.studies.frequency_response.curve import Point, Response
@@ -145,14 +146,14 @@ def test_command(tmp_path):
 @pytest.mark.parametrize("text", ["", "1Hz", "1Hz:2Hz", "1Hz:2Hz:2", "1Hz:2Hz:x", "1Hz:2Hz:100000"])
 def test_bad_sweep_is_one_line(text):
     with pytest.raises(InputError, match=r"^`sweep` must be FROM:TO:COUNT"):
-        frequencies(PLATE, text)
+        frequencies(Problem(PLATE), text)
 
 
 def test_refusals():
     with pytest.raises(InputError, match="`sweep` must be between two different frequencies"):
-        frequencies(PLATE, "1Hz:1Hz:3")
+        frequencies(Problem(PLATE), "1Hz:1Hz:3")
     with pytest.raises(InputError, match=r"excitation\.frequency must be a frequency"):
-        frequencies(PLATE, "1kg:2Hz:3")
+        frequencies(Problem(PLATE), "1kg:2Hz:3")
     with pytest.raises(InputError, match="acceleration_amplitude must be given"):
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
     with pytest.raises(CannotServeError, match="does not know coloured noise: use engine 'ensemble'"):

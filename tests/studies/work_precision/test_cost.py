@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_lyapunov
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.equations.scaling import equations, scales
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
@@ -58,7 +59,7 @@ def test_the_scheme_is_of_second_order():
 
 def test_ladder_is_the_exact_bias():
     """At the steps of its rungs, below them, and for the mean at a step of zero."""
-    found = ladder(hv.Ensemble().model(LINEAR), 0.1, 1024, seed=3, seconds=1.5)
+    found = ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
     for h in (0.02, 0.1, 0.2, 0.4):
         bias, exact = found.at(h), v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
         assert abs(bias.value - exact) < 4 * bias.stderr
@@ -70,12 +71,12 @@ def test_ladder_is_the_exact_bias():
 @pytest.mark.parametrize(("h", "terms"), [(0.5, 2), (0.7, 1)])
 def test_ladder_leaves_out_what_is_unstable(h, terms):
     """E_h grows as 1/(1 - h^2/4): by 25 % from h = .5 to 1, by 70 % from .7 to 1.4, without bound from 1 to 2."""
-    assert len(ladder(hv.Ensemble().model(LINEAR), h, 256, seed=0, seconds=0.1).coefficients) == terms
+    assert len(ladder(hv.Ensemble().model(Problem(LINEAR)), h, 256, seed=0, seconds=0.1).coefficients) == terms
 
 
 def test_ladder_without_a_rung():
     with pytest.raises(UnboundedResponseError, match=r"at a step of 1\.4/w0 and below"):
-        ladder(hv.Ensemble().model(LINEAR), 1.4, 256, seed=0, seconds=0.1)
+        ladder(hv.Ensemble().model(Problem(LINEAR)), 1.4, 256, seed=0, seconds=0.1)
 
 
 H = np.array([0.05, 0.1, 0.2])
@@ -261,7 +262,7 @@ def test_budget_that_is_spent_leaves_one_setting_an_engine(tmp_path):
 @pytest.fixture
 def bench():
     """One run of the ensemble, said to have taken 2 s."""
-    bench = Bench(LINEAR, budget=1e3)
+    bench = Bench(Problem(LINEAR), budget=1e3)
     run = bench.run(hv.Ensemble(trajectories=128, dt=0.1))
     bench.runs[0] = dataclasses.replace(run, answer=dataclasses.replace(run.answer, seconds=2.0))
     return bench
@@ -301,7 +302,7 @@ def test_an_engine_that_fails_is_kept_with_its_error(bench):
 
 def test_a_failure_is_a_row_and_the_rest_stands(bench):
     bench.cheap = bench.runs[0]
-    bench.steps = ladder(hv.Ensemble().model(LINEAR), 0.1, 256, seed=0, seconds=0.1)
+    bench.steps = ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 256, seed=0, seconds=0.1)
     bench.run(hv.Ensemble(dt=3.0, trajectories=64))
     answer = _table(bench)
     fine, failed = answer.rows
@@ -330,7 +331,7 @@ def test_reference_is_the_cheap_model_less_its_bias(bench):
 
 def test_units_of_a_device():
     """Step in seconds, power in watts: the same exact laws."""
-    bench = Bench(BRIDGE.with_load(1e6), budget=8.0)
+    bench = Bench(Problem(BRIDGE.with_load(1e6)), budget=8.0)
     bench.cheap = bench.run(hv.Ensemble(trajectories=256))
     bench._biases(bench.cheap, ngspice=False)
     answer, eqs, s = _table(bench), equations(bench.scene), scales(bench.scene)
@@ -380,10 +381,10 @@ def test_ngspice_beside_the_ideal_circuit():
 
     By less than 10 % more or less, which is its own bias and the standard error of eight runs.
     """
-    model = hv.Ideal().model(BRIDGE)
+    model = hv.Ideal().model(Problem(BRIDGE))
     model = dataclasses.replace(model, factor=2.0 * model.factor)
     steps = ladder(model, 0.1, 512, seed=0, seconds=0.5)
-    found = beside(BRIDGE, model, steps, 0.1, seed=1, seconds=0.1)
+    found = beside(Problem(BRIDGE), model, steps, 0.1, seed=1, seconds=0.1)
     assert abs(found.cheap.value - 1.0) < 0.1
     assert found.cheap.stderr < 0.05
     counted = [found.tolerances[r].counted for r in (1e-5, 1e-4, 1e-3)]
