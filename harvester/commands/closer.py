@@ -92,7 +92,7 @@ def motion(
     scene: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]
 ) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
-    from harvester.engines.serving import default_engine
+    from harvester.engines.selection import default_engine
     from harvester.studies import motion as motions
 
     given = loaded(scene)

@@ -48,8 +48,8 @@ from harvester.errors import InputError
 @as_json_option
 def run(scene: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
-    from harvester.engines.serving import default_engine
-    from harvester.engines.serving import engine as engine_of
+    from harvester.engines.selection import default_engine
+    from harvester.engines.selection import engine as engine_of
 
     given = loaded(scene)
     chosen = engine_of(default_engine(given, options["within"]) if engine is None else engine, **given_options(options))
@@ -99,8 +99,8 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester.engines.serving import default_engine, default_engines
-    from harvester.engines.serving import engines as engines_of
+    from harvester.engines.selection import default_engine, default_engines
+    from harvester.engines.selection import engines as engines_of
     from harvester.studies.sweep import printed_rows
     from harvester.studies.sweep import sweep as sweeps
 
@@ -154,8 +154,8 @@ def optimise(
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
-    from harvester.engines.serving import default_engine
-    from harvester.engines.serving import engine as engine_of
+    from harvester.engines.selection import default_engine
+    from harvester.engines.selection import engine as engine_of
     from harvester.studies.optimum import optimise as optimising
     from harvester.studies.optimum.ranges import parse
 

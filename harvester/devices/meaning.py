@@ -8,7 +8,7 @@ from typing import Any
 from harvester.devices.best_load import DECADES, NEAR, best_load
 from harvester.devices.stop import stop
 from harvester.engines import Averaged, Ideal, Published
-from harvester.engines.serving import serving
+from harvester.engines.selection import serving
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError

@@ -5,6 +5,7 @@ from harvester.engines.cheapest import Cheapest
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.ideal import Ideal
 from harvester.engines.published import Published
+from harvester.engines.selection import ENGINES, engine, serving
 from harvester.engines.spice.spice import Spice
 
-__all__ = ["Averaged", "Cheapest", "Ensemble", "Ideal", "Published", "Spice"]
+__all__ = ["ENGINES", "Averaged", "Cheapest", "Ensemble", "Ideal", "Published", "Spice", "engine", "serving"]

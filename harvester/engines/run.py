@@ -4,8 +4,8 @@ from typing import Any
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.protocol import AnyScene, Progress
-from harvester.engines.serving import Named, default_engine
-from harvester.engines.serving import engine as engine_of
+from harvester.engines.selection import Named, default_engine
+from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 
 

@@ -12,7 +12,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Ideal, Published, Spice
 from harvester.engines.protocol import AnyScene
-from harvester.engines.serving import engines, refusals
+from harvester.engines.selection import engines, refusals
 from harvester.engines.spice.preparation import READING, prepare
 from harvester.equations.problem import Problem
 from harvester.errors import (

@@ -11,7 +11,7 @@ import pytest
 
 import harvester as hv
 from harvester import cli
-from harvester.engines.serving import ENGINES
+from harvester.engines.selection import ENGINES
 from tests.support.paths import ROOT
 
 PLATE = str(ROOT / "examples" / "plate.toml")

@@ -18,6 +18,7 @@ from harvester.devices.scene_file import text
 from harvester.devices.stop import amplitude, variances
 from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, equations
+from harvester.errors import CannotServeError
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
 

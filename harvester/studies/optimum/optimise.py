@@ -11,8 +11,8 @@ from typing import Any
 from harvester.answers.estimate import Estimate
 from harvester.engines import Cheapest
 from harvester.engines.protocol import AnyScene, Engine, Vectorised
-from harvester.engines.serving import Named, default_engine
-from harvester.engines.serving import engine as engine_of
+from harvester.engines.selection import Named, default_engine
+from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine import files

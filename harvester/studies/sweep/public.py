@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from harvester.engines.protocol import AnyScene
-    from harvester.engines.serving import Named
+    from harvester.engines.selection import Named
     from harvester.studies.sweep.points import Axis, Points
     from harvester.studies.sweep.table import Table
 
@@ -48,8 +48,8 @@ def sweep(
     HarvesterError
         where every point failed, the last error.
     """
-    from harvester.engines.serving import default_engines
-    from harvester.engines.serving import engines as engines_of
+    from harvester.engines.selection import default_engines
+    from harvester.engines.selection import engines as engines_of
     from harvester.equations.problem import Problem
     from harvester.errors import InputError
     from harvester.studies.sweep import sweep as studies

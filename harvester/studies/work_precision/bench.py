@@ -13,7 +13,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines import Averaged, Ensemble, Published, Spice
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import Engine
-from harvester.engines.serving import ENGINES, refusals
+from harvester.engines.selection import ENGINES, refusals
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.studies.work_precision.biases import RUNGS, TOLERANCES, Beside, Ladder, beside, ladder

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.cli import cli
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.studies.optimum import optimise, ranges
 from harvester.studies.optimum.response_surface import Fit, design_size, exponents
@@ -44,7 +45,7 @@ class Surface:
     NAME = "ensemble"
 
     def run(self, scene, progress=None):
-        table = scene.nondimensional
+        table = Problem.of(scene).scene.nondimensional
         u = math.log(table.mu)
         if self.shape == "refuses" and table.mu > 1.0:
             raise SimulationError("mu is above 1")
@@ -70,9 +71,9 @@ def only(answer):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("load.resistance", "--over must be KEY=LOW:HIGH, but is 'load.resistance'"),
-        ("load.resistance=1k", "--over must be KEY=LOW:HIGH, but is 'load.resistance=1k'"),
-        ("load.resistance=1k:2k:3", "--over must be KEY=LOW:HIGH, but is"),
+        ("load.resistance", "`over` must be KEY=LOW:HIGH, but is 'load.resistance'"),
+        ("load.resistance=1k", "`over` must be KEY=LOW:HIGH, but is 'load.resistance=1k'"),
+        ("load.resistance=1k:2k:3", "`over` must be KEY=LOW:HIGH, but is"),
         ("load.resistence=1:2", "unknown [load] key 'resistence': did you mean 'resistance'?"),
         (
             "load.resistance=2k:1k",
@@ -89,15 +90,15 @@ def test_what_is_no_range(text, line):
 @pytest.mark.parametrize(
     ("over", "options", "line"),
     [
-        ({}, {}, "--over must be given for 1 to 4 keys, but is 0"),
+        ({}, {}, "`over` must be given for 1 to 4 keys, but is 0"),
         ({"load.resistance": (1.0, 2.0)}, {}, "[load] must be left out where [nondimensional] is given"),
         (
             {"nondimensional.restitution": (0.0, 2.0)},
             {},
             "nondimensional.restitution must be a restitution coefficient",
         ),
-        (MU, {"within": 2.0}, "--within must be between 0.001% and 100%, but is '2'"),
-        (MU, {"budget": 0.0}, "--budget must be above 0, but is 0.0"),
+        (MU, {"within": 2.0}, "`within` must be between 0.001% and 100%, but is '2'"),
+        (MU, {"budget": 0.0}, "`budget` must be above 0, but is 0.0"),
     ],
 )
 def test_refused(over, options, line):

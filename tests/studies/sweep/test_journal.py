@@ -65,7 +65,7 @@ def test_what_is_no_journal(tmp_path, text):
 
 @pytest.mark.parametrize("what", journal.SAME)
 def test_another_sweep_is_refused(tmp_path, held, what):
-    line = f"--resume must continue the same sweep, but {what} in '{tmp_path}' is another: use another --out"
+    line = f"`resume` must continue the same sweep, but {what} in '{tmp_path}' is another: use another `out`"
     with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
         journal.read(tmp_path, NOW | {what: "b"})
 

@@ -34,22 +34,22 @@ def test_a_list_has_units_and_may_say_a_point_twice(tmp_path):
     assert [points.values(k) for k in range(len(points))] == [(1e6, 0.9), (2e3, 0.8), (1e6, 0.9)]
 
 
-NO_FILE = "--points must be a readable file, but "
+NO_FILE = "`points` must be a readable file, but "
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("", "--points must have scene keys in its first line and then points, but "),
-        ("load.resistance\n", "--points must have scene keys in its first line and then points, but "),
+        ("", "`points` must have scene keys in its first line and then points, but "),
+        ("load.resistance\n", "`points` must have scene keys in its first line and then points, but "),
         ("load.resistence\n1\n", "unknown [load] key 'resistence': did you mean 'resistance'?"),
-        ("load.netlist\nbridge\n", "--points, line 2: load.netlist must be a key with a number to be varied"),
-        ("load.resistance\n1k\n\n-1\n", "--points, line 4: load.resistance must be a load resistance (ohm), such as"),
-        ("load.resistance,piezo.coupling\n1k,1\n1k\n", "--points, line 3, must have 2 values, but has 1"),
-        ("load.resistance,piezo.coupling\n1k,\n", "--points, line 2: piezo.coupling must be an electromechanical"),
-        ("load.resistance,load.resistance\n1k,2k\n", "--points must name each only once, but names 'load.resistance'"),
-        (b"load.resistance\n\xff\n", "--points must be a CSV file in UTF-8, but "),
-        ('load.resistance\n"1\n', "--points must be a CSV file in UTF-8, but "),
+        ("load.netlist\nbridge\n", "`points`, line 2: load.netlist must be a key with a number to be varied"),
+        ("load.resistance\n1k\n\n-1\n", "`points`, line 4: load.resistance must be a load resistance (ohm), such as"),
+        ("load.resistance,piezo.coupling\n1k,1\n1k\n", "`points`, line 3, must have 2 values, but has 1"),
+        ("load.resistance,piezo.coupling\n1k,\n", "`points`, line 2: piezo.coupling must be an electromechanical"),
+        ("load.resistance,load.resistance\n1k,2k\n", "`points` must name each only once, but names 'load.resistance'"),
+        (b"load.resistance\n\xff\n", "`points` must be a CSV file in UTF-8, but "),
+        ('load.resistance\n"1\n', "`points` must be a CSV file in UTF-8, but "),
     ],
 )
 def test_what_is_no_list(tmp_path, text, line):

@@ -40,14 +40,14 @@ def test_axis(text, values):
     assert axis.values == pytest.approx(values, rel=1e-12, abs=0)
 
 
-COUNT = "--vary must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 100000, but is "
+COUNT = "`vary` must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 100000, but is "
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("", "--vary must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is ''"),
-        ("load.resistance", "--vary must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is 'load.resistance'"),
+        ("", "`vary` must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is ''"),
+        ("load.resistance", "`vary` must be KEY=FROM:TO:COUNT or KEY=A,B,C, but is 'load.resistance'"),
         ("load.resistence=1", "unknown [load] key 'resistence': did you mean 'resistance'?"),
         ("load.netlist=1", "load.netlist must be a key with a number to be varied"),
         ("load.resistance=", "load.resistance must be a load resistance (ohm), such as '1 Mohm', above 0, but is ''"),
@@ -84,7 +84,7 @@ def test_table_and_provenance(tmp_path):
         assert (row["engine"], row["mean_power_stderr"], row["error"]) == ("published", "", "")
     whence = json.loads((tmp_path / "provenance.json").read_text())
     assert whence["vary"] == {"load.resistance": list(LOADS.values)}
-    assert whence["engines"] == {"published": {}}
+    assert whence["engines"] == {"published": {"seed": 0}}
     assert whence["scene"] == PLATE.tables()
     assert whence["scene_digest"] == PLATE.digest
     assert whence["versions"]["harvester"] == hv.__version__
@@ -139,9 +139,9 @@ def test_no_engine_serves(tmp_path):
 @pytest.mark.parametrize(
     ("axes", "engines", "line"),
     [
-        (["load.resistance=1", "load.resistance=2"], 1, "--vary must name each only once, but names 'load.resistance'"),
-        (["load.resistance=1"], 2, "--engine must name each only once, but names 'published' twice"),
-        (["load.resistance=1k:2k:400", "piezo.coupling=1:2:400"], 1, "--vary must make at most 100000 points, but is"),
+        (["load.resistance=1", "load.resistance=2"], 1, "`vary` must name each only once, but names 'load.resistance'"),
+        (["load.resistance=1"], 2, "`engine` must name each only once, but names 'published' twice"),
+        (["load.resistance=1k:2k:400", "piezo.coupling=1:2:400"], 1, "`vary` must make at most 100000 points, but is"),
         (["load.resistance=1k,1", "oscillator.mass=1,1e-50"], 1, "the power scale "),  # the last point is impossible
         (["nondimensional.mu=1"], 1, "[oscillator] must be left out where [nondimensional] is given"),
     ],

@@ -4,8 +4,13 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from harvester.engines import Averaged, Cheapest, Ensemble, Ideal, Published, Spice
+from harvester.engines.averaged import Averaged
+from harvester.engines.cheapest import Cheapest
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.ideal import Ideal
 from harvester.engines.protocol import AnyScene, Engine
+from harvester.engines.published import Published
+from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, unknown
 
@@ -19,14 +24,13 @@ def refusals(scene: AnyScene) -> dict[str, str]:
     `Ideal`, which is about netlists only, is not listed for another load.
     """
     problem = Problem.of(scene)
-    named = {name: kind.refusal(problem) for name, kind in ENGINES.items() if name != Ideal.NAME}
-    return named if problem.netlist is None else {**named, Ideal.NAME: Ideal.refusal(problem)}
+    about = [name for name in ENGINES if name != Ideal.NAME or problem.netlist is not None]
+    return {name: ENGINES[name].refusal(problem) for name in about}
 
 
 def serving(scene: AnyScene) -> list[str]:
     """Names of the engines that serve a scene, the fastest first."""
-    found = refusals(scene)
-    return [name for name in ENGINES if found.get(name) == ""]
+    return [name for name, reason in refusals(scene).items() if not reason]
 
 
 def default_engine(scene: AnyScene, within: float | str | None = None) -> str:
