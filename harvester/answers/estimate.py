@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from harvester.arrays import Floats
+from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value, number
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from harvester.figures import Plot
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Estimate:
     """What an engine says of a scene.

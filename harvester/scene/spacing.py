@@ -1,9 +1,10 @@
 """Values of a scene key at even spaces, with their unit: ``logspace("1 kohm", "10 Mohm", 25)``."""
 
-from harvester.errors import InputError, invalid
+from harvester.errors import InputError, invalid, names_arguments
 from harvester.scene.units import prefix_factor, split_unit, unit_factor
 
 
+@names_arguments
 def logspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
     """``count`` values from ``low`` to ``high``, each the same multiple of the one before.
 
@@ -27,6 +28,7 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     return tuple(values if unit is None else (f"{value!r} {unit}".rstrip() for value in values))
 
 
+@names_arguments
 def linspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
     """``count`` values from ``low`` to ``high``, each the same amount above the one before.
 

@@ -5,13 +5,14 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid, names_arguments, shown
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
 MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 
+@names_arguments
 def loads(text: str, folder: Path | None = None) -> Scene:
     """Read a scene from the text of a scene file; relative paths of its netlist and records start at ``folder``.
 
@@ -45,6 +46,7 @@ def _files_beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
     return paths
 
 
+@names_arguments
 def load(path: str | Path) -> Scene:
     """Read a scene from a scene file.
 

@@ -1,7 +1,7 @@
 """Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,8 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Ideal, Published, Spice
 from harvester.engines.protocol import AnyScene
-from harvester.engines.selection import engines, refusals
+from harvester.engines.selection import Named, refusals
+from harvester.engines.selection import engines as engines_of
 from harvester.engines.spice.preparation import READING, prepare
 from harvester.equations.problem import Problem
 from harvester.errors import (
@@ -21,6 +22,7 @@ from harvester.errors import (
     MissingProgramError,
     SimulationError,
     UnboundedResponseError,
+    names_arguments,
 )
 from harvester.uncertainty.value import z_score
 
@@ -58,6 +60,7 @@ class PathComparison:
         return _relative_rms(self.decoupled, self.spice)
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Comparison:
     """Estimates of the engines that served, why the others did not, and paths with and without the stop: of `compare`.
@@ -137,11 +140,16 @@ class Comparison:
 
 
 def compare(
-    scene: AnyScene, seed: int = 0, *, tick: Callable[[float, str], None] | None = None, **options: Any
+    scene: AnyScene,
+    seed: int = 0,
+    *,
+    engines: Sequence[Named] | None = None,
+    tick: Callable[[float, str], None] | None = None,
+    **options: Any,
 ) -> Comparison:
     """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
-    ``options`` go to the engines that sample (see `harvester.engines.Ensemble`).  ``tick`` is told the fraction done
+    ``engines`` (or their names) stand for every engine.  ``options`` go to those that sample (see `harvester.engines.Ensemble`).  ``tick`` is told the fraction done
     and what is at work.
 
     >>> import harvester as hv
@@ -160,14 +168,15 @@ def compare(
     refused: dict[str, str] = {}
     drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
     last: HarvesterError | None = None
-    names = list(refusals(problem))
+    chosen = engines_of(list(refusals(problem)) if engines is None else engines, seed=seed, **options)
+    names = [one.NAME for one in chosen]
     total, done = sum(WEIGHTS[name] for name in names) + WEIGHTS["paths"], 0.0
 
     def tell(fraction: float, what: str) -> None:
         if tick is not None:
             tick((done + WEIGHTS[what] * fraction) / total, what)
 
-    for name, engine in zip(names, engines(names, seed=seed, **options), strict=True):
+    for name, engine in zip(names, chosen, strict=True):
         tell(0.0, name)
         try:
             estimates.append(engine.run(problem, partial(tell, what=name)))

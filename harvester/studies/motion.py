@@ -33,6 +33,7 @@ ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
 MOST_STEPS = 5_000_000
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Motion:
     """A path in the scene's units (SI; nondimensional), one row a reading, shape (n,).

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.errors import SimulationError
+from harvester.errors import SimulationError, names_arguments
 from harvester.scene.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Value:
     """A number with its errors.

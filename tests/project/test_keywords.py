@@ -43,7 +43,6 @@ def misspelt(name):
     return right[:-2] + right[-1] if len(right) > 4 else right + "s", right
 
 
-@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in ANY])
 def test_a_misspelt_keyword(name):
     """`hv.compare(scene, trajectoris=5)` is an InputError that names `trajectories`, never a bare TypeError."""
@@ -53,7 +52,6 @@ def test_a_misspelt_keyword(name):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in ANY])
 def test_a_keyword_like_none(name):
     """One that is near to none is refused by its name."""
@@ -61,7 +59,6 @@ def test_a_keyword_like_none(name):
         getattr(hv, name)(*REQUIRED.get(name, ()), xyzzy_qq=1)
 
 
-@pytest.mark.xfail(strict=False, reason="most raise a bare TypeError so far")
 @pytest.mark.parametrize("engine", ["published", "averaged"])
 def test_an_option_that_would_be_ignored(engine):
     """A formula has no trajectories: the number that was asked for would do nothing."""

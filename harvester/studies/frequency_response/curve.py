@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.ensemble import UNLIKE
+from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value
 
@@ -39,6 +40,7 @@ class Point:
         return Value(root, *errors)
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Response:
     """All points: the sweep up, then the sweep down, each in the order in which it was made.

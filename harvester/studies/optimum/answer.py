@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from harvester.answers.estimate import Estimate
-from harvester.errors import HarvesterError
+from harvester.errors import HarvesterError, names_arguments
 from harvester.scene.keys import unit_of
 from harvester.studies.optimum.evaluations import Point
 from harvester.studies.optimum.ranges import Range
@@ -42,6 +42,7 @@ class Key:
         return text
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Optimum:
     """The largest mean power over ranges of keys.

@@ -15,6 +15,7 @@ from harvester.uncertainty.value import Value
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
 
+@names_arguments
 @dataclass(frozen=True)
 class Stability:
     """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.

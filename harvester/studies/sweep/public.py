@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from harvester.errors import names_arguments
+
 if TYPE_CHECKING:
     from harvester.engines.protocol import AnyScene
     from harvester.engines.selection import Named
@@ -13,6 +15,7 @@ if TYPE_CHECKING:
 Values = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
 
 
+@names_arguments
 def sweep(
     scene: "AnyScene",
     over: "str | Mapping[str, Values] | Points | Sequence[Axis]",

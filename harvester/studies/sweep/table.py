@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.errors import HarvesterError
+from harvester.errors import HarvesterError, names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.sweep.points import Axis
 from harvester.uncertainty.value import Value
@@ -36,6 +36,7 @@ COLUMNS = (
 _ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
 
 
+@names_arguments
 @dataclass
 class Table:
     """Rows of a sweep as they are written: the varied keys, then `COLUMNS`, all as text.
