@@ -51,8 +51,9 @@ def equations_as_they_stand(app, what, name, of, options, lines):
 
 
 def links_of_included(app, path, parent, content):
-    """A page that is included from elsewhere links to the examples' page, which is `gallery` here."""
-    content[0] = content[0].replace("](examples/README.md)", "](docs/gallery.md)")
+    """A page that is included from elsewhere links to pages that have another name here."""
+    for elsewhere, here in (("examples/README.md", "gallery.md"), ("CONTRIBUTING.md", "contributing.md")):
+        content[0] = content[0].replace(f"]({elsewhere})", f"](docs/{here})")
 
 
 def setup(app):

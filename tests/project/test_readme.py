@@ -8,7 +8,7 @@ import pytest
 from tests.support import pages
 from tests.support.pages import ROOT
 
-PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
+PAGES = ["README.md", "CONTRIBUTING.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
 
 # (what a command must hold, what is added at its end, ends of its words that are replaced: fewer points)
 LESS = [
@@ -71,6 +71,8 @@ def test_targets():
     tests = pages.made(["test"])
     for tool in ("ruff check", "ruff format --check", "mypy", "pytest"):
         assert tool in tests
+        assert tool in pages.made(["check"])
+    assert "lint-imports" in pages.made(["check"])
     assert "sphinx" in pages.made(["docs"])
     assert "sh setup.sh" in pages.made(["-B", "setup"])
 
