@@ -1,1 +1,1 @@
-"""What an engine says of a scene, and how it prints itself on a terminal and in a notebook."""
+"""The answer of an engine to a scene, and how it prints itself on a terminal and in a notebook."""

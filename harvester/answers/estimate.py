@@ -1,4 +1,4 @@
-"""An answer: values with their errors, what it took, and what to beware of.  It prints itself."""
+"""An engine's answer: values with their errors, what it took, and what to beware of."""
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,12 @@ if TYPE_CHECKING:
 @names_arguments
 @dataclass(frozen=True)
 class Estimate:
-    """What an engine says of a scene.
+    """What an engine found for a scene: mean square voltage and mean power with their errors.
 
-    mean_square_voltage and mean_power are in V^2 and W for a physical scene, nondimensional for
-    a nondimensional one; ``nondimensional`` holds both and beta and mu without units.  ``steps``
-    are trajectory-steps (ensemble) or accepted ngspice steps (spice); ``seconds`` is the
-    computation without compilation.  ``reason`` says why there is no sampling error, or what
-    is known of the model's own.
+    Both are in ``units`` (V^2 and W; nondimensional for a nondimensional scene); ``nondimensional`` holds both and
+    beta and mu without units.  ``steps`` are trajectory-steps (ensemble) or accepted ngspice steps (spice);
+    ``seconds`` is the computation without compilation.  ``reason`` says why there is no sampling error, or what is
+    known of the model's own.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -47,11 +46,11 @@ class Estimate:
 
     @property
     def units(self) -> AnswerUnits:
-        """The units of its values."""
+        """The units of the answer's values."""
         return AnswerUnits.of(self.physical)
 
     def plot(self, title: str | None = "") -> "Plot":
-        """The parts of the error, and the ledger where there is one, as a matplotlib figure."""
+        """Draw the parts of the error, and the energy ledger where there is one, as a matplotlib figure."""
         from harvester import figures
 
         return figures.estimate(self, title)

@@ -1,4 +1,4 @@
-"""All drawing: each function makes a `Plot`, and `save` its files."""
+"""All drawing: each function makes a `Plot` of what `figures.shapes` describes, and `save` writes its files."""
 
 from harvester.figures.comparisons import comparison
 from harvester.figures.costs import cost

@@ -1,4 +1,4 @@
-"""One look for all figures: fonts, sizes, lines, and a colour, a line and a marker an engine.
+"""The look of all figures: fonts, sizes and lines, and for each engine a colour, a line and a marker.
 
 Drawn for a journal's page 178 mm wide.  What tells engines apart survives a grey print: dashes, width and markers
 beside the colour.  Text is taken as it stands (a title may hold a dollar sign), so units are written in Unicode.

@@ -1,1 +1,1 @@
-"""What a table looks like on a terminal and in a notebook."""
+"""How answers are printed: their units, and tables on a terminal and in a notebook."""

@@ -19,7 +19,7 @@ class AnswerUnits:
 
     @staticmethod
     def of(physical: bool) -> "AnswerUnits":
-        """Those of a physical scene, or of a nondimensional one."""
+        """The units of a physical scene, or of a nondimensional one."""
         return SI if physical else NONDIMENSIONAL
 
 

@@ -1,4 +1,4 @@
-"""What answers look like in a notebook: small tables of plain HTML, every text escaped."""
+"""Tables of answers in a notebook: plain HTML with every text escaped."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -8,7 +8,7 @@ _CELL = "text-align:left;vertical-align:top"
 
 
 def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """A table with a title above and notes below."""
+    """An HTML table with a title above and notes below."""
     cells = "".join(
         "<tr>" + "".join(f'<td style="{_CELL}">{escape(cell)}</td>' for cell in row) + "</tr>" for row in rows
     )
@@ -19,5 +19,5 @@ def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], notes:
 
 
 def warnings(some: Iterable[str]) -> list[str]:
-    """Notes of warnings."""
+    """Warnings as notes that say that they are warnings."""
     return [f"warning: {one}" for one in some]

@@ -3,7 +3,7 @@
 from harvester.answers.estimate import Estimate
 from harvester.report import engines
 from harvester.report.numbers import signs
-from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
 from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
@@ -64,7 +64,7 @@ def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
     )
 
 
-def _differences(result: Comparison) -> Grid:
+def _differences(result: Comparison) -> TextTable:
     """The table of each engine's ratio and z-score against the reference."""
     rows = []
     for estimate in result.estimates:
@@ -78,13 +78,13 @@ def _differences(result: Comparison) -> Grid:
         "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
         " off by more than |z| < 4 allows, and rightly so."
     )
-    return Grid(f"Against {result.reference.engine}", ["engine", "power over its", "z"], rows, (1, 2), note)
+    return TextTable(f"Against {result.reference.engine}", ["engine", "power over its", "z"], rows, (1, 2), note)
 
 
-def _paths(result: Comparison) -> list[Grid]:
+def _paths(result: Comparison) -> list[TextTable]:
     rows = [[p.title, f"{p.spice_error:.1e}", f"{p.decoupled_error:.2g}"] for p in result.paths]
     heads = ["one path", "ngspice against the exact update", "decoupled against ngspice"]
-    return [Grid("Relative RMS error of the voltage", heads, rows, (1, 2))] if rows else []
+    return [TextTable("Relative RMS error of the voltage", heads, rows, (1, 2))] if rows else []
 
 
 def _spoken(answer: Estimate) -> str:

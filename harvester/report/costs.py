@@ -3,7 +3,7 @@
 from harvester.printing.answer_units import AnswerUnits
 from harvester.report.engines import refusals
 from harvester.report.numbers import share, signs, with_errors
-from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
@@ -35,7 +35,7 @@ def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
             _errors("The front: no other is as fast and as accurate", cost.best),
             _needed(cost),
             _errors("All settings", rows),
-            *([Grid("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
+            *([TextTable("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
             *refusals(cost.refused),
         ],
     )
@@ -58,7 +58,7 @@ def _fastest(cost: Cost, target: float) -> str:
     return f"Within {100 * target:g} %: {best} in {measured[best]:.2g} s" if best else ""
 
 
-def _needed(cost: Cost) -> Grid:
+def _needed(cost: Cost) -> TextTable:
     """The table of the seconds that each engine needs for each target."""
     engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
     rows = []
@@ -68,10 +68,10 @@ def _needed(cost: Cost) -> Grid:
             [f"{100 * target:g} %", *("-" if n is None else signs(f"{'' if n[1] else '~'}{n[0]:.2g}") for n in needed)]
         )
     note = "~: a prediction. -: the engine's biases are not known to be smaller."
-    return Grid("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
+    return TextTable("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
 
 
-def _errors(caption: str, rows: list[Row]) -> Grid:
+def _errors(caption: str, rows: list[Row]) -> TextTable:
     heads = ["engine", "setting", "seconds", "sampling, 95 %", "step", "model", "total"]
     cells = [
         [
@@ -82,4 +82,4 @@ def _errors(caption: str, rows: list[Row]) -> Grid:
         ]
         for row in rows
     ]
-    return Grid(caption, heads, cells, range(2, len(heads)))
+    return TextTable(caption, heads, cells, range(2, len(heads)))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from harvester.answers.estimate import Estimate
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
-from harvester.report.page import Grid
+from harvester.report.page import TextTable
 from harvester.uncertainty.value import Value
 
 
@@ -18,7 +18,7 @@ def lead(estimate: Estimate) -> list[str]:
     ]
 
 
-def table(estimates: Sequence[Estimate]) -> Grid:
+def table(estimates: Sequence[Estimate]) -> TextTable:
     """The table of each engine's mean power, its errors in percent of it, and what it took."""
     heads = [
         "engine",
@@ -51,22 +51,22 @@ def table(estimates: Sequence[Estimate]) -> Grid:
         "Errors are in percent of the engine's mean power. -: there is no such error, or it is not known; the reasons"
         " below say which."
     )
-    return Grid("Engines", heads, rows, range(1, len(heads)), note)
+    return TextTable("Engines", heads, rows, range(1, len(heads)), note)
 
 
-def reasons(estimates: Sequence[Estimate]) -> Grid:
+def reasons(estimates: Sequence[Estimate]) -> TextTable:
     """The table of what each engine says of its errors: why one is missing, or how that of its model is known."""
     rows = [[one.engine, signs(one.reason) or _own(one)] for one in estimates]
-    return Grid("What the errors are, or why there is none", ["engine", "reason"], rows)
+    return TextTable("What the errors are, or why there is none", ["engine", "reason"], rows)
 
 
-def refusals(refused: dict[str, str]) -> list[Grid]:
+def refusals(refused: dict[str, str]) -> list[TextTable]:
     """The table of the engines that did not run, if there are any."""
     rows = [[name, signs(why)] for name, why in refused.items()]
-    return [Grid("Engines that did not run", ["engine", "reason"], rows)] if rows else []
+    return [TextTable("Engines that did not run", ["engine", "reason"], rows)] if rows else []
 
 
-def details(estimate: Estimate) -> list[Grid]:
+def details(estimate: Estimate) -> list[TextTable]:
     """The table of an answer's details, such as step and trajectories, if there are any."""
     rows = []
     for name, value in estimate.details.items():
@@ -77,7 +77,9 @@ def details(estimate: Estimate) -> list[Grid]:
         for n, v in estimate.nondimensional.items()
     ]
     unit = "seconds" if estimate.units.time else "units of 1/ω0"
-    return [Grid("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
+    return (
+        [TextTable("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
+    )
 
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:

@@ -31,7 +31,7 @@ class Drawing:
 
 
 @dataclass(frozen=True)
-class Grid:
+class TextTable:
     """A table of texts: the first cell of a row names it; columns ``numbers`` (by place) are set right."""
 
     caption: str
@@ -57,7 +57,7 @@ class Section:
     title: str
     texts: Sequence[str] = ()
     drawings: Sequence[Drawing] = ()
-    tables: Sequence[Grid] = ()
+    tables: Sequence[TextTable] = ()
     warnings: Sequence[str] = ()
     listings: Sequence[Listing] = ()
 

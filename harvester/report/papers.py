@@ -5,7 +5,7 @@ import numpy as np
 from harvester import figures
 from harvester.machine.provenance import whence
 from harvester.report.numbers import share, signs
-from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, Point
 from harvester.uncertainty.value import NORMAL_QUANTILE
@@ -43,7 +43,7 @@ def _section(one: Drawn) -> Section:
     )
     summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
     figure = drawing(figures.paper(one.points, None), f"{one.title}. {summary}.", one.title)
-    table = Grid("How far the theories are off", heads, rows, range(1, 5), note)
+    table = TextTable("How far the theories are off", heads, rows, range(1, 5), note)
     return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from harvester.equations.scaling import Equations, equations, scales
 from harvester.report.effects import WORDS, absent, present
 from harvester.report.numbers import amount, signs
-from harvester.report.page import Grid, Listing, Section
+from harvester.report.page import Listing, Section, TextTable
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 
@@ -55,21 +55,21 @@ def scene_section(scene: Scene, text: str = "") -> Section:
 def effects_section(scene: Scene) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     tables = [
-        Grid(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
+        TextTable(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
         for caption, names in (("On", present(scene)), ("Off", absent(scene)))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."
     return Section("Effects on and off", texts=[text], tables=tables)
 
 
-def coefficients(caption: str, eqs: Equations) -> Grid:
+def coefficients(caption: str, eqs: Equations) -> TextTable:
     """The table of the nondimensional coefficients that are present."""
     rows = []
     for name, meaning in _COEFFICIENTS.items():
         value = getattr(eqs, name)
         if value is not None:
             rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])
-    return Grid(caption, ["coefficient", "meaning", "value"], rows, (2,))
+    return TextTable(caption, ["coefficient", "meaning", "value"], rows, (2,))
 
 
 def command_line(about: dict[str, Any]) -> str:
@@ -91,14 +91,14 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
     return rows
 
 
-def _keys(scene: Scene) -> Grid:
+def _keys(scene: Scene) -> TextTable:
     """The table of all keys of the scene file in SI units."""
     rows = []
     for table, keys in scene.tables().items():
         if isinstance(keys, dict):
             for name, value in keys.items():
                 rows += _key(f"{table}.{name}", value)
-    return Grid("As given, in SI units", ["key", "value"], rows, (1,))
+    return TextTable("As given, in SI units", ["key", "value"], rows, (1,))
 
 
 def _key(key: str, value: Any) -> list[list[str]]:
@@ -107,7 +107,7 @@ def _key(key: str, value: Any) -> list[list[str]]:
     return [[key, amount(value, unit_of(key)) if isinstance(value, float) else str(value)]]
 
 
-def _scales(scene: Scene) -> Grid:
+def _scales(scene: Scene) -> TextTable:
     """The table of the scales: what a nondimensional 1 is in SI units."""
     s = scales(scene)
     values = [
@@ -116,4 +116,4 @@ def _scales(scene: Scene) -> Grid:
         ("voltage θ l/Cp", s.volts, "V"),
         ("power M ω0³ l²", s.watts, "W"),
     ]
-    return Grid("What a nondimensional 1 is", ["scale", "value"], [[n, amount(v, u)] for n, v, u in values], (1,))
+    return TextTable("What a nondimensional 1 is", ["scale", "value"], [[n, amount(v, u)] for n, v, u in values], (1,))

@@ -1,7 +1,7 @@
 """The report of `sweep`."""
 
 from harvester.report.numbers import amount, share, signs
-from harvester.report.page import Grid, Page, Section, drawing
+from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import command_line, effects_section, made_by, scene_section
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
@@ -54,7 +54,7 @@ def _best(table: Table, rows: list[Row]) -> str:
     return f"{row['engine']}: largest {amount(float(row['mean_power']), table.units.power)}{sampling} at {where}"
 
 
-def _summary(table: Table, names: list[str]) -> Grid:
+def _summary(table: Table, names: list[str]) -> TextTable:
     """The table of what each engine took, and of the largest errors that it states."""
     rows = []
     for name in names:
@@ -77,7 +77,7 @@ def _summary(table: Table, names: list[str]) -> Grid:
         "Errors relative to the mean power of their point; 95 % are 1.96 standard errors."
         " none: nothing is sampled. -: no such error, or not known."
     )
-    return Grid("Engines", heads, rows, range(1, len(heads)), note)
+    return TextTable("Engines", heads, rows, range(1, len(heads)), note)
 
 
 def _sampling(row: Row) -> float | None:
@@ -94,7 +94,7 @@ def _worst(rows: list[Row], column: str, factor: float) -> str:
     return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
 
 
-def _rows(table: Table, failures: bool) -> Grid:
+def _rows(table: Table, failures: bool) -> TextTable:
     """The table of all rows, or of the first `MOST_ROWS`."""
     heads = [
         *(a.key for a in table.axes),
@@ -119,7 +119,7 @@ def _rows(table: Table, failures: bool) -> Grid:
     left = len(table.rows) - len(rows)
     note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
     numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]
-    return Grid("Points", heads, rows, numbers, note)
+    return TextTable("Points", heads, rows, numbers, note)
 
 
 def _value(text: str, key: str) -> str:

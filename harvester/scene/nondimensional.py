@@ -12,9 +12,9 @@ from harvester.scene.table import CONFIG, SceneTable
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
 class Nondimensional(SceneTable):
-    """The paper's parameters (Eq. 2), every one optional; N1 = eps1^2 D11, N2 = eps2^2 D22.
+    """The parameters of the paper's nondimensional Eq. 2, every one optional.
 
-    eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.  Ours: the spring is
+    The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 where only their D is given; an eps without its D is refused.  Ours: the spring is
     linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and
     stop_damping instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic acceleration;
     correlation_time, or centre_frequency and bandwidth (rad), filter the external noise as in `Excitation`.

@@ -37,7 +37,9 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
 class Oscillator(SceneTable):
-    """M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + spring = ...
+    """The mass on its spring and its damper, which moves relative to the base.
+
+        M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + spring = ...
 
     spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
     negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
@@ -67,7 +69,9 @@ class Oscillator(SceneTable):
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
 class Piezo(SceneTable):
-    """Force theta v on the mass, charge theta X into the clamped capacitance (N/V, F).
+    """The piezoelectric transducer: force theta v on the mass, charge theta X into its capacitance.
+
+    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -117,7 +121,7 @@ class OppositeStop(SceneTable):
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
 class Excitation(SceneTable):
-    """Acceleration of the base, and white noise on the stiffness (N2, a number).
+    """What shakes the device: an acceleration of its base, and white noise on its stiffness (N2, a number).
 
     ``acceleration_psd`` is the one-sided density of white noise; with ``correlation_time`` T that at low frequencies of
     noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)

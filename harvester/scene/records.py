@@ -60,7 +60,7 @@ class Record:
         return np.asarray(irfft(series[: count // 2 + 1], count))
 
     def at(self, times: Floats, h: float) -> Floats:
-        """The values at any times, for a grid of steps h: without frequencies above pi/h."""
+        """The values at any times, without the frequencies above pi/h that a grid of steps h cannot carry."""
         from scipy.interpolate import CubicSpline
 
         needed = min(len(self.values), math.ceil(self.period / h))

@@ -19,7 +19,7 @@ from harvester.scene.table import CONFIG, SceneTable
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
 class Scene(SceneTable):
-    """One device: physical (oscillator, piezo, ...) or nondimensional, never both.
+    """One device with its shaking and its load: physical (oscillator, piezo, ...) or nondimensional, never both.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))

@@ -6,7 +6,7 @@ from harvester.scene.units import prefix_factor, split_unit, unit_factor
 
 @names_arguments
 def logspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
-    """``count`` values from ``low`` to ``high``, each the same multiple of the one before.
+    """Make ``count`` values from ``low`` to ``high``, each the same multiple of the one before.
 
     Numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
 
@@ -30,7 +30,7 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 
 @names_arguments
 def linspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
-    """``count`` values from ``low`` to ``high``, each the same amount above the one before.
+    """Make ``count`` values from ``low`` to ``high``, each the same amount above the one before.
 
     >>> import harvester as hv
     >>> hv.linspace("0 mm", "0.5 mm", 3)

@@ -1,4 +1,4 @@
-"""A number with its errors: of sampling, of the step, of the model."""
+"""Numbers with their errors of sampling, of the step and of the model."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of m
 @names_arguments
 @dataclass(frozen=True)
 class Value:
-    """A number with its errors.
+    """A number with its errors of sampling, of the step and of the model.
 
     ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
     freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
@@ -38,13 +38,13 @@ class Value:
             )
 
     def scaled(self, factor: float) -> "Value":
-        """The value in other units."""
+        """The value and its errors multiplied by a factor, as for other units."""
         stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
         return Value(self.value * factor, stderr, bias, model, self.freedom)
 
     @property
     def quantile(self) -> float:
-        """Half-width of the 95 % sampling interval in standard errors: Student's, with few degrees of freedom."""
+        """The half-width of the 95 % sampling interval in standard errors, by Student's t for few degrees of freedom."""
         if self.freedom is None:
             return NORMAL_QUANTILE
         from scipy.special import stdtrit
@@ -53,16 +53,16 @@ class Value:
 
     @property
     def sampling95(self) -> float:
-        """Half-width of the 95 % sampling interval."""
+        """The half-width of the 95 % sampling interval, in the value's units."""
         return self.quantile * (self.stderr or 0.0)
 
     @property
     def error95(self) -> float:
-        """Half-width of the 95 % sampling interval plus the errors of step and model."""
+        """The half-width of the 95 % sampling interval plus the errors of step and model."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     def text(self, unit: str) -> str:
-        """Such as ``3.104 +- 0.012 (95 %) +- 0.004 (step) uW``."""
+        """The value, each error and the unit as one text, such as ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
         scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
         digits = 4
         if self.error95 > 0.0 and self.value != 0.0:
@@ -85,7 +85,7 @@ def number(value: Value) -> dict[str, float | None]:
 
 
 def z_score(a: Value, b: Value) -> float | None:
-    """Difference over its standard error; None where neither value has one."""
+    """The difference of two values over its standard error; None where neither value has one."""
     error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 QUADRATIC, CUBIC = 2, 3
-Q = 1.96  # standard errors to 95 %
+Q = NORMAL_QUANTILE
 SEEN = 3.0  # standard errors that a curvature must have to be one
 _EDGE = 1e-6  # of the box: nearer to its face than this is on it
 

@@ -17,7 +17,7 @@ from harvester.engines import Spice
 from harvester.engines.ensemble import Model
 from harvester.equations.problem import Problem
 from harvester.errors import UnboundedResponseError
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
     from harvester.engines.spice.runs import Runs
@@ -197,7 +197,7 @@ def beside(problem: Problem, model: Model, steps: Ladder, h: float, seed: int, s
     found = controlled(exact, low, Value(known, 0.0)).value
     ratio = found.value / known
     return Beside(
-        Bias(1.0 / ratio - 1.0, found.sampling95 / 1.96 / abs(known) / ratio**2),
+        Bias(1.0 / ratio - 1.0, found.sampling95 / NORMAL_QUANTILE / abs(known) / ratio**2),
         {r: _mean((one - exact) / exact.mean()) for r, one in zip(tolerances, high, strict=True)} if high[1:] else {},
     )
 
@@ -213,4 +213,4 @@ def _high(runs: "Runs", model: Model) -> Floats:
 def _mean(values: Floats) -> Bias:
     """Mean and standard error, as large as few values ask for (Student)."""
     error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), freedom=len(values) - 1.0)
-    return Bias(float(values.mean()), error.sampling95 / 1.96)
+    return Bias(float(values.mean()), error.sampling95 / NORMAL_QUANTILE)
