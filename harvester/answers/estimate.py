@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Estimate:
     """What an engine found for a scene: mean square voltage and mean power with their errors.
 
-    Both are in ``units`` (V^2 and W; nondimensional for a nondimensional scene); ``nondimensional`` holds both and
+    Both are in `unit_names` (V^2 and W; nondimensional for a nondimensional scene); ``nondimensional`` holds both and
     beta and mu without units.  ``steps`` are trajectory-steps (ensemble) or accepted ngspice steps (spice);
     ``seconds`` is the computation without compilation.  ``reason`` says why there is no sampling error, or what is
     known of the model's own.
@@ -45,7 +45,7 @@ class Estimate:
     power_samples: Floats | None = field(default=None, compare=False)
 
     @property
-    def units(self) -> AnswerUnits:
+    def unit_names(self) -> AnswerUnits:
         """The units of the answer's values."""
         return AnswerUnits.of(self.physical)
 
@@ -74,8 +74,8 @@ class Estimate:
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
         lines = [
             f"{self.engine}: {took}",
-            f"  mean power           {self.mean_power.text(self.units.power)}",
-            f"  mean square voltage  {self.mean_square_voltage.text(self.units.mean_square_voltage)}",
+            f"  mean power           {self.mean_power.text(self.unit_names.power)}",
+            f"  mean square voltage  {self.mean_square_voltage.text(self.unit_names.mean_square_voltage)}",
             f"  effects              {', '.join(self.effects)}",
         ]
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
@@ -86,8 +86,8 @@ class Estimate:
         from harvester.printing import notebook
 
         rows = [
-            ("mean power", self.mean_power.text(self.units.power)),
-            ("mean square voltage", self.mean_square_voltage.text(self.units.mean_square_voltage)),
+            ("mean power", self.mean_power.text(self.unit_names.power)),
+            ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
             ("effects", ", ".join(self.effects)),
             ("seconds", f"{self.seconds:.2g}"),
         ]

@@ -119,7 +119,7 @@ def sweep(
     page = report_file(report, out)
     with progress_of_rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
         table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
-    echo("\n".join([printed_rows.grid(table.rows, table.units), *printed_rows.warnings(table.rows)]))
+    echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *printed_rows.warnings(table.rows)]))
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {drawn('sweep', vector)}, provenance.json")
     save_report(page, lambda report: report.of_sweep(given, table))
 

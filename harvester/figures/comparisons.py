@@ -19,7 +19,7 @@ def comparison(result: ComparisonShape, title: str | None) -> Plot:
         size = (WIDTH, 1.0 + height + 1.9 * paths)
         figure, axes = new(1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]])
         powers = axes[0, 0]
-        x = scale("mean power", result.estimates[0].units.power, [e.mean_power.value for e in result.estimates])
+        x = scale("mean power", result.estimates[0].unit_names.power, [e.mean_power.value for e in result.estimates])
         values = [e.mean_power.value for e in result.estimates]
         for place, estimate in enumerate(result.estimates):
             look = {"color": STYLES[estimate.engine]["color"], "marker": MARKERS[estimate.engine], "markersize": 6}

@@ -19,7 +19,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
         _errors(axes[0, 0], answer)
         if flows:
             here = axes[0, 1]
-            x = scale("mean power", answer.units.power, [*flows.values()])
+            x = scale("mean power", answer.unit_names.power, [*flows.values()])
             here.barh([*flows], [v / x.factor for v in flows.values()], color="0.6", edgecolor=INK, linewidth=0.6)
             here.axvline(0.0, color=INK, linewidth=0.6)
             here.invert_yaxis()

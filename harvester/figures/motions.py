@@ -19,7 +19,7 @@ def motion(path: MotionShape, title: str | None) -> Plot:
     last, settled = path.t >= end - path.shown, path.t >= 0.25 * end
     few = path.t >= end - 0.15 * path.shown
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
-    u = path.units
+    u = path.unit_names
     units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
     names = {
         "x": "displacement",

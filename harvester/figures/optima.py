@@ -29,7 +29,7 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     places = np.array([p.u for p in own])
     x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
     powers = [p.power for p in own if p.power is not None]
-    y = scale("mean power", answer.estimate.units.power, [v.value for v in powers])
+    y = scale("mean power", answer.estimate.unit_names.power, [v.value for v in powers])
     power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "error95"))
     plane = len(keys) == 2 and len(own) > 3 and bool(np.linalg.matrix_rank(places - places[0], 1e-6) == 2)
     with styled():

@@ -18,7 +18,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 def response(answer: ResponseShape, title: str | None) -> Plot:
     """Draw power and RMS voltage against the frequency, up and down, with a bar for each half-power bandwidth."""
     f = np.array([p.frequency for p in answer.sweep("up")])
-    units = answer.units
+    units = answer.unit_names
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
     powers = {d: [p.mean_power for p in answer.sweep(d)] for d in _LOOKS}
     volts = {d: [p.voltage_rms for p in answer.sweep(d)] for d in _LOOKS}

@@ -41,7 +41,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
         )
         top, low = axes[0, 0], axes[-1, 0]
         x_scale = mark(low.xaxis, first.key, first.values, first.logarithmic)
-        y_scale = scale("mean power", table.units.power, known)
+        y_scale = scale("mean power", table.unit_names.power, known)
         for number, curves in enumerate(groups.values()):
             for engine, rows in curves.items():
                 style = _style(engine, table, number, len(groups), len(rows))

@@ -10,7 +10,7 @@ from harvester.uncertainty.value import Value
 
 def lead(estimate: Estimate) -> list[str]:
     """The answer in two lines: mean power and mean square voltage."""
-    units = estimate.units
+    units = estimate.unit_names
     word = "" if units.power else " (nondimensional)"
     return [
         f"Mean power {with_errors(estimate.mean_power, units.power)}{word}",
@@ -39,10 +39,10 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
         rows.append(
             [
                 one.engine,
-                first(power, one.units.power),
+                first(power, one.unit_names.power),
                 "none" if power.stderr is None else share(power.sampling95, power.value),
                 *(share(error, power.value) for error in (*errors, together)),
-                first(one.mean_square_voltage, one.units.mean_square_voltage),
+                first(one.mean_square_voltage, one.unit_names.mean_square_voltage),
                 signs(f"{one.seconds:.2g}"),
                 signs(f"{one.steps:.3g}") if one.steps else "-",
             ]
@@ -71,12 +71,14 @@ def details(estimate: Estimate) -> list[TextTable]:
     rows = []
     for name, value in estimate.details.items():
         power = name.startswith("ledger_") and name != "ledger_residual"
-        rows.append([name.replace("_", " "), amount(value, estimate.units.power) if power else signs(f"{value:.5g}")])
+        rows.append(
+            [name.replace("_", " "), amount(value, estimate.unit_names.power) if power else signs(f"{value:.5g}")]
+        )
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
     ]
-    unit = "seconds" if estimate.units.time else "units of 1/ω0"
+    unit = "seconds" if estimate.unit_names.time else "units of 1/ω0"
     return (
         [TextTable("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
     )

@@ -51,7 +51,7 @@ def _best(table: Table, rows: list[Row]) -> str:
     where = ", ".join(f"{a.key} = {_value(row[a.key], a.key)}" for a in table.axes)
     error = _sampling(row)
     sampling = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
-    return f"{row['engine']}: largest {amount(float(row['mean_power']), table.units.power)}{sampling} at {where}"
+    return f"{row['engine']}: largest {amount(float(row['mean_power']), table.unit_names.power)}{sampling} at {where}"
 
 
 def _summary(table: Table, names: list[str]) -> TextTable:
@@ -113,8 +113,8 @@ def _rows(table: Table, failures: bool) -> TextTable:
             continue
         power = float(row["mean_power"])
         bias = float(row["mean_power_bias"]) if row["mean_power_bias"] else None
-        cells += [amount(power, table.units.power), share(_sampling(row), power), share(bias, power)]
-        cells += [amount(float(row["mean_square_voltage"]), table.units.mean_square_voltage), row["seconds"]]
+        cells += [amount(power, table.unit_names.power), share(_sampling(row), power), share(bias, power)]
+        cells += [amount(float(row["mean_square_voltage"]), table.unit_names.mean_square_voltage), row["seconds"]]
         rows.append([*cells, *([""] if failures else [])])
     left = len(table.rows) - len(rows)
     note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")

@@ -132,7 +132,7 @@ class Comparison:
         for one in self.estimates:
             ratio, z = self.ratio(one), self.z(one)
             cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
-            rows.append((one.engine, one.mean_power.text(one.units.power), *cells))
+            rows.append((one.engine, one.mean_power.text(one.unit_names.power), *cells))
         notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
         notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
         head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")
@@ -149,8 +149,8 @@ def compare(
 ) -> Comparison:
     """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
-    ``engines`` (or their names) stand for every engine.  ``options`` go to those that sample (see `harvester.engines.Ensemble`).  ``tick`` is told the fraction done
-    and what is at work.
+    ``engines`` (or their names) stand for every engine.  ``options`` go to those that sample (see
+    `harvester.engines.Ensemble`).  ``tick`` is called with the fraction done and what is at work.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))

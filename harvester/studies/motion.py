@@ -62,7 +62,7 @@ class Motion:
     engine: str
 
     @property
-    def units(self) -> AnswerUnits:
+    def unit_names(self) -> AnswerUnits:
         """The units of its numbers."""
         return AnswerUnits.of(self.physical)
 
@@ -75,7 +75,7 @@ class Motion:
     def text(self) -> str:
         """The CSV file."""
         names = ["time", "displacement", "velocity", "voltage", "base_acceleration"]
-        of = self.units
+        of = self.unit_names
         units = [of.time, of.length, of.speed, of.voltage, of.acceleration]
         columns = [self.t, self.x, self.v, self.voltage, *([] if self.acceleration is None else [self.acceleration])]
         out = io.StringIO()
@@ -86,7 +86,7 @@ class Motion:
         return out.getvalue()
 
     def __str__(self) -> str:
-        unit = f" {self.units.time}".rstrip()
+        unit = f" {self.unit_names.time}".rstrip()
         lines = [f"one path by {self.engine}: {self.t[-1]:.4g}{unit}, step {self.step:.4g}{unit}"]
         if self.stops:
             lines.append(f"impacts: {len(self.impacts)}")

@@ -44,7 +44,7 @@ class Value:
 
     @property
     def quantile(self) -> float:
-        """The half-width of the 95 % sampling interval in standard errors, by Student's t for few degrees of freedom."""
+        """The half-width of the 95 % sampling interval in standard errors: Student's for few degrees of freedom."""
         if self.freedom is None:
             return NORMAL_QUANTILE
         from scipy.special import stdtrit
@@ -62,7 +62,7 @@ class Value:
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     def text(self, unit: str) -> str:
-        """The value, each error and the unit as one text, such as ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
+        """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
         scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
         digits = 4
         if self.error95 > 0.0 and self.value != 0.0:

@@ -56,7 +56,7 @@ class Response:
     physical: bool
 
     @property
-    def units(self) -> AnswerUnits:
+    def unit_names(self) -> AnswerUnits:
         """The units of its numbers."""
         return AnswerUnits.of(self.physical)
 
@@ -113,7 +113,7 @@ class Response:
         """The CSV file."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        unit = (self.units.frequency, self.units.voltage, self.units.power)
+        unit = (self.unit_names.frequency, self.unit_names.voltage, self.unit_names.power)
         names = ("frequency", "voltage_rms", "mean_power")
         heads = [f"{name} ({one})" if one else name for name, one in zip(names, unit, strict=True)]
         errors = [f"{name}_{error}" for name in names[1:] for error in ("stderr", "step_bias")]
@@ -151,7 +151,7 @@ class Response:
         return {"sweeps": sweeps, "hysteresis": self.hysteresis}
 
     def __str__(self) -> str:
-        hertz, watt = self.units.frequency, self.units.power
+        hertz, watt = self.unit_names.frequency, self.unit_names.power
         f = [p.frequency for p in self.sweep("up")]
         lines = []
         for direction in ("up", "down"):

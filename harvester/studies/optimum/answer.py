@@ -110,7 +110,7 @@ class Optimum:
         }
 
     def __str__(self) -> str:
-        unit = self.estimate.units.power
+        unit = self.estimate.unit_names.power
         counts = ", ".join(f"{count} by {name}" for name, count in self.evaluations.items())
         width = max(len(key.range.key) for key in self.keys)
         lines = [f"{self.engine}: {self.seconds:.2g} s, {len(self.points)} evaluations ({counts})"]
@@ -130,7 +130,7 @@ class Optimum:
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
 
-        unit = self.estimate.units.power
+        unit = self.estimate.unit_names.power
         rows = [(key.range.key, str(key)) for key in self.keys]
         rows += [("mean power", self.mean_power.text(unit)), ("seconds", f"{self.seconds:.2g}")]
         notes = [f"flat: {self.flat}"] if self.flat else []

@@ -40,7 +40,7 @@ def dataset(table: "Table") -> xarray.Dataset:
     for name, (meaning, unit) in MEANINGS.items():
         numbers = np.full((len(engines), size), np.nan)
         numbers.flat[at] = [float(row[name]) if row[name] else np.nan for row in table.rows]
-        about = {"long_name": meaning, "units": unit if table.units.power or name == "seconds" else "1"}
+        about = {"long_name": meaning, "units": unit if table.unit_names.power or name == "seconds" else "1"}
         found[name] = (("engine", *dimensions), numbers.reshape(-1, *shape), about)
     for name in TEXTS:
         texts = np.full((len(engines), size), "", dtype=object)

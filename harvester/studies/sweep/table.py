@@ -76,13 +76,13 @@ class Table:
         from harvester.printing import notebook
         from harvester.studies.sweep import printed_rows
 
-        head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.units)
+        head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.unit_names)
         more = len(self.rows) - len(shown)
         notes = [f"{more} rows more"] if more > 0 else []
         return notebook.table("sweep", head, shown, notes + printed_rows.warnings(self.rows))
 
     @property
-    def units(self) -> AnswerUnits:
+    def unit_names(self) -> AnswerUnits:
         """The units of its powers and voltages."""
         return AnswerUnits.of("nondimensional" not in self.about.get("scene", {}))
 
