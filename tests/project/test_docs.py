@@ -62,3 +62,11 @@ def test_pages(site):
 def test_the_scripts_that_draw_find_what_they_import(path):
     """They run for long, and by hand: what they take from the package must be there."""
     assert callable(runpy.run_path(str(path), run_name="imported")["main"])
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", "CONTRIBUTING.md", *(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md"))]
+)
+def test_files_that_pages_name_are_there(page):
+    named = re.findall(r"harvester/[a-z_/]+\.pyi?", (ROOT / page).read_text())
+    assert [one for one in named if not (ROOT / one).is_file()] == []
