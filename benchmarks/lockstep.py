@@ -38,10 +38,10 @@ def alone(name):
     """ngspice through PySpice with a sine of 20 V and not a callback of ours."""
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared
 
-    from harvester.circuit.ngspice.instance import deck
+    from harvester.circuit.ngspice.deck import build_deck
     from harvester.circuit.ngspice.library import find_library
 
-    text = deck(circuit(name), CP, STEP, LOADS[name][1] * STEP).text
+    text = build_deck(circuit(name), CP, STEP, LOADS[name][1] * STEP).text
     NgSpiceShared.LIBRARY_PATH = find_library()
     ngspice = NgSpiceShared()
     ngspice.load_circuit(text.replace("external", f"SIN(0 20 {W0 / (2 * math.pi)!r})"))
@@ -52,22 +52,23 @@ def alone(name):
     return seconds / steps * 1e6
 
 
-def lockstep(name, native, restitution=None):
+def lockstep(name, compiled, restitution=None):
     """A device of some 20 V, with a restitution coefficient also with its stop."""
     from harvester.circuit.lockstep.drive import Drive
-    from harvester.circuit.ngspice.instance import deck, ngspice
+    from harvester.circuit.ngspice.deck import build_deck
+    from harvester.circuit.ngspice.instance import ngspice
     from harvester.equations.scaling import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.05, restitution=restitution)
     load = circuit(name)
-    noise = np.random.default_rng(1).standard_normal(LOADS[name][1 if native else 2])
+    noise = np.random.default_rng(1).standard_normal(LOADS[name][1 if compiled else 2])
     for n in (100, len(noise)):  # the first compiles
-        drive = Drive(eqs, 20.0, W0, noise[:n], H, stride=4, free=not load.linear, since=0.0, native=native)
-        whole = deck(load, CP, STEP, drive.duration)
+        drive = Drive(eqs, 20.0, W0, noise[:n], H, stride=4, free=not load.linear, since=0.0, compiled=compiled)
+        whole = build_deck(load, CP, STEP, drive.duration)
         begin = time.perf_counter()
         ngspice().run_driven(whole, drive)
         seconds = time.perf_counter() - begin
-    return seconds / int(drive.record["steps"][0]) * 1e6
+    return seconds / int(drive.state["steps"][0]) * 1e6
 
 
 def measure(function, *arguments):
@@ -102,7 +103,7 @@ def costs():
 
 def errors():
     from harvester.circuit import runs as worker
-    from harvester.circuit.worker_pool import in_order
+    from harvester.circuit.worker_pool import map_in_workers
     from harvester.equations.scaling import Equations, Scales
     from harvester.mechanics.kernels.noise import gaussian_grid, refined
     from harvester.mechanics.kernels.path import trace
@@ -122,10 +123,10 @@ def errors():
         noise, rng = gaussian_grid(np.random.SeedSequence(7), 500), np.random.default_rng(1)
         for h in (0.2, 0.1, 0.05, 0.025):
             exact = trace(eqs, noise, h)
-            both = [worker.Device(eqs, s, load, h, 1, norton=norton) for norton in (False, True)]
+            both = [worker.CoupledDevice(eqs, s, load, h, 1, norton=norton) for norton in (False, True)]
             found = [
                 float(np.sqrt(np.mean((path.V - exact.V) ** 2) / np.mean(exact.V**2)))
-                for path in in_order(worker.record, [(device, noise) for device in both])
+                for path in map_in_workers(worker.path_in_this_process, [(device, noise) for device in both])
             ]
             rows.append({"scene": scene, "step": h, "Thevenin": found[0], "Norton": found[1]})
             noise = refined(noise, rng)

@@ -26,7 +26,7 @@ from common import report
 
 import harvester as hv
 from harvester.errors import HarvesterError
-from harvester.machine.cores import VARIABLE
+from harvester.machine.cores import THREADS_VARIABLE
 from harvester.studies.sweep import sweep as sweeps
 
 PLATE = hv.load("examples/plate_with_stop.toml")
@@ -98,7 +98,7 @@ def cluster():
 def scaling(turns):
     """Points a second: pool over one process, Dask over pool."""
     rows = []
-    os.environ[VARIABLE] = "1"  # one thread here; the workers of a pool have one each anyway
+    os.environ[THREADS_VARIABLE] = "1"  # one thread here; the workers of a pool have one each anyway
     cases = {
         "ensemble": (hv.Ensemble(trajectories=1024, duration=300.0), "load.resistance=100k:1M:60"),
         "spice": (hv.Spice(trajectories=8, duration=30.0), "load.resistance=300k:1M:16"),
@@ -114,7 +114,7 @@ def scaling(turns):
             one, pool, dask = best.values()
             rows.append({"what": f"points/s, {name}", **best, "pool/one": pool / one, "dask/pool": dask / pool})
             print(rows[-1], flush=True)
-    del os.environ[VARIABLE]
+    del os.environ[THREADS_VARIABLE]
     return rows
 
 

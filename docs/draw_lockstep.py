@@ -16,7 +16,7 @@ import numpy as np
 import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.circuit.ngspice import instance as ngspice
-from harvester.circuit.ngspice.python_callbacks import Reference
+from harvester.circuit.ngspice.python_callbacks import PythonCallbacks
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.figures.style import STYLES, image, legend, new, styled
@@ -30,7 +30,7 @@ INK, STOP = "0.25", STYLES["published"]["color"]
 POINTS = {"markerfacecolor": STYLES["spice"]["color"], "markeredgecolor": STYLES["spice"]["color"]}
 
 
-class Recorder(Reference):
+class Recorder(PythonCallbacks):
     """The lock-step in Python, which writes down each accepted point: phase, x, x' before it acts, V."""
 
     points: ClassVar[list[tuple[float, ...]]] = []
@@ -48,10 +48,10 @@ class Recorder(Reference):
 def recorded(scene: hv.Scene) -> tuple[np.ndarray, float]:
     """Accepted points (n, 6): t, x, velocities before and after, V, whether an impact; and the step."""
     device = prepare(Problem(scene), hv.Spice(dt=STEP / 20.0)).device
-    ngspice.Reference, Recorder.points = Recorder, []
+    ngspice.PythonCallbacks, Recorder.points = Recorder, []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # 0 times the infinite distance of a stop that is not there
-        worker.run(device, gaussian_grid(np.random.SeedSequence(3), KICKS), native=False)
+        worker.run_in_this_process(device, gaussian_grid(np.random.SeedSequence(3), KICKS), compiled=False)
     return np.array(Recorder.points), device.h
 
 

@@ -1,4 +1,6 @@
-"""The package's netlists as circuits of `harvester.mechanics.rectifiers.circuit`: for the ensemble, and beside ngspice.
+"""The package's netlists as circuits of ideal elements (`harvester.mechanics.rectifiers.circuit`).
+
+Engine `ideal` simulates them, and engine `spice` uses them as the control variate beside ngspice.
 
 Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery and breakdown, and
 the time of a switching, pi sqrt(L Cp), in which the netlists' switches close gradually: at a few volts the start of
@@ -10,32 +12,22 @@ from functools import partial
 
 from harvester.equations.scaling import Scales
 from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit
-from harvester.netlists.allowed import Line, header_of
-from harvester.netlists.load_circuit import load_circuit, number
-from harvester.scene.load import Load
+from harvester.netlists.load_circuit import LoadCircuit
 
 THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V, at ngspice's 27 degrees Celsius
 CLOSED = 100.0  # ohm of a closed switch
 TOPOLOGIES = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 
 
-def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
-    """The circuit of a load that is a netlist of this package, by its name.
+def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
+    """The ideal circuit of a load that is one of this package's netlists.
 
-    None for a resistance, for a netlist of one's own, and for element values that are not above zero.
-
-    Raises
-    ------
-    InputError
-        as `harvester.netlists.load_circuit.load_circuit`.
+    None for a resistance, for a user's own netlist, and for element values that are not above zero.
     """
-    name = load.netlist
+    name, p = circuit.topology, circuit.values
     if name not in TOPOLOGIES:
         return None
     capacitance, w0, volts = scales.capacitance, scales.frequency, scales.volts
-    circuit = load_circuit(load, capacitance)
-    _, _, defaults = header_of(Line(name, circuit.text.split("\n", 1)[0]))
-    p = {key: number(value or "") or 0.0 for key, value in defaults.items()} | circuit.parameters
     if (
         any(value <= 0.0 for key, value in p.items() if key not in ("play", "rest", "Rcoil"))
         or p.get("play", 0.0) < 0.0
@@ -62,8 +54,8 @@ def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
         both = capacitance * p["C"] / (capacitance + p["C"])  # in series: what the coil oscillates with
         return circuit_of(play=play, series=_coil(p, both, capacitance, w0))
     sece = Flyback(
-        damping=_damping(p, capacitance),
-        peak=_peak(p, capacitance, capacitance, w0),
+        damping=_damping_ratio(p, capacitance),
+        peak=_peak_current(p, capacitance, capacitance, w0),
         rest=max(p["rest"], 0.0) / volts,
         wire=p["Rcoil"] * capacitance * w0,
         core=1.0 / (p["Rcore"] * capacitance * w0),
@@ -71,19 +63,22 @@ def ideal_circuit(load: Load, scales: Scales) -> IdealCircuit | None:
     return circuit_of(play=play, sece=sece)
 
 
-def _damping(p: dict[str, float], capacitance: float) -> float:
+def _damping_ratio(p: dict[str, float], capacitance: float) -> float:
     """Damping ratio 1/(2 Q) of the coil with a capacitance, the closed switch in series and the core in parallel."""
     impedance = math.sqrt(p["L"] / capacitance)
     return 0.5 * ((p["Rcoil"] + CLOSED) / impedance + impedance / p["Rcore"])
 
 
-def _peak(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> float:
-    """Peak current of an oscillation from 1 V, over that into the piezo's capacitance at 1 V w0."""
+def _peak_current(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> float:
+    """Peak current of an oscillation with ``capacitance`` from 1 V, in units of ``piezo`` (F) times w0 times 1 V."""
     return math.sqrt(capacitance / p["L"]) / (piezo * w0)
 
 
 def _coil(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> Coil:
-    """An inversion leaves q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage, and nothing where it is overdamped."""
-    zeta = _damping(p, capacitance)
+    """The coil of an inversion, which leaves the share q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage.
+
+    An overdamped coil leaves nothing.
+    """
+    zeta = _damping_ratio(p, capacitance)
     kept = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)) if zeta < 1.0 else 0.0
-    return Coil(kept, _peak(p, capacitance, piezo, w0))
+    return Coil(kept, _peak_current(p, capacitance, piezo, w0))

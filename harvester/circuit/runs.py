@@ -1,4 +1,4 @@
-"""A device's runs in ngspice, in worker processes: one ngspice each, so a crash there is an error of that run only."""
+"""Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only."""
 
 import itertools
 import math
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuit.lockstep.energy_ledger import Ledger, ledger
+from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.ngspice.library import find_library
-from harvester.circuit.worker_pool import in_order, workers
+from harvester.circuit.worker_pool import map_in_workers, worker_count
 from harvester.equations.scaling import Equations, Scales
-from harvester.errors import UnboundedResponseError, invalid
+from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.bounds import resting_places
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_ruled
@@ -29,13 +29,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Device:
-    """What ngspice and the mass share: nondimensional equations, SI scales, the load circuit, the grid.
+class CoupledDevice:
+    """A mass and a load circuit that the piezo couples, and how their runs are made.
 
-    ``h`` is the nondimensional step, ``stride`` the kicks between readings; a run that makes less than a kick a second
-    over ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.instance.deck`; ``reltol`` is
+    ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit; ``h`` is the
+    nondimensional step, ``stride`` the kicks between readings.  A run that makes less than a kick a second over
+    ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck.build_deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do.  ``ideal`` is the netlist's circuit made of ideal elements, where there is one; ``ruled`` says that the load
+    do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ruled`` says that the load
     resistor beside ngspice follows its integration rule.
     """
 
@@ -53,35 +54,40 @@ class Device:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """One trajectory's means; ``load_power`` (W) is of Rload, as in the ledger.
+class TrajectoryMeans:
+    """Time averages of one trajectory after the burn-in.
 
-    ``cheap`` are the means of the ensemble's own step, or of the ideal circuit, on the same noise.
+    ``load_power`` (W) is that of Rload, as in the ledger; ``steps`` counts those of ngspice; ``control`` is the control
+    variate: the same moments without ngspice, on the same noise.
     """
 
     moments: Moments
     load_power: float
     steps: int
-    ledger: Ledger
-    cheap: Moments | None = None
+    ledger: EnergyLedger
+    control: Moments | None = None
 
 
-def record(device: Device, noise: Floats, native: bool = True, shaking: Floats | None = None) -> Path:
-    """One path on a given noise grid, in this process; see `harvester.circuit.lockstep.drive.Drive`."""
-    return run(device, noise, native=native, shaking=shaking).path()
+def path_in_this_process(
+    device: CoupledDevice, noise: Floats, compiled: bool = True, shaking: Floats | None = None
+) -> Path:
+    """The path of one run on a noise grid, computed in this process; see `run_in_this_process`."""
+    return run_in_this_process(device, noise, compiled=compiled, shaking=shaking).path()
 
 
-def run(
-    device: Device,
+def run_in_this_process(
+    device: CoupledDevice,
     noise: Floats,
-    discard: float = math.inf,
-    native: bool = True,
-    place: float | None = None,
+    burn_in: float = math.inf,
+    compiled: bool = True,
     shaking: Floats | None = None,
+    start: float | None = None,
 ) -> "Drive":
-    """A finished run on a noise grid, in this process; its ledger begins at the nondimensional time ``discard``.
+    """One finished run of ngspice on a noise grid, in this process.
 
-    The mass begins at rest at the displacement ``place``; see `harvester.circuit.lockstep.drive.Drive` for None.
+    The energy ledger begins at the nondimensional time ``burn_in``; the mass begins at rest at the displacement
+    ``start``, None for the first of its resting places; ``compiled`` and ``shaking`` see
+    `harvester.circuit.lockstep.drive.Drive`.
 
     Raises
     ------
@@ -91,47 +97,49 @@ def run(
         when the motion left the finite numbers.
     """
     from harvester.circuit.lockstep.drive import Drive
-    from harvester.circuit.ngspice.instance import deck, ngspice
+    from harvester.circuit.ngspice.deck import build_deck
+    from harvester.circuit.ngspice.instance import ngspice
 
     scales, free = device.scales, not device.load.linear
     w0 = scales.frequency
-    begin = None if place is None else (place, 0.0, 0.0)
-    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, discard, native, shaking)
-    start = scales.volts * float(drive.record["x"][0])
-    whole = (device.h / w0, drive.duration, start, device.norton, scales.volts, device.reltol)
-    circuit = deck(device.load, scales.capacitance, *whole)
-    ngspice().run_driven(circuit, drive, device.patience)
+    begin = None if start is None else (start, 0.0, 0.0)
+    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, burn_in, compiled, shaking)
+    first = scales.volts * float(drive.state["x"][0])
+    whole = (device.h / w0, drive.duration, first, device.norton, scales.volts, device.reltol)
+    deck = build_deck(device.load, scales.capacitance, *whole)
+    ngspice().run_driven(deck, drive, device.patience)
     if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
     return drive
 
 
 def _measure(
-    device: Device, seed: np.random.SeedSequence, kicks: int, discard: float, paired: bool, place: float
-) -> Measured:
+    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, with_control: bool, start: float
+) -> TrajectoryMeans:
+    """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
     shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
-    drive = run(device, noise, discard, place=place, shaking=shaking)
-    state = drive.record[0]
-    moments = from_path(device.eqs, drive.path(), discard, 1)
-    balance = ledger(state, device.scales, drive.smoothing, device.load.linear)
-    cheap = _cheap(device, noise, shaking, discard, place) if paired else None
-    return Measured(moments, balance.load, int(state.steps), balance, cheap)
+    drive = run_in_this_process(device, noise, burn_in, start=start, shaking=shaking)
+    state = drive.state[0]
+    moments = from_path(device.eqs, drive.path(), burn_in, 1)
+    ledger = ledger_of(state, device.scales, drive.smoothing, device.load.linear)
+    control = _control(device, noise, shaking, burn_in, start) if with_control else None
+    return TrajectoryMeans(moments, ledger.load, int(state.steps), ledger, control)
 
 
-def _cheap(device: Device, noise: Floats, shaking: Floats | None, discard: float, place: float) -> Moments:
-    """The means without ngspice, on the same noise: of the ideal circuit, or of the load resistor."""
+def _control(device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: float) -> Moments:
+    """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
     eqs, h, stride = device.eqs, device.h, device.stride
     if device.ruled:
-        return from_path(eqs, trace_ruled(eqs, noise, h, stride), discard, 1)
+        return from_path(eqs, trace_ruled(eqs, noise, h, stride), burn_in, 1)
     if device.ideal is None:
-        return from_path(eqs, trace(eqs, noise, h, stride, (place, 0.0, 0.0), shaking), discard, 1)
+        return from_path(eqs, trace(eqs, noise, h, stride, (start, 0.0, 0.0), shaking), burn_in, 1)
     from harvester.mechanics.rectifiers.rectifier_path import ideal_moments
 
-    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, discard)
+    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in)
 
 
-def warm_up(device: Device, paired: bool = False) -> float:
+def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     """Start the workers and compile what this device's runs need; returns the seconds that took.
 
     Raises
@@ -141,41 +149,27 @@ def warm_up(device: Device, paired: bool = False) -> float:
     """
     begin = time.perf_counter()
     find_library()
-    list(measure_apart(device, [np.random.SeedSequence(0)] * workers(), 4 * device.stride, 0.0, paired))
+    seeds = [np.random.SeedSequence(0)] * worker_count()
+    list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))
     return time.perf_counter() - begin
 
 
-def record_apart(device: Device, noise: Floats, shaking: Floats | None = None) -> Path:
-    """`record`, in a worker process."""
+def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
+    """The path of one run on a noise grid, computed in a worker process."""
     find_library()
-    return next(in_order(record, [(device, noise, True, shaking)]))
+    return next(map_in_workers(path_in_this_process, [(device, noise, True, shaking)]))
 
 
-def charging_apart(device: Device, noise: Floats) -> tuple[Floats, Floats]:
-    """Times (s) and voltages (V) of the load's capacitor Csmooth on a noise path: how it is charged.
+def measure_in_workers(
+    device: CoupledDevice,
+    seeds: Sequence[np.random.SeedSequence],
+    kicks: int,
+    burn_in: float,
+    with_control: bool = False,
+) -> Iterator[TrajectoryMeans]:
+    """Run one trajectory of ``kicks`` steps (an even number) for each seed in the workers; yields means in order.
 
-    Raises
-    ------
-    InputError
-        for a load without a capacitor of that name.
-    """
-    find_library()
-    return next(in_order(_charging, [(device, noise)]))
-
-
-def _charging(device: Device, noise: Floats) -> tuple[Floats, Floats]:
-    drive = run(device, noise)
-    if drive.smoothing == 0.0:
-        raise invalid("load", "have a capacitor Csmooth", device.load.name)
-    return drive.path().t / device.scales.frequency, drive.charge
-
-
-def measure_apart(
-    device: Device, seeds: Sequence[np.random.SeedSequence], kicks: int, discard: float, paired: bool = False
-) -> Iterator[Measured]:
-    """One trajectory of ``kicks`` steps (an even number) for each seed, in the workers; yields them in order.
-
-    Time averages begin at the nondimensional time ``discard``; ``paired`` asks for the same without ngspice too.
+    Time averages begin at the nondimensional time ``burn_in``; ``with_control`` adds the control variate.
     Trajectories begin in each of the scene's resting places in turn.
 
     Raises
@@ -183,16 +177,17 @@ def measure_apart(
     CircuitError
         when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
-    places = itertools.cycle(resting_places(device.eqs))
-    yield from in_order(_measure, [(device, seed, kicks, discard, paired, next(places)) for seed in seeds])
+    starts = itertools.cycle(resting_places(device.eqs))
+    yield from map_in_workers(_measure, [(device, seed, kicks, burn_in, with_control, next(starts)) for seed in seeds])
 
 
 def ngspice_version() -> str:
     """Version of the ngspice library, as a worker process finds it."""
-    return next(in_order(_version, [()]))
+    return next(map_in_workers(_version, [()]))
 
 
 def _version() -> str:
+    """`ngspice_version` in this process."""
     from harvester.circuit.ngspice.instance import ngspice
 
     return str(ngspice().ngspice_version)

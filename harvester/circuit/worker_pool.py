@@ -1,4 +1,4 @@
-"""ngspice's worker processes: what fails or dies there is an error of that job only.
+"""Worker processes that run ngspice: what fails or dies in one is an error of that job only.
 
 A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice stays in
 pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new one.
@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 import loky
 
 from harvester.errors import CircuitError
+from harvester.machine import processes
 from harvester.machine.cores import cores
-from harvester.machine.processes import killed, new, submitted
 
 T = TypeVar("T")
 
@@ -22,16 +22,16 @@ IDLE = 60.0  # seconds after which a process without a job ends
 _idle: deque[loky.ProcessPoolExecutor] = deque()
 
 
-def workers() -> int:
+def worker_count() -> int:
     """How many ngspice run at a time: one a core."""
     return cores()
 
 
-def in_order(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
-    """``function(*one)`` for each of the arguments, in `workers` processes; yields in the order asked for.
+def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
+    """Call ``function(*one)`` for each of the arguments in worker processes, and yield the results in their order.
 
-    An error comes in its turn.  Jobs that still run when the iteration ends, by an error or because nobody asks on,
-    are killed.
+    `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
+    still run when the iteration ends, by an error or because its reader stops, are killed.
 
     Raises
     ------
@@ -44,47 +44,47 @@ def in_order(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -
     following = 0
     try:
         while following < len(arguments):
-            while waiting and len(running) < workers():
-                number, given = waiting.popleft()
-                job, process = _started(function, given)
+            while waiting and len(running) < worker_count():
+                number, one = waiting.popleft()
+                job, process = _start_job(function, one)
                 running[job] = number, process
             for job in wait(running, return_when=FIRST_COMPLETED).done:
                 number, process = running.pop(job)
                 done[number] = job
-                if not _returned(job, process):
+                _free_or_kill(process, job.exception())
+                if job.exception() is not None:
                     waiting.clear()
             while following in done:
                 yield _result(done.pop(following))
                 following += 1
     finally:
         for _, process in running.values():
-            killed(process)
+            processes.kill(process)
 
 
-def _started(function: Callable[..., T], given: tuple[Any, ...]) -> tuple[Future[T], loky.ProcessPoolExecutor]:
-    """The job in an idle process that is well, else in a new one."""
+def _start_job(function: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[Future[T], loky.ProcessPoolExecutor]:
+    """Start the job in an idle process that still lives, else in a new one."""
     while True:
         try:
             process = _idle.pop()
         except IndexError:
-            process = new(IDLE)
-        job = submitted(process, function, given)
+            process = processes.create(IDLE)
+        job = processes.submit(process, function, arguments)
         if job is not None:
             return job, process
-        killed(process)
+        processes.kill(process)
 
 
-def _returned(job: Future[T], process: loky.ProcessPoolExecutor) -> bool:
-    """Whether a job has a result; its process goes on, or is killed after a failure of its ngspice."""
-    error = job.exception()
-    if isinstance(error, BrokenProcessPool | CircuitError) or len(_idle) >= workers():
-        killed(process)
+def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:
+    """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice."""
+    if isinstance(error, BrokenProcessPool | CircuitError) or len(_idle) >= worker_count():
+        processes.kill(process)
     else:
         _idle.append(process)
-    return error is None
 
 
 def _result(job: Future[T]) -> T:
+    """The result of a job that ended; raises its error, that of a dead process as a `CircuitError`."""
     try:
         return job.result()
     except BrokenProcessPool:

@@ -13,9 +13,9 @@ def examine() -> Iterator[str]:
     for name, version in found.items():
         yield _line(name, version, "run 'make setup'")
     yield from _ngspice()
-    from harvester.netlists.load_circuit import folder
+    from harvester.netlists.load_circuit import netlist_folder
 
-    names = sorted(path.stem for path in folder().glob("*.cir"))
+    names = sorted(path.stem for path in netlist_folder().glob("*.cir"))
     yield _line("netlists", ", ".join(names), "run 'make setup'")
     this = machine()
     yield _line("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}", "")

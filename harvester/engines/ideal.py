@@ -57,6 +57,6 @@ class Ideal(Ensemble):
         """What is simulated for a problem that the engine serves."""
         from harvester.circuit.idealised import ideal_circuit
 
-        assert problem.scene.load is not None, "refusal checks this"
-        circuit = ideal_circuit(problem.scene.load, problem.scales)
+        assert problem.circuit is not None, "refusal checks this"
+        circuit = ideal_circuit(problem.circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)

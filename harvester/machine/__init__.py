@@ -1,1 +1,1 @@
-"""What the machine gives: cores, worker processes, files written whole, versions."""
+"""What the machine gives: cores, worker processes, files that are written whole, versions."""

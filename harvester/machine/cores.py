@@ -1,21 +1,21 @@
-"""How many cores this process may use: all, or fewer where it is one of several at work on the same thing."""
+"""How many cores this process may use: all, or fewer where several processes share the work."""
 
 import os
 
-VARIABLE = "HARVESTER_THREADS"  # of the environment, so that the processes that a process starts have it too
+THREADS_VARIABLE = "HARVESTER_THREADS"  # of the environment, so that the processes that a process starts have it too
 LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read when NumPy loads
 
 
 def cores() -> int:
-    """The machine's cores, or the limit that `VARIABLE` sets if that is less; at least 1.
+    """How many cores to use: all of the machine, or fewer where `THREADS_VARIABLE` says so; at least 1.
 
     Answers do not depend on it: each block of trajectories has its own random generators.
     """
     most = os.cpu_count() or 1
-    limit = os.environ.get(VARIABLE, "")
+    limit = os.environ.get(THREADS_VARIABLE, "")
     return min(int(limit), most) if limit.isdecimal() and int(limit) > 0 else most
 
 
-def limited(threads: int) -> dict[str, str]:
-    """The environment of a process that may use so many cores, NumPy's libraries included."""
-    return dict.fromkeys((VARIABLE, *LIBRARIES), str(threads))
+def limited_environment(threads: int) -> dict[str, str]:
+    """Environment variables for a process that may use so many threads, in NumPy's libraries too."""
+    return dict.fromkeys((THREADS_VARIABLE, *LIBRARIES), str(threads))

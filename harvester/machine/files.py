@@ -1,4 +1,4 @@
-"""Files written whole or not at all: beside, then renamed."""
+"""Files that are written whole or not at all: first under another name, then renamed."""
 
 import contextlib
 import os
@@ -12,7 +12,7 @@ VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 
 
 def folder(path: str | Path, argument: str = "out") -> Path:
-    """A folder to write into, made where it is missing; ``argument`` is what an error names.
+    """Make sure that a folder exists and can be written, and return it; errors name the ``argument``.
 
     Raises
     ------
@@ -34,14 +34,16 @@ def folder(path: str | Path, argument: str = "out") -> Path:
 
 
 def check_vector(forms: Sequence[str]) -> None:
-    """InputError where a form of a figure is none of `VECTOR`: told before anything is computed."""
+    """Raise an InputError for a vector form that is none of `VECTOR`, before anything is computed."""
     for form in forms:
         if form not in VECTOR:
             raise invalid("`vector`", "be svg or pdf", form)
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
-    """Write a file, from one piece or several, under its name only when it is complete; errors name the ``argument``.
+    """Write a file, which gets its name only when it is complete; errors name the ``argument``.
+
+    ``content`` is one piece or several.
 
     Raises
     ------

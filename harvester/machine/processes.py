@@ -1,4 +1,4 @@
-"""Worker processes of one job at a time: what dies there takes nothing along, and nothing outlives the program.
+"""Worker processes that run one job at a time: a crash ends that job only, and no process outlives the program.
 
 Each is a loky executor of one process, because an executor of several gives up all its jobs when one process dies.
 """
@@ -18,30 +18,33 @@ import loky
 
 T = TypeVar("T")
 
-_STARTING = threading.RLock()  # what is changed while a process starts, the threads of a Dask worker have in common
-LOOK = 0.3  # seconds between two looks whether the program that started a worker still lives
+_STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
+LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 
 
-def new(idle: float | None = None, env: dict[str, str] | None = None) -> loky.ProcessPoolExecutor:
-    """A process to be (it starts with its first job), that ends after ``idle`` seconds without a job."""
+def create(idle: float | None = None, env: dict[str, str] | None = None) -> loky.ProcessPoolExecutor:
+    """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
+
+    ``env`` is added to its environment.
+    """
     with _STARTING:
         _start_the_tracker()
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_watch, initargs=(os.getpid(),))
 
 
-def submitted(
-    process: loky.ProcessPoolExecutor, function: Callable[..., T], given: tuple[Any, ...]
+def submit(
+    process: loky.ProcessPoolExecutor, function: Callable[..., T], arguments: tuple[Any, ...]
 ) -> Future[T] | None:
-    """The job in a process; None where the process has died while idle."""
-    with _out_of_reach_of_the_keyboard():
+    """Start ``function(*arguments)`` in a process; None where the process has died while idle."""
+    with _without_keyboard_interrupts():
         try:
-            job: Future[T] = process.submit(function, *given)
+            job: Future[T] = process.submit(function, *arguments)
             return job
         except BrokenProcessPool:
             return None
 
 
-def killed(process: loky.ProcessPoolExecutor) -> None:
+def kill(process: loky.ProcessPoolExecutor) -> None:
     """End a process at once (loky's own way waits for it, and needs a program that may be missing)."""
     for one in list((process._processes or {}).values()):
         if one.is_alive():
@@ -51,13 +54,13 @@ def killed(process: loky.ProcessPoolExecutor) -> None:
 
 @cache
 def _start_the_tracker() -> None:
-    """Loky's process that unlinks the semaphores of processes that were killed, told not to warn of each."""
+    """Start loky's process that unlinks the semaphores of killed processes, with its warning of each turned off."""
     from loky.backend import resource_tracker
 
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
     try:
-        with _out_of_reach_of_the_keyboard():
+        with _without_keyboard_interrupts():
             resource_tracker.ensure_running()
     finally:
         del os.environ["PYTHONWARNINGS"]
@@ -66,13 +69,13 @@ def _start_the_tracker() -> None:
 
 
 @contextmanager
-def _out_of_reach_of_the_keyboard() -> Iterator[None]:
-    """A process started meanwhile never gets ^C, which a terminal sends to all: the program ends its workers itself.
+def _without_keyboard_interrupts() -> Iterator[None]:
+    """Start processes that never get ^C, which a terminal sends to all: the program ends its workers itself.
 
-    A worker may start workers of its own (ngspice's), also where the one that it is in was made a daemon (by Dask).
+    A worker may start workers of its own (ngspice's), also in a process that is a daemon (Dask's).
     """
     with _STARTING:
-        held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         settings: dict[str, Any] = multiprocessing.process.current_process()._config  # type: ignore[attr-defined]
         daemon = settings.pop("daemon", None)
         try:
@@ -80,11 +83,11 @@ def _out_of_reach_of_the_keyboard() -> Iterator[None]:
         finally:
             if daemon is not None:
                 settings["daemon"] = daemon
-            signal.pthread_sigmask(signal.SIG_SETMASK, held)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _watch(parent: int) -> None:
-    """End this process soon after its parent has, whatever it computes: it would be left alone for ever."""
+    """End this process soon after its parent has ended, whatever it computes: nobody else would."""
 
     def look() -> None:
         while os.getppid() == parent:

@@ -1,4 +1,4 @@
-"""Where a result comes from: the command, versions, machine."""
+"""Where a result comes from: the command, the versions, the machine."""
 
 import os
 import platform
@@ -36,8 +36,8 @@ def machine() -> dict[str, Any]:
     return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
 
 
-def whence() -> dict[str, Any]:
-    """The command, when and where it ran, and by what."""
+def origin() -> dict[str, Any]:
+    """The origin of a result: the command, the time, versions and machine."""
     return {
         "command": sys.argv[1:],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),

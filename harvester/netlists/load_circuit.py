@@ -1,4 +1,4 @@
-"""Load circuits: the files of netlists/ and users' own, read, checked, and never trusted.
+"""Load circuits: the files of netlists/ and users' own, read and checked, and never trusted.
 
 A load circuit is a subcircuit of two terminals, the piezo's electrodes, with named parameters
 and a resistor called Rload, whose power is what the load gets; node 0 is ground.  Of a file only
@@ -11,30 +11,36 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
-from harvester.netlists.allowed import (
-    MOST_BYTES,
-    Line,
-    check_names,
-    check_size,
-    defined,
-    header_of,
-    parts,
-    read_lines,
-)
+from harvester.netlists.allowed import allowed_lines, check_names, check_size
+from harvester.netlists.read_lines import Line, read_lines
+from harvester.netlists.subcircuits import Header, header_of, split_subcircuits, used_lines
 from harvester.scene.load import Load
 from harvester.scene.units import PREFIXES
 
 _SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}  # of ngspice
-_TAKEN = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
+_RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
 
 
 @dataclass(frozen=True)
 class LoadCircuit:
-    """The text of a subcircuit (and of what it uses), its name, and the values of its parameters.
+    """A load circuit, read and checked: all that anybody needs of a netlist.
 
-    ``linear`` says that it is the plain load resistor, which needs no step control of ngspice's own;
-    ``storage`` (s) is the product of Rload and the smoothing capacitor Csmooth, None where there is none or it is
-    no plain number.
+    name, text
+        of the subcircuit; the text includes what it uses.
+
+    Parameters
+    ----------
+        values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it has a Cp.
+    linear
+        whether it is the plain load resistor, which needs no step control of ngspice's own.
+    storage
+        product (s) of Rload and the smoothing capacitor Csmooth; None where there is none or it is no plain number.
+    topology
+        name of the package's netlist; None for a user's own.
+    values
+        ``parameters``, and the defaults of the others where these are plain numbers.
+    terminals, smoothing_nodes
+        nodes of the piezo's electrodes and of Csmooth (empty without one), in lower case.
     """
 
     name: str
@@ -42,16 +48,20 @@ class LoadCircuit:
     parameters: dict[str, float] = field(default_factory=dict)
     linear: bool = False
     storage: float | None = None
+    topology: str | None = None
+    values: dict[str, float] = field(default_factory=dict)
+    terminals: tuple[str, ...] = ("p", "n")
+    smoothing_nodes: tuple[str, ...] = ()
 
 
-def folder() -> Path:
+def netlist_folder() -> Path:
     """Where the package's netlists are: beside the modules when installed, else in the checkout."""
     installed = Path(__file__).parent
     return installed if any(installed.glob("*.cir")) else Path(__file__).parents[2] / "netlists"
 
 
 def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
-    """The subcircuit of a scene's load.
+    """Read and check the circuit of a scene's load; a load resistance is the netlist `resistor`.
 
     ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives one.
 
@@ -63,107 +73,109 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     """
     if load.netlist is None:
         assert load.resistance is not None, "Load checks this"
-        return _read(folder() / "resistor.cir", {"R": load.resistance}, None)
+        return _read(netlist_folder() / "resistor.cir", {"R": load.resistance}, None, "resistor")
     if "/" in load.netlist or load.netlist.endswith(".cir"):
-        return _read(Path(load.netlist), load.parameters, capacitance)
-    known = sorted(path.stem for path in folder().glob("*.cir"))
+        return _read(Path(load.netlist), load.parameters, capacitance, None)
+    known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
     if load.netlist not in known:
         raise unknown("netlist", load.netlist, known)
-    return _read(folder() / f"{load.netlist}.cir", load.parameters, capacitance)
+    return _read(netlist_folder() / f"{load.netlist}.cir", load.parameters, capacitance, load.netlist)
 
 
-def _read(path: Path, parameters: dict[str, float], capacitance: float | None) -> LoadCircuit:
-    lines = read_lines(path, path.parent.resolve(), (), [MOST_BYTES])
-    subcircuits, outside = parts(path.name, lines)
+def _read(path: Path, parameters: dict[str, float], capacitance: float | None, topology: str | None) -> LoadCircuit:
+    """Read the netlist of a file; arguments as of `load_circuit`."""
+    subcircuits, outside = split_subcircuits(path.name, list(allowed_lines(read_lines(path))))
+    load = _with_rload(path, subcircuits)
+    header = header_of(load[0])
+    _check_header(path, header, load)
+    scene_values = _scene_values(header, parameters, capacitance)
+    check_names(subcircuits, outside)
+    check_size(subcircuits, header.name.lower())
+    first = load[0].text
+    for wanting in (key for key, value in header.defaults.items() if value is None):
+        first = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={scene_values[wanting]!r}", first)
+    text = "\n".join([first, *(line.text for line in [*load[1:], *used_lines(load, subcircuits, outside)])])
+    defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
+    values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
+    return LoadCircuit(
+        header.name,
+        text,
+        scene_values,
+        linear=path == netlist_folder() / "resistor.cir" and "R" in scene_values,
+        storage=_storage(load, values),
+        topology=topology,
+        values=values,
+        terminals=tuple(terminal.lower() for terminal in header.terminals),
+        smoothing_nodes=_smoothing_nodes(load),
+    )
+
+
+def _with_rload(path: Path, subcircuits: dict[str, list[Line]]) -> list[Line]:
+    """The lines of the one subcircuit with a resistor Rload."""
     loads = [one for one in subcircuits.values() if any(line.word == "rload" for line in one)]
     if len(loads) != 1:
         many = len(loads) or "none"
         raise InputError(
             f"netlist {path.name} must have one subcircuit with a resistor Rload, the load, but has {many}"
         )
-    load = loads[0]
-    name, terminals, defaults = header_of(load[0])
+    return loads[0]
+
+
+def _check_header(path: Path, header: Header, load: list[Line]) -> None:
+    """Refuse a subcircuit without two connected terminals, or with a parameter of a reserved name."""
+    where, terminals = f"netlist {load[0].where}", header.terminals
     if len(terminals) != 2:
-        raise invalid(
-            f"netlist {load[0].where}", "have two terminals, the piezo's electrodes", f"{len(terminals)} terminals"
-        )
-    if taken := [one for one in defaults if one in _TAKEN]:
-        raise invalid(f"netlist {load[0].where}", f"have no parameter of the name {' or '.join(_TAKEN)}", taken[0])
+        raise invalid(where, "have two terminals, the piezo's electrodes", f"{len(terminals)} terminals")
+    if reserved := [one for one in header.defaults if one in _RESERVED]:
+        raise invalid(where, f"have no parameter of the name {' or '.join(_RESERVED)}", reserved[0])
     connected = {token for line in load[1:] for token in re.split(r"[\s(),]+", line.text.lower())}
     for terminal, other in ((terminals[0], None), (terminals[1], "0")):
         if terminal.lower() not in connected and other not in connected:
             raise InputError(
                 f"netlist {path.name} must use its terminal {terminal!r}, but no element is connected to it"
             )
-    given = _given(name, defaults, parameters, capacitance)
-    check_names(subcircuits, outside)
-    check_size(subcircuits, name.lower())
-    used = _used(load, subcircuits, outside)
-    header = load[0].text
-    for wanting in (key for key, value in defaults.items() if value is None):
-        header = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={given[wanting]!r}", header)
-    text = "\n".join([header, *(line.text for line in [*load[1:], *used])])
-    linear = path == folder() / "resistor.cir" and "R" in given
-    return LoadCircuit(name, text, given, linear, _storage(load, defaults, given))
 
 
-def _storage(load: list[Line], defaults: dict[str, str | None], given: dict[str, float]) -> float | None:
+def _storage(load: list[Line], values: dict[str, float]) -> float | None:
     """Rload Csmooth, of values that are numbers or parameters."""
-    known = {key.lower(): number(value or "") for key, value in defaults.items()}
-    known |= {key.lower(): value for key, value in given.items()}
+    known = {key.lower(): value for key, value in values.items()}
     found: dict[str, float | None] = {}
     for line in load:
         tokens = line.text.lower().split()
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
-            found[tokens[0]] = known[name] if name in known else number(tokens[3])
+            found[tokens[0]] = known[name] if name in known else ngspice_number(tokens[3])
     resistance, capacitance = found.get("rload"), found.get("csmooth")
     return None if resistance is None or capacitance is None else resistance * capacitance
 
 
-def number(text: str) -> float | None:
+def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:
+    """The nodes of the capacitor Csmooth, in lower case."""
+    for line in load:
+        found = re.match(r"csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", line.text.lower())
+        if found is not None:
+            return found.groups()
+    return ()
+
+
+def ngspice_number(text: str) -> float | None:
     """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
     match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
     return None if match is None else float(match[1]) * 10.0 ** _SUFFIXES[match[2] or ""]
 
 
-def _given(
-    name: str, defaults: dict[str, str | None], parameters: dict[str, float], capacitance: float | None
-) -> dict[str, float]:
+def _scene_values(header: Header, parameters: dict[str, float], capacitance: float | None) -> dict[str, float]:
     """The scene's parameters in the netlist's spelling, Cp included; every one without default must be among them."""
-    spelling = {default.lower(): default for default in defaults}
+    spelling = {default.lower(): default for default in header.defaults}
     for one in parameters:
         if one.lower() not in spelling:
-            raise unknown(f"parameter of netlist {name}", one, defaults)
-    given = {spelling[one.lower()]: value for one, value in parameters.items()}
+            raise unknown(f"parameter of netlist {header.name}", one, header.defaults)
+    values = {spelling[one.lower()]: value for one, value in parameters.items()}
     if capacitance is not None and "cp" in spelling:
-        given.setdefault(spelling["cp"], capacitance)
-    for one, default in defaults.items():
-        if default is None and one not in given:
-            raise InputError(f"load.parameters must give {one} of netlist {name}, which has no default, but does not")
-    return given
-
-
-def _used(load: list[Line], subcircuits: dict[str, list[Line]], outside: list[Line]) -> list[Line]:
-    """The other subcircuits, models and parameters that the load names, and those that these name."""
-    others: list[tuple[set[str], list[Line]]] = [
-        ({name}, body) for name, body in subcircuits.items() if body is not load
-    ]
-    others += [({line.text.lower().split()[1]}, [line]) for line in outside if line.word == ".model"]
-    others += [(set(defined([line])), [line]) for line in outside if line.word == ".param"]
-    used: list[Line] = []
-    new = [load]
-    while new:
-        named = set().union(*(_named(body) for body in new))
-        new = [body for names, body in others if names & named]
-        others = [one for one in others if not one[0] & named]
-        used += [line for body in new for line in body]
-    return used
-
-
-def _named(body: list[Line]) -> set[str]:
-    """Names that a subcircuit, or a line outside, takes from without: all but its own parameters."""
-    own = set(defined(body))
-    if body[0].word == ".subckt":
-        own |= {name.lower() for name in header_of(body[0])[2]}
-    return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - own
+        values.setdefault(spelling["cp"], capacitance)
+    for one, default in header.defaults.items():
+        if default is None and one not in values:
+            raise InputError(
+                f"load.parameters must give {one} of netlist {header.name}, which has no default, but does not"
+            )
+    return values

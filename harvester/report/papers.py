@@ -3,7 +3,7 @@
 import numpy as np
 
 from harvester import figures
-from harvester.machine.provenance import whence
+from harvester.machine.provenance import origin
 from harvester.report.numbers import share, signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
@@ -13,7 +13,7 @@ from harvester.uncertainty.value import NORMAL_QUANTILE
 
 def of_paper(drawn: list[Drawn]) -> Page:
     """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
-    about = whence()
+    about = origin()
     sections = [_section(one) for one in drawn]
     parameters = Section(
         "Parameters",

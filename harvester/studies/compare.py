@@ -209,9 +209,9 @@ def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = Non
 
     device = prepare(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs
-    device = worker.Device(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
+    device = worker.CoupledDevice(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))
-    path = worker.record_apart(device, noise)
+    path = worker.path_in_worker(device, noise)
     exact = trace(eqs, noise, device.h, device.stride)
     alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
     A = amplitude_through(path.x, path.v, alpha, beta, mu)

@@ -171,7 +171,7 @@ def _in_ngspice(problem: Problem, noise: Floats, h: float, stride: int, shaking:
     from harvester.engines.spice.preparation import prepare
 
     device = prepare(problem, Spice(dt=h / problem.units.frequency)).device
-    return worker.record_apart(dataclasses.replace(device, h=h, stride=stride), noise, shaking)
+    return worker.path_in_worker(dataclasses.replace(device, h=h, stride=stride), noise, shaking)
 
 
 def draw(

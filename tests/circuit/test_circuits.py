@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from harvester.netlists.load_circuit import folder, load_circuit
+from harvester.netlists.load_circuit import load_circuit, netlist_folder
 from harvester.scene.load import Load
 from harvester.scene.toml import load
 
@@ -216,7 +216,7 @@ def test_power_of_sece_does_not_depend_on_the_load():
     assert measured("sece", 1e7)[0] == pytest.approx(measured("sece", 1e6)[0], rel=0.06)
 
 
-@pytest.mark.parametrize("path", sorted(folder().glob("*.cir")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(netlist_folder().glob("*.cir")), ids=lambda p: p.stem)
 def test_netlists_run_by_hand(path):
     """`ngspice -b` runs every file as it stands; the power it prints is near the closed form in its header."""
     said = subprocess.run(["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False).stdout
@@ -240,8 +240,8 @@ def test_circuits_in_lock_step_with_impacts(name):
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01, restitution=0.96)
     scales = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=CP)
     circuit = load_circuit(Load(netlist=name, parameters={"R": best_load(name), "C": 0.3 / best_load(name)}))
-    device = worker.Device(eqs, scales, circuit, 0.1, 4)
-    one = next(worker.measure_apart(device, [np.random.SeedSequence(3)], kicks=6000, discard=100.0))
+    device = worker.CoupledDevice(eqs, scales, circuit, 0.1, 4)
+    one = next(worker.measure_in_workers(device, [np.random.SeedSequence(3)], kicks=6000, burn_in=100.0))
     taken = eqs.beta * one.moments.vV.mean() * scales.watts
     assert 0.2 * taken < one.load_power < 1.05 * taken
 
@@ -249,7 +249,7 @@ def test_circuits_in_lock_step_with_impacts(name):
 @pytest.mark.parametrize("name", sorted(BEST))
 def test_example_scenes(name):
     """Every circuit has a scene, and one that detects the extrema is told the piezo's capacitance."""
-    scene = load(folder().parent / "examples" / f"plate_{name}.toml")
+    scene = load(netlist_folder().parent / "examples" / f"plate_{name}.toml")
     given = load_circuit(scene.load, 1.5 * scene.piezo.capacitance).parameters
     assert scene.load.netlist == name
     assert given.get("Cp", 1.5 * scene.piezo.capacitance) == 1.5 * scene.piezo.capacitance

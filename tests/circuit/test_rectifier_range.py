@@ -30,7 +30,7 @@ def device(eqs, volts, load, h=0.1, stride=1):
     theta = 1e-3
     mass = theta**2 / (eqs.beta * W0**2 * CP)
     scales = Scales(mass=mass, frequency=W0, length=volts * CP / theta, coupling=theta, capacitance=CP)
-    return worker.Device(eqs, scales, load_circuit(load, CP), h, stride)
+    return worker.CoupledDevice(eqs, scales, load_circuit(load, CP), h, stride)
 
 
 def rectifier(name, resistance=1e6, smoothing=1e-7):
@@ -39,7 +39,7 @@ def rectifier(name, resistance=1e6, smoothing=1e-7):
 
 def measured(dev, kicks=600):
     """From rest: mean power of Rload, and mean power that the mass gives to the circuit, in watt."""
-    one = next(worker.measure_apart(dev, [SEED], kicks=kicks, discard=0.0))
+    one = next(worker.measure_in_workers(dev, [SEED], kicks=kicks, burn_in=0.0))
     taken = dev.eqs.beta * float(one.moments.vV.mean()) * dev.scales.watts
     assert np.isfinite([one.load_power, taken]).all()
     return one.load_power, taken
@@ -86,7 +86,7 @@ def test_bridge_from_square_law_to_ideal():
 def test_bridge_of_a_small_signal_is_a_resistor(volts):
     """Four diodes of N kT/(e Is) = 18 Mohm in balance: V' = x' - mu V with that resistance, to 5e-4."""
     noise = gaussian_grid(SEED, 1000)
-    path = worker.record_apart(device(FREE, volts, rectifier("bridge")), noise)
+    path = worker.path_in_worker(device(FREE, volts, rectifier("bridge")), noise)
     mu = IS / (N * THERMAL * CP * W0)
     assert deviation(path, trace(changed(FREE, mu=mu), noise, 0.1)) < 5e-4
 
@@ -96,7 +96,7 @@ def test_resistor_from_nanovolts_to_kilovolts(mu):
     """The nondimensional path does not depend on the signal's level: to 1e-9 from 1 nV to 1 kV, impacts included."""
     noise, eqs = gaussian_grid(SEED, 1000), changed(STOP, mu=mu)
     load = Load(resistance=1.0 / (mu * CP * W0))
-    paths = [worker.record_apart(device(eqs, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
+    paths = [worker.path_in_worker(device(eqs, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
     for path in paths[1:]:
         assert deviation(path, paths[0]) < 1e-9
 
@@ -107,7 +107,7 @@ def test_a_netlist_from_nanovolts_to_kilovolts(tmp_path):
     text = f"* two\n.subckt two p n\nR1 p a {half!r}\nRload a n {half!r}\n.ends\n"
     (tmp_path / "two.cir").write_text(text)
     load, noise = Load(netlist=str(tmp_path / "two.cir")), gaussian_grid(SEED, 1000)
-    paths = [worker.record_apart(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
+    paths = [worker.path_in_worker(device(FREE, volts, load), noise) for volts in (1.0, 1e-9, 1e-6, 1e3)]
     for path in paths[1:]:
         assert deviation(path, paths[0]) < 1e-6
 
@@ -128,7 +128,7 @@ def test_strong_coupling_with_a_stop(beta, mu):
     """beta of 1.2 and 10, mu of .01 to 100, with impacts: the path of the exact update until impacts part them."""
     noise, h = gaussian_grid(SEED, 400), 0.1 / math.sqrt(1.0 + beta)
     eqs = changed(STOP, beta=beta, mu=mu)
-    path = worker.record_apart(device(eqs, 20.0, Load(resistance=1.0 / (mu * CP * W0)), h), noise)
+    path = worker.path_in_worker(device(eqs, 20.0, Load(resistance=1.0 / (mu * CP * W0)), h), noise)
     exact = trace(eqs, noise, h)
     assert len(exact.impacts) > 1
     assert deviation(path, exact) < (1e-3 if mu <= 1.0 else 0.03)

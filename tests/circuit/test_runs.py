@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.circuit.worker_pool import in_order
+from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations, Scales
 from harvester.errors import CircuitError
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
@@ -30,15 +30,19 @@ FATAL = LoadCircuit("broken", ".subckt broken p n\nRload p n 0 0 0 nonsense={\n.
 HANG = circuit("Bfast x n V=sin(1e12*time)", "Rfast x y 1", "Cfast y n 1p")  # steps of a tenth of a picosecond
 
 
+def device(load, **more):
+    return worker.CoupledDevice(EQS, SCALES, load, 0.1, 4, **more)
+
+
 def run(load, noise=NOISE, **more):
-    return worker.record_apart(worker.Device(EQS, SCALES, load, 0.1, 4, **more), noise)
+    return worker.path_in_worker(device(load, **more), noise)
 
 
 def goes_on():
     """Good circuits, linear and not, run in every worker and give the same answer everywhere."""
-    device = worker.Device(EQS, SCALES, GOOD, 0.1, 4)
-    bridge = worker.Device(EQS, SCALES, load_circuit(Load(netlist="bridge")), 0.1, 4)
-    paths = list(in_order(worker.record, [(device, NOISE)] * 4 + [(bridge, NOISE)] * 4))
+    one = device(GOOD)
+    bridge = device(load_circuit(Load(netlist="bridge")))
+    paths = list(map_in_workers(worker.path_in_this_process, [(one, NOISE)] * 4 + [(bridge, NOISE)] * 4))
     for k, path in enumerate(paths):
         assert path.V.any()
         assert (path.readings == paths[k // 4 * 4].readings).all()
@@ -47,25 +51,25 @@ def goes_on():
 def killed_on_the_way(device, noise):
     """`record`, whose process the system ends (as it does for want of memory) while ngspice runs."""
     threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGKILL)).start()
-    return worker.record(device, np.tile(noise, 100_000))
+    return worker.path_in_this_process(device, np.tile(noise, 100_000))
 
 
 @pytest.mark.parametrize("end", [os.abort, os._exit])
 def test_a_crash_is_an_error_of_that_run_only(end):
     """The worker process dies, the program does not, and the next run has a new one."""
     with pytest.raises(CircuitError, match="abruptly"):
-        list(in_order(end, [() if end is os.abort else (3,)]))
+        list(map_in_workers(end, [() if end is os.abort else (3,)]))
     goes_on()
 
 
 def test_a_worker_killed_during_a_run_is_an_error_of_that_run_only():
     with pytest.raises(CircuitError, match="abruptly"):
-        list(in_order(killed_on_the_way, [(worker.Device(EQS, SCALES, GOOD, 0.1, 4), NOISE)]))
+        list(map_in_workers(killed_on_the_way, [(device(GOOD), NOISE)]))
     goes_on()
 
 
 def test_a_worker_killed_while_idle_is_no_error():
-    pids = list(in_order(os.getpid, [()] * worker.workers()))
+    pids = list(map_in_workers(os.getpid, [()] * worker.worker_count()))
     for pid in set(pids):
         os.kill(pid, signal.SIGKILL)
     threading.Event().wait(0.5)
@@ -74,10 +78,13 @@ def test_a_worker_killed_while_idle_is_no_error():
 
 def test_jobs_beside_a_failing_one_are_not_lost():
     """What was asked for before the failing job is there; of two iterations, the other one is not touched."""
-    good = worker.Device(EQS, SCALES, GOOD, 0.1, 4)
-    beside = in_order(worker.record, [(good, NOISE)] * 6)
+    good = device(GOOD)
+    beside = map_in_workers(worker.path_in_this_process, [(good, NOISE)] * 6)
     first = next(beside)
-    jobs = in_order(worker.record, [(good, NOISE), (worker.Device(EQS, SCALES, REFUSED, 0.1, 4), NOISE), (good, NOISE)])
+    jobs = map_in_workers(
+        worker.path_in_this_process,
+        [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)],
+    )
     assert (next(jobs).readings == first.readings).all()
     with pytest.raises(CircuitError):
         next(jobs)
@@ -103,14 +110,14 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
 
     def twice(first, second):
         try:
-            worker.record(*first)
+            worker.path_in_this_process(*first)
         except CircuitError:
-            return worker.record(*second)
+            return worker.path_in_this_process(*second)
         return None
 
-    good, bad = (worker.Device(EQS, SCALES, load, 0.1, 4) for load in (GOOD, FATAL))
+    good, bad = (device(load) for load in (GOOD, FATAL))
     with pytest.raises(CircuitError, match="failed earlier"):
-        list(in_order(twice, [((bad, NOISE), (good, NOISE))]))
+        list(map_in_workers(twice, [((bad, NOISE), (good, NOISE))]))
     goes_on()
 
 
@@ -155,7 +162,7 @@ def resident(device, runs):
     """Resident memory (bytes) of a process at a third of its short runs and at their end."""
     found = []
     for k in range(runs):
-        worker.record(device, NOISE[:8])
+        worker.path_in_this_process(device, NOISE[:8])
         if k in (runs // 3, runs - 1):
             found.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
     return found
@@ -163,6 +170,6 @@ def resident(device, runs):
 
 @pytest.mark.parametrize("load", [Load(resistance=1e6), Load(netlist="bridge")], ids=["resistor", "bridge"])
 def test_memory_does_not_grow_with_the_runs(load):
-    device = worker.Device(EQS, SCALES, load_circuit(load), 0.1, 4)
-    before, after = next(in_order(resident, [(device, 1000)]))
+    one = device(load_circuit(load))
+    before, after = next(map_in_workers(resident, [(one, 1000)]))
     assert after - before < 2e6

@@ -54,7 +54,7 @@ def test_identities_in_spice():
     for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
         device = prepare(Problem(scene(eqs)), hv.Spice(dt=0.05)).device
         seeds = [np.random.SeedSequence([5, k]) for k in range(16)]
-        runs = list(worker.measure_apart(device, seeds, kicks=16_000, discard=400.0))
+        runs = list(worker.measure_in_workers(device, seeds, kicks=16_000, burn_in=400.0))
         moments = runs[0].moments
         for one in runs[1:]:
             moments = moments + one.moments
@@ -91,7 +91,7 @@ def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     from harvester.circuit import runs as worker
 
     device = prepare(Problem(PLATE), hv.Spice()).device
-    one = next(worker.measure_apart(device, [np.random.SeedSequence(4)], 40_000, 300.0))
+    one = next(worker.measure_in_workers(device, [np.random.SeedSequence(4)], 40_000, 300.0))
     s, eqs = device.scales, device.eqs
     assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
 

@@ -12,9 +12,9 @@ ready, found = threading.Barrier(6), []
 
 def start(number):
     ready.wait()
-    process = processes.new()
-    found.append(processes.submitted(process, abs, (-number,)).result(60))
-    processes.killed(process)
+    process = processes.create()
+    found.append(processes.submit(process, abs, (-number,)).result(60))
+    processes.kill(process)
 
 threads = [threading.Thread(target=start, args=(number,)) for number in range(6)]
 [one.start() for one in threads]

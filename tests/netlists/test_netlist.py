@@ -5,8 +5,8 @@ import os
 import pytest
 
 from harvester.errors import InputError
-from harvester.netlists.allowed import MOST_BYTES
-from harvester.netlists.load_circuit import folder, load_circuit, number
+from harvester.netlists.read_lines import MOST_BYTES
+from harvester.netlists.load_circuit import load_circuit, netlist_folder, ngspice_number
 from harvester.scene.load import Load
 
 GOOD = """* mine
@@ -40,7 +40,7 @@ def test_a_resistance_is_the_resistor_netlist():
     assert (circuit.name, circuit.parameters, circuit.linear) == ("resistor", {"R": 2e6}, True)
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in folder().glob("*.cir")))
+@pytest.mark.parametrize("name", sorted(p.stem for p in netlist_folder().glob("*.cir")))
 def test_every_shipped_netlist_is_read(name):
     circuit = load_circuit(Load(netlist=name))
     assert circuit.text.lower().startswith(f".subckt {name} p n")
@@ -297,7 +297,7 @@ def test_unknown_names_have_their_nearest_match(tmp_path):
     [("5Meg", 5e6), ("1u", 1e-6), ("2.2k", 2200.0), ("1e-9", 1e-9), ("1F", 1e-15), ("{R}", None), ("", None)],
 )
 def test_numbers_of_ngspice(text, value):
-    assert number(text) == (None if value is None else pytest.approx(value))
+    assert ngspice_number(text) == (None if value is None else pytest.approx(value))
 
 
 def test_charging_time_of_the_smoothing_capacitor():

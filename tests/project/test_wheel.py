@@ -25,8 +25,9 @@ def test_wheel_runs_with_its_netlists(tmp_path):
         archive.extractall(tmp_path / "installed")
         assert "harvester/py.typed" in archive.namelist()
     assert (tmp_path / "installed" / "harvester" / "report" / "page.html").is_file()
-    code = "from harvester.netlists.load_circuit import folder, load_circuit; from harvester.scene.load import Load\n"
-    code += "print(folder()); print(load_circuit(Load(netlist='bridge')).name)"
+    code = "from harvester.netlists.load_circuit import load_circuit, netlist_folder\n"
+    code += "from harvester.scene.load import Load\n"
+    code += "print(netlist_folder()); print(load_circuit(Load(netlist='bridge')).name)"
     told = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,

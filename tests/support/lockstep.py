@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from harvester.circuit import runs as worker
+from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Scales
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
@@ -19,13 +20,13 @@ SEED = np.random.SeedSequence(7)
 
 def device(eqs, h, stride=1, scales=None, norton=False):
     s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
-    return worker.Device(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride, norton=norton)
+    return worker.CoupledDevice(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride, norton=norton)
 
 
 def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
     """The same path by ngspice and by the exact update."""
     noise = gaussian_grid(SEED, round(duration / h)) if noise is None else noise
-    return worker.record_apart(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
+    return worker.path_in_worker(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
 
 
 def rms_difference(a, b, name="V"):
@@ -36,3 +37,13 @@ def rms_difference(a, b, name="V"):
 def scales(beta, length=0.05):
     """A device of 40 g and 16 N/m whose coupling gives beta = theta^2/(k Cp)."""
     return Scales(mass=0.04, frequency=20.0, length=length, coupling=math.sqrt(beta * 16.0 * CP), capacitance=CP)
+
+
+def charging_curve(device, noise):
+    """Times (s) and voltages (V) of the load's Csmooth while it is charged, and its capacitance (F), in a worker."""
+    return next(map_in_workers(_charging_curve, [(device, noise)]))
+
+
+def _charging_curve(device, noise):
+    drive = worker.run_in_this_process(device, noise)
+    return drive.path().t / device.scales.frequency, drive.charge, drive.smoothing

@@ -5,8 +5,7 @@ Legs end where the contact begins, every `CHORDS`-th part of half its period, an
 
 import math
 
-from harvester.circuit.lockstep.energy_ledger import DURING
-from harvester.circuit.lockstep.rigid_stop import IMPACT, TINY
+from harvester.circuit.lockstep.state import DURING, IMPACT, TINY, lower_stop, note_impact
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.other_stops import in_contact
 
@@ -14,9 +13,9 @@ CHORDS = 16
 
 
 @inlined
-def aim_in_contact(s, target, goal, impacts, gap, k, c):
-    """(phase, goal) of the next landing, at ``target`` unless a contact has one before, with the chord in the state."""
-    place = 0.0 if gap is None else -gap
+def target_in_contact(s, target, goal, impacts, gap, k, c):
+    """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
+    place = lower_stop(gap)
     y, v = s.x - place, s.v
     s.before = v
     if y > 0.0 or (y == 0.0 and v >= 0.0):
@@ -28,7 +27,7 @@ def aim_in_contact(s, target, goal, impacts, gap, k, c):
         s.x = place
         y = 0.0
     if y == 0.0:
-        touched(s, impacts)
+        note_impact(s, impacts, s.kicks * s.h + s.phase, -s.v)
     half = 0.5 * c
     w = math.sqrt(k - half * half)
     end = math.atan2(abs(y), (v + half * y) / w) / w
@@ -44,18 +43,9 @@ def aim_in_contact(s, target, goal, impacts, gap, k, c):
 
 
 @inlined
-def touched(s, impacts):
-    """A contact begins: on record, while there is room."""
-    if s.impacts < len(impacts):
-        impacts[s.impacts, 0] = s.kicks * s.h + s.phase
-        impacts[s.impacts, 1] = -s.v
-    s.impacts += 1
-
-
-@inlined
-def landed_in_contact(s, elapsed, gap, k, c):
-    """Where the mass is at a landing, with its velocity in the state and the contact's loss in the ledger."""
-    place = 0.0 if gap is None else -gap
+def arrive_in_contact(s, elapsed, gap, k, c):
+    """Return where the mass is at a target; set its velocity, and add the contact's loss to the ledger."""
+    place = lower_stop(gap)
     y = s.x - place
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):
         s.v = s.before
@@ -69,6 +59,6 @@ def landed_in_contact(s, elapsed, gap, k, c):
 
 @inlined
 def contact_energy(x, gap, k):
-    """What the stop stores: k y^2/2."""
+    """Energy that the stop stores: k y^2/2."""
     y = x if gap is None else x + gap
     return 0.5 * k * y * y if y < 0.0 else 0.0

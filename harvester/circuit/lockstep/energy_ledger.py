@@ -17,16 +17,15 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
+from harvester.circuit.lockstep.state import AFTER, BEFORE, DURING
 from harvester.equations.scaling import Scales
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import intensity, spring
 
-BEFORE, DURING, AFTER = 0, 1, 2
-
 
 @inlined
-def flow(s, t, v, power, current):
-    """Add what passed the terminals and into the load since the last accepted point, in joule."""
+def add_terminal_flow(s, t, v, power, current):
+    """Add the energy (J) that passed the terminals, and that the load took, since the last accepted point."""
     if s.measuring == DURING:
         half = 0.5 * (t - s.t)
         s.load += half * (s.power + power)
@@ -37,8 +36,11 @@ def flow(s, t, v, power, current):
 
 
 @inlined
-def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None, a=None):
-    """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1; all shaking is noise."""
+def add_works_of_kick(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None, a=None):
+    """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1.
+
+    The work of other shaking counts as that of the noise.
+    """
     noise = xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12)) if n1 is not None or n2 is not None else 0.0
     if a is not None:
         noise += h * a
@@ -52,8 +54,8 @@ def work(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alph
 
 
 @inlined
-def mark(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
-    """After a kick: begin once the burn-in is over, end with the last kick; either way note what is stored.
+def note_stored_energy(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
+    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends.
 
     ``contact`` is the energy that a compliant stop stores.
     """
@@ -74,8 +76,8 @@ def mark(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
 
 
 @dataclass(frozen=True)
-class Ledger:
-    """Mean powers in watt, after the burn-in; they are negative where energy comes instead of going.
+class EnergyLedger:
+    """Mean powers (W) after the burn-in by where the energy goes; negative where energy comes from there.
 
     ``stored`` is the growth of what mass, Cp and Csmooth hold.  Where the voltage has no force on the mass (beta
     None) the circuit's energy comes from nowhere, and counts as input.
@@ -90,23 +92,27 @@ class Ledger:
 
     @property
     def residual(self) -> float:
-        """What does not close, relative to all that goes in."""
+        """The part of the energy that the ledger does not account for, relative to its largest entry."""
         out = self.damping + self.impacts + self.circuit + self.load + self.stored
         size = max(abs(getattr(self, one.name)) for one in fields(self))
         return (self.input - out) / size if size > 0.0 else 0.0
 
 
-def ledger(s: Any, scales: Scales, smoothing: float, linear: bool) -> Ledger:
-    """The ledger of a finished run's state; ``smoothing`` is the capacitance of Csmooth (F), 0 without one."""
+def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyLedger:
+    """The energy ledger of a finished run.
+
+    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear`` says that the load is a
+    plain resistor, whose circuit loses nothing.
+    """
     time = float(s.end - s.begin)
     if s.measuring != AFTER or time <= 0.0:
-        return Ledger()
+        return EnergyLedger()
     joules = scales.mass * (scales.frequency * scales.length) ** 2
     piezo = 0.5 * scales.capacitance * float(s.voltage_end**2 - s.voltage_begin**2)
     smooth = 0.5 * smoothing * float(s.smooth_end**2 - s.smooth_begin**2)
-    given = joules * float(s.noise_work) + (0.0 if s.has_beta else float(s.delivered) + piezo)
-    return Ledger(
-        input=given / time,
+    supplied = joules * float(s.noise_work) + (0.0 if s.has_beta else float(s.delivered) + piezo)
+    return EnergyLedger(
+        input=supplied / time,
         damping=-joules * float(s.damping_work) / time,
         impacts=joules * float(s.impact_work) / time,
         circuit=0.0 if linear else (float(s.delivered - s.load) - smooth) / time,
@@ -115,6 +121,8 @@ def ledger(s: Any, scales: Scales, smoothing: float, linear: bool) -> Ledger:
     )
 
 
-def mean(ledgers: list[Ledger]) -> Ledger:
-    """Of equally long runs."""
-    return Ledger(*(math.fsum(getattr(one, f.name) for one in ledgers) / len(ledgers) for f in fields(Ledger)))
+def mean_ledger(ledgers: list[EnergyLedger]) -> EnergyLedger:
+    """The mean ledger of equally long runs."""
+    return EnergyLedger(
+        *(math.fsum(getattr(one, f.name) for one in ledgers) / len(ledgers) for f in fields(EnergyLedger))
+    )

@@ -2,40 +2,35 @@
 
 They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`: on the parabola of the force that
 presses the mass on the stop, known at the kick, and a rest where the next flight is shorter than a step.  Between
-landings ngspice sees chords of it.
+targets ngspice sees chords of it.
 
-    plan      at a kick: when the coming drift meets a stop, how fast, and how it goes on
-    chord     velocity of the leg to the next landing
-    impact    at the stop: x'+ = -r x'-
-    onward    velocity at a reading or a kick
+    plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
+    chord                velocity of the leg to the next target
+    impact               at the stop: x'+ = -r x'-
+    velocity_in_flight   velocity at a reading or a kick
 """
 
 import math
 
-from harvester.circuit.lockstep.energy_ledger import DURING
+from harvester.circuit.lockstep.state import DURING, IMPACT, KICK, lower_stop, note_impact
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import meeting, push, spring
-
-KICK, IMPACT, READING = 0, 1, 2  # what a leg of the lock-step leads to
-TINY = 1e-9  # parts of a step: landings nearer than this are one
-
-# Of the coming drift: phase of the impact, speeds before and after it, the acceleration that presses on the stop and
-# the shaking's share of it, the time after which bounces of r = 1 repeat, which stop it is (1, -1 for the opposite
-# one), and the velocity from which it began.
-PLAN = ("meet", "speed", "up", "pressing", "share", "again", "side", "before")
 
 
 @inlined
 def stop_at(side, gap, high):
-    """Where the stop of a side is."""
+    """Where the stop of a side is: 1 for the stop, -1 for the opposite one."""
     if high is not None and side < 0.0:
         return high
-    return 0.0 if gap is None else -gap
+    return lower_stop(gap)
 
 
 @inlined
-def plan(s, V, a, r, gap, high, r_high, alpha, beta, linear, alpha2):
-    """What the drift that begins now meets; V and ``a``, the shaking's mean acceleration (None: none), press it."""
+def plan_impact(s, V, a, r, gap, high, r_high, alpha, beta, linear, alpha2):
+    """Plan the impact of the drift that begins now.
+
+    The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the stop.
+    """
     s.flown, s.meet, s.side, s.before = 0, math.inf, 1.0, s.v
     ratio = r
     if high is not None and r_high is not None and s.v > 0.0:
@@ -66,7 +61,7 @@ def since_impact(s, phase):
 
 @inlined
 def chord(s, target, gap, high):
-    """Mean velocity from here to a landing: to the stop where that is next, and along the parabola after it."""
+    """Mean velocity from here to a target: to the stop where that is next, and along the parabola after it."""
     if s.flown == 0:
         if target != s.meet:
             return s.before
@@ -77,8 +72,8 @@ def chord(s, target, gap, high):
 
 
 @inlined
-def onward(s, phase, back):
-    """Velocity ``back`` before a phase of the drift, on the parabola after an impact; that of the drift without one."""
+def velocity_in_flight(s, phase, back):
+    """Velocity a time ``back`` before a phase of the drift: on the parabola after an impact, else the drift's own."""
     if s.flown == 0:
         return s.before
     return s.side * (s.up + s.pressing * (since_impact(s, phase) - back))
@@ -86,12 +81,9 @@ def onward(s, phase, back):
 
 @inlined
 def impact(s, impacts, gap, high):
-    """The impact that was planned, at the stop, on record while there is room for it, and in the ledger."""
+    """Make the planned impact: the mass is at the stop, and the impact on record and in the ledger."""
     s.x = stop_at(s.side, gap, high)
-    if s.impacts < len(impacts):
-        impacts[s.impacts, 0] = s.kicks * s.h + s.meet
-        impacts[s.impacts, 1] = s.side * s.speed
-    s.impacts += 1
+    note_impact(s, impacts, s.kicks * s.h + s.meet, s.side * s.speed)
     s.flown = 1
     if s.measuring == DURING:
         s.impact_work += 0.5 * (s.speed * s.speed - s.up * s.up)
@@ -99,34 +91,34 @@ def impact(s, impacts, gap, high):
 
 
 @inlined
-def landed(s, x, impacts, gap, high):
-    """Where the mass is at a landing, with the impact, or the velocity that a reading and a kick see, in the state."""
+def arrive(s, x, impacts, gap, high):
+    """Return where the mass is at a target; make the impact, or set the velocity that a reading or a kick sees."""
     if s.goal == IMPACT:
         impact(s, impacts, gap, high)
         return s.x
-    s.v = ended(s) if s.goal == KICK else onward(s, s.phase, 0.0)
-    return inside(x, gap, high)
+    s.v = velocity_at_kick(s) if s.goal == KICK else velocity_in_flight(s, s.phase, 0.0)
+    return between_stops(x, gap, high)
 
 
 @inlined
-def ended(s):
-    """The velocity at the end of the drift, with the shaking's work since the impact in the ledger."""
-    v = onward(s, s.h, 0.5 * s.h)
+def velocity_at_kick(s):
+    """Velocity at the end of the drift; add the shaking's work since the impact to the ledger."""
+    v = velocity_in_flight(s, s.h, 0.5 * s.h)
     if s.flown == 1 and s.measuring == DURING:
         s.noise_work += 0.5 * s.share * (v * v - s.up * s.up)
     return v
 
 
 @inlined
-def inside(x, gap, high):
-    """x, or the stop behind which it is by rounding, or by a narrow room."""
+def between_stops(x, gap, high):
+    """Return x, or the place of the stop behind which rounding, or a narrow gap, has put it."""
     x = max(x, stop_at(1.0, gap, high))
     return x if high is None else min(x, high)
 
 
 @inlined
-def freed(x, before, v, r, n1, gap, high):
-    """The velocity v after a kick; of a mass that lay on a stop, none on to it."""
+def velocity_off_stop(x, before, v, r, n1, gap, high):
+    """Return the velocity v after a kick, or 0 where it would push a mass that lies on a stop into it."""
     if r is not None and n1 is None and before == 0.0:
         if x == stop_at(1.0, gap, high):
             return max(v, 0.0)

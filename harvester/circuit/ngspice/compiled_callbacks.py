@@ -1,4 +1,4 @@
-"""The lock-step's three functions as C pointers: ngspice calls compiled code, without Python in between.
+"""The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
 Where a run's state holds addresses of Python functions (`harvester.circuit.ngspice.python_callbacks`), these are asked
 instead.
@@ -13,17 +13,18 @@ from numba import carray, from_dtype, types  # type: ignore[attr-defined]
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from harvester.circuit.lockstep import drive as lockstep
-from harvester.circuit.lockstep.drive import STATE
+from harvester.circuit.lockstep import transitions
+from harvester.circuit.lockstep.state import STATE
 from harvester.mechanics.kernels.compiled import c_function, inlined
 from harvester.mechanics.kernels.interpreted import strict
 
-source, proposed, accepted = strict(lockstep.source), strict(lockstep.proposed), strict(lockstep.accepted)
+source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
+accept_point = strict(transitions.accept_point)
 
 
 @intrinsic
 def _pointer(typingctx, address):
-    """An address as a pointer, for `carray`."""
+    """Turn an address into a pointer, for `carray`."""
 
     def codegen(context, builder, signature, args):
         return builder.inttoptr(args[0], cgutils.voidptr_t)
@@ -64,25 +65,28 @@ def _real(values, index):
 
 
 @c_function(_I4(types.CPointer(_F8), _F8, types.voidptr, _I4, _STATE_POINTER))
-def native_source(value, t, node, ident, user):
-    """GetVSRCData: the source's voltage at a candidate time."""
+def source_callback(value, t, node, ident, user):
+    """Answer ngspice's GetVSRCData: the source's voltage at a candidate time."""
     s = carray(user, 1)[0]
-    carray(value, 1)[0] = _ask(s.source_at, t, 0.0) if s.source_at != 0 else source(s, t)
+    carray(value, 1)[0] = _ask(s.source_at, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
     return 0
 
 
 @c_function(_I4(_F8, types.CPointer(_F8), _F8, _I4, _I4, _I4, _STATE_POINTER))
-def native_sync(t, delta, old_delta, redo, ident, location, user):
-    """GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
+def sync_callback(t, delta, old_delta, redo, ident, location, user):
+    """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
     if location == 0:
         s, step = carray(user, 1)[0], carray(delta, 1)
-        step[0] = _ask(s.step_at, t, step[0]) if s.step_at != 0 else proposed(s, t, step[0])
+        step[0] = _ask(s.step_at, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
     return redo
 
 
 @c_function(_I4(types.uintp, _I4, _I4, _STATE_POINTER))
-def native_data(vectors, count, ident, user):
-    """SendData: {int, int, pointer to pointers to {name, real, imaginary, ...}} of the accepted point."""
+def data_callback(vectors, count, ident, user):
+    """Take ngspice's SendData of an accepted point.
+
+    ``vectors`` is the address of {int, int, pointer to pointers to {name, real, imaginary, ...}}.
+    """
     s = carray(user, 1)[0]
     table = carray(_pointer(vectors), 2, np.uintp)[1]
     values = carray(_pointer(table), count, np.uintp)
@@ -93,15 +97,18 @@ def native_data(vectors, count, ident, user):
 
 
 @cache
-def native_accepted(present: tuple[bool, ...], shaken: bool) -> Any:
-    """`accepted` as a C function, compiled for the coefficients present (see `COEFFICIENTS`) and other shaking."""
+def point_function(present: tuple[bool, ...], shaken: bool) -> Any:
+    """`accept_point` as a C function, compiled for the coefficients present (see `COEFFICIENTS`).
+
+    ``shaken`` says whether there is shaking other than white noise.
+    """
     has_r, has_gap, has_high, has_r_high, has_k, has_c, *others = present
     has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
         s = carray(state, 1)[0]
-        accepted(
+        accept_point(
             s,
             t,
             v,

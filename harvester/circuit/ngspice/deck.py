@@ -1,10 +1,13 @@
-"""The text of a whole circuit, as far as it is not PySpice's: integration rule, and what is saved."""
+"""The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
 
-import math
-import re
 from dataclasses import dataclass
 
-from harvester.circuit.lockstep.drive import VECTORS
+from PySpice.Spice.Netlist import Circuit
+
+from harvester.circuit.lockstep.state import VECTORS
+from harvester.mechanics.kernels.interpreted import interpreted
+from harvester.mechanics.kernels.ngspice_rule import weight
+from harvester.netlists.load_circuit import LoadCircuit
 
 
 @dataclass(frozen=True)
@@ -20,30 +23,64 @@ class Deck:
         return any(self.vectors[VECTORS.index("smooth") :])
 
 
-def integration(step: float, time_constant: float | None, volts: float, capacitance: float, reltol: float) -> str:
+def build_deck(
+    load: LoadCircuit,
+    capacitance: float,
+    step: float,
+    duration: float,
+    start: float = 0.0,
+    norton: bool = False,
+    volts: float = 1.0,
+    reltol: float = 1e-4,
+) -> Deck:
+    """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
+
+    capacitance in farad, step and duration in second; ``start`` is theta x/Cp at the beginning, in volt, where
+    the terminals have none, ``volts`` the signal's size, and ``reltol`` for `integration_options`. The piezo is that
+    voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a
+    copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its
+    integration rule; a current given as theta x' at the step's end would not. Both are the same equations; Thevenin
+    has fewer of them.
+
+    The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
+    its time constant (see `trapezoid_share`); any other load leaves the steps between targets to ngspice.
+    """
+    step, duration, start, volts = map(float, (step, duration, start, volts))  # a NumPy scalar prints its type
+    circuit = Circuit("harvester")
+    circuit.V("drive", "drive", circuit.gnd, "external")
+    current = "vdrive"
+    if norton:
+        circuit.C("copy", "drive", circuit.gnd, capacitance, initial_condition=start)
+        circuit.F("piezo", circuit.gnd, "m", "Vdrive", -1)
+        circuit.C("p", "m", circuit.gnd, capacitance, initial_condition=0.0)
+        circuit.V("meter", "p", "m", 0)  # its current is that of Vdrive above: out of the load
+        current = "vmeter"
+    else:
+        circuit.C("p", "drive", "p", capacitance, initial_condition=start)
+    circuit.X("load", load.name, "p", circuit.gnd, **load.parameters)
+    time_constant = load.parameters["R"] * capacitance if load.linear else None
+    options = integration_options(step, time_constant, volts, capacitance, reltol)
+    outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
+    smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
+    vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
+    saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
+    cards = [load.text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
+    return Deck("\n".join([str(circuit).rstrip(), *cards]) + "\n", vectors)
+
+
+def integration_options(
+    step: float, time_constant: float | None, volts: float, capacitance: float, reltol: float
+) -> str:
     """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
 
-    ``reltol`` is ngspice's relative tolerance, for steps of its own.
-
-    ngspice's absolute tolerances scale with the signal's size ``volts``, so that a microvolt is as precise as
-    a kilovolt; at 20 V on 50 nF they are ngspice's own.
+    ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale with the signal's
+    size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50 nF they are ngspice's defaults.
     """
     if time_constant is None:
         charge = 1e-8 * volts * capacitance
         sizes = f"vntol={5e-8 * volts!r} chgtol={charge!r} abstol={0.5 * charge / step!r}"
         return f".options method=gear maxord=2 reltol={reltol!r} {sizes}"
     return f".options method=trap xmu={trapezoid_share(step, time_constant)!r} trtol=1e6 chgtol=1"
-
-
-def smoothing_nodes(text: str) -> tuple[str, str]:
-    """Nodes of the load's capacitor Csmooth in the whole circuit; "" for both without one."""
-    header = text.split("\n", 1)[0].lower().split()
-    found = re.search(r"^csmooth[\s(]+([^\s(),]+)[\s,]+([^\s(),]+)", text, re.IGNORECASE | re.MULTILINE)
-    if found is None:
-        return "", ""
-    outer = {header[2]: "p", header[3]: "0", "0": "0", "gnd": "0"}
-    plus, minus = (outer.get(node.lower(), f"xload.{node.lower()}") for node in found.groups())
-    return plus, minus
 
 
 def trapezoid_share(step: float, time_constant: float) -> float:
@@ -53,5 +90,4 @@ def trapezoid_share(step: float, time_constant: float) -> float:
     for a steady slope u'.  It is 1/2, the trapezoidal rule, for a short step and goes to 0,
     backward Euler, for a long one, where the trapezoidal rule would ring.
     """
-    z = step / time_constant
-    return 0.5 - z / 12.0 if z < 1e-3 else 1.0 / z - (1.0 / math.expm1(z) if z < 700.0 else 0.0)
+    return float(interpreted(weight)(step / time_constant))

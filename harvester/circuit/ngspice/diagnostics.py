@@ -1,4 +1,4 @@
-"""What ngspice says when it gives up, as one line: where, when, and what to try."""
+"""Why a run of ngspice failed, as one line made from its messages: where, when, and what to try."""
 
 import re
 from collections.abc import Sequence
@@ -16,43 +16,44 @@ _CHATTER = (
     "run simulation",
 )
 _STATE = re.compile(r"error: ngspice\.dll .*", re.IGNORECASE)  # says nothing of the circuit
-MOST = 300  # letters of ngspice's own words
+LONGEST = 300  # letters of ngspice's own words
 
 
-def refusal(messages: Sequence[str]) -> str:
-    """Why ngspice did not take a circuit, in its own words."""
-    told = [_STATE.sub("", one).strip() for one in messages]
-    told = [one for one in told if one and not one.lower().startswith(_CHATTER)]
-    words = "; ".join(dict.fromkeys(told)) or "it gave no reason"
+def why_refused(messages: Sequence[str]) -> str:
+    """Say why ngspice did not take a circuit, in its own words."""
+    reasons = [_STATE.sub("", one).strip() for one in messages]
+    reasons = [one for one in reasons if one and not one.lower().startswith(_CHATTER)]
+    words = "; ".join(dict.fromkeys(reasons)) or "it gave no reason"
     words = "".join(letter if letter.isprintable() else " " for letter in words)
-    return f"ngspice refused the circuit: {words if len(words) <= MOST else words[:MOST] + ' ...'}"
+    return f"ngspice refused the circuit: {words if len(words) <= LONGEST else words[:LONGEST] + ' ...'}"
 
 
-def failure(messages: Sequence[str], end: float, duration: float) -> str:
-    """Why ngspice stopped at the time ``end`` (s) of ``duration``."""
+def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:
+    """Say why ngspice stopped at the time ``end`` (s) of ``duration``."""
     text = "\n".join(messages)
     singular, small = _SINGULAR.search(text), _SMALL.search(text)
     if singular is None and small is None:
-        return refusal(messages) if end == 0.0 else f"{_stopped(end, duration)}: {refusal(messages).partition(': ')[2]}"
+        refused = why_refused(messages)
+        return refused if end == 0.0 else f"{_stopped(end, duration)}: {refused.partition(': ')[2]}"
     at = float(small[1]) if small else end
     said = _stopped(at, duration)
     if singular is not None:
-        where = " and ".join(place(name) for name in singular[1].split(" and "))
+        where = " and ".join(place_of(name) for name in singular[1].split(" and "))
         return (
             f"{said}: its equations have no single solution at {where}; give every node a path to ground (such as "
             "1 Gohm), and every loop of voltage sources and coils a small resistance"
         )
     assert small is not None
     culprit = _CULPRIT.search(small[3])
-    where = f"at {place(culprit[1] or culprit[2])}" if culprit else "at an unnamed node"
+    where = f"at {place_of(culprit[1] or culprit[2])}" if culprit else "at an unnamed node"
     return (
         f"{said}: it did not converge {where} even with a step of {float(small[2]):.3g} s; make abrupt switches "
         "and B sources gradual, give diodes a series resistance (Rs) and a junction capacitance (Cjo), or lower `dt`"
     )
 
 
-def stalled(end: float, duration: float, step: float, patience: float) -> str:
-    """The error of a run that makes no progress; ``step`` (s) is that of its last accepted points."""
+def why_given_up(end: float, duration: float, step: float, patience: float) -> str:
+    """Say that a run made no progress in ``patience`` seconds; ``step`` (s) is that of its last accepted points."""
     return (
         f"{_stopped(end, duration)}: it came no further than that in {patience:g} s, with steps of {step:.2g} s; "
         "slow down what is faster than the vibration (oscillating coils, high frequencies), and make switches gradual"
@@ -63,8 +64,8 @@ def _stopped(end: float, duration: float) -> str:
     return f"ngspice stopped at {end:.6g} s of {duration:.6g} s"
 
 
-def place(name: str) -> str:
-    """A node or branch of the whole circuit in the words of the load's netlist."""
+def place_of(name: str) -> str:
+    """Name a node or branch of the whole circuit in the words of the load's netlist."""
     name = name.strip().strip("'\"").lower()
     inner = name.split(".")
     if name.endswith("#branch"):

@@ -1,4 +1,4 @@
-"""Where the ngspice library is."""
+"""Where the ngspice library is installed."""
 
 import ctypes.util
 import os
@@ -8,17 +8,17 @@ from harvester.errors import MissingProgramError
 
 
 def find_library() -> str:
-    """Path or name of the ngspice library: NGSPICE_LIBRARY_PATH, else the system's.
+    """Find the ngspice library: the path in NGSPICE_LIBRARY_PATH, else the system's.
 
     Raises
     ------
     MissingProgramError
         when there is none, with how to get it.
     """
-    given = os.environ.get("NGSPICE_LIBRARY_PATH")
-    found = given or ctypes.util.find_library("ngspice")
-    if found is None or (given and not Path(given).is_file()):
-        where = f" at NGSPICE_LIBRARY_PATH = {given!r}" if given else ""
+    named = os.environ.get("NGSPICE_LIBRARY_PATH")
+    found = named or ctypes.util.find_library("ngspice")
+    if found is None or (named and not Path(named).is_file()):
+        where = f" at NGSPICE_LIBRARY_PATH = {named!r}" if named else ""
         raise MissingProgramError(
             f"engine 'spice' must have ngspice installed, but its library is missing{where}: "
             "run 'make setup' or 'apt-get install libngspice0 ngspice'"

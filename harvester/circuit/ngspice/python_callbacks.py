@@ -1,4 +1,4 @@
-"""The lock-step in plain Python: the same functions, interpreted; what the compiled path is tested against."""
+"""The lock-step's callbacks in plain Python: the same functions, interpreted, to test the compiled ones against."""
 
 import ctypes
 import math
@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from harvester.circuit.lockstep.drive import Drive, accepted, proposed, source
+from harvester.circuit.lockstep.drive import Drive
+from harvester.circuit.lockstep.transitions import accept_point, proposed_step, source_voltage
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.interpreted import interpreted
 
 
-class Reference:
-    """The three answers to ngspice for one run, in Python; ``state`` is the run's state, one element.
+class PythonCallbacks:
+    """The three callbacks of one run, in Python; ``state`` is the run's state, one element.
 
     ngspice cannot pass on an exception, and would read a source without a value: the first exception is kept
     in ``error``, to be raised after the run, and from then on the source holds its last finite value.
@@ -22,10 +23,15 @@ class Reference:
         self.drive, self.state = drive, state.view(np.recarray)[0]
         self.error: Exception | None = None
         self.last = 0.0
-        self._source, self._proposed, self._accepted = (interpreted(one) for one in (source, proposed, accepted))
-        asked = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)
-        told = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
-        self._pointers = {"source_at": asked(self.source), "step_at": asked(self.step), "accepted_at": told(self.data)}
+        self._source_voltage, self._proposed_step = interpreted(source_voltage), interpreted(proposed_step)
+        self._accept_point = interpreted(accept_point)
+        number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)
+        point = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
+        self._pointers = {
+            "source_at": number(self.source),
+            "step_at": number(self.step),
+            "accepted_at": point(self.data),
+        }
         for name, pointer in self._pointers.items():
             state[name] = ctypes.cast(pointer, ctypes.c_void_p).value
 
@@ -33,7 +39,7 @@ class Reference:
         """Voltage of the source at a candidate time."""
         if self.error is None:
             try:
-                value = float(self._source(self.state, t))
+                value = float(self._source_voltage(self.state, t))
                 if not math.isfinite(value):
                     raise UnboundedResponseError(f"the source's voltage is not finite at {t:.6g} s")
                 self.last = value
@@ -45,7 +51,7 @@ class Reference:
         """Length of the step that ngspice is about to try."""
         if self.error is None:
             try:
-                return float(self._proposed(self.state, t, delta))
+                return float(self._proposed_step(self.state, t, delta))
             except Exception as error:
                 self.error = error
         return delta
@@ -57,7 +63,7 @@ class Reference:
             try:
                 values = (t, v, power, current, smooth)
                 arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge)
-                self._accepted(self.state, *values, *arrays, *drive.given)
+                self._accept_point(self.state, *values, *arrays, *drive.coefficients)
             except Exception as error:
                 self.error = error
         return 0

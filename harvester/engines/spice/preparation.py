@@ -14,7 +14,7 @@ from harvester.equations.problem import Problem
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import Device
+    from harvester.circuit.runs import CoupledDevice
     from harvester.mechanics.ensemble.richardson import StepPair
 
 CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
@@ -30,7 +30,7 @@ class Prepared:
     (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation.
     """
 
-    device: "Device"
+    device: "CoupledDevice"
     burn_in: float
     warnings: list[str]
     pair: "StepPair | None"
@@ -76,7 +76,7 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     """
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
-    from harvester.circuit.runs import Device
+    from harvester.circuit.runs import CoupledDevice
     from harvester.mechanics.ensemble import trajectories as mc
     from harvester.mechanics.ensemble.richardson import StepPair, warm_up
     from harvester.mechanics.kernels.compiled import compilation
@@ -87,10 +87,8 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = period(eqs)
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
-    known, load = UNSERVED.isdisjoint(problem.effects), problem.scene.load
-    ideal = None
-    if load is not None and problem.netlist is not None and known and charging <= LONGEST_CHARGING:
-        ideal = ideal_circuit(load, s)
+    known = UNSERVED.isdisjoint(problem.effects)
+    ideal = ideal_circuit(circuit, s) if known and charging <= LONGEST_CHARGING else None
     ruled = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
@@ -114,7 +112,7 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
             pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.many
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
-    device = Device(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
+    device = CoupledDevice(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
     return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
 
 

@@ -16,7 +16,7 @@ from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import Measured
+    from harvester.circuit.runs import TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
 FEWEST = 8  # pairs, of which each half weighs the other
@@ -31,7 +31,7 @@ class Runs:
     kicks: int
     root: np.random.SeedSequence
     progress: Progress | None
-    done: "list[Measured]" = field(default_factory=list)
+    done: "list[TrajectoryMeans]" = field(default_factory=list)
     seconds: float = 0.0
     ngspice_seconds: float = 0.0
 
@@ -43,7 +43,7 @@ class Runs:
         begin = time.perf_counter()
         seeds = [child(self.root, 0, len(self.done) + k) for k in range(count)]
         ready = self.ready
-        for k, one in enumerate(worker.measure_apart(ready.device, seeds, self.kicks, ready.burn_in, self.paired)):
+        for k, one in enumerate(worker.measure_in_workers(ready.device, seeds, self.kicks, ready.burn_in, self.paired)):
             self.done.append(one)
             if self.progress is not None:
                 self.progress((k + 1) / count)
@@ -92,7 +92,7 @@ class Runs:
             error = math.sqrt(variance / len(high))
             value = Value(mean, error, None if bias is None else abs(bias * mean), freedom=len(high) - 1.0)
             return Controlled(value, variance, 0.0, 0.0)
-        low = factor * np.array([getattr(one.cheap, name)[0] for one in self.done])
+        low = factor * np.array([getattr(one.control, name)[0] for one in self.done])
         return controlled(high, low, Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor))
 
     def asked_for(self, found: Controlled, variance: float) -> tuple[float, float]:
@@ -128,8 +128,8 @@ class Runs:
 
     def ledger(self, watts: float) -> dict[str, float]:
         """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""
-        from harvester.circuit.lockstep.energy_ledger import mean
+        from harvester.circuit.lockstep.energy_ledger import mean_ledger
 
-        whole = mean([one.ledger for one in self.done])
+        whole = mean_ledger([one.ledger for one in self.done])
         entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
         return entries | {"ledger_residual": whole.residual}

@@ -90,7 +90,7 @@ class Spice(Sampled):
         ready = prepare(problem, self, self.reltol, self.gaussian)
         noisy = is_random(eqs)
         paired = ready.pair is not None and not self.alone and noisy
-        warm = worker.warm_up(ready.device, paired)
+        warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
         target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
         kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))

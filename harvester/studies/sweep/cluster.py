@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from harvester.errors import InputError, MissingProgramError, SimulationError, invalid
-from harvester.machine.cores import VARIABLE
+from harvester.machine.cores import THREADS_VARIABLE
 from harvester.studies.sweep.runners import Done
 from harvester.studies.sweep.tasks import Answer, Task, compute
 
@@ -65,7 +65,7 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
 
 def alone(task: Task) -> list[Answer]:
     """`compute` on one core, as a thread of a Dask worker is meant."""
-    os.environ.setdefault(VARIABLE, "1")
+    os.environ.setdefault(THREADS_VARIABLE, "1")
     return compute(task)
 
 

@@ -10,7 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from harvester.machine.cores import cores, limited
+from harvester.machine.cores import cores, limited_environment
 from harvester.studies.sweep.tasks import Answer, Task, compute
 
 Process = Any  # loky's, which is loaded where it is needed
@@ -29,9 +29,9 @@ def pool(tasks: Iterator[Task], workers: int) -> Done:
     A process that dies is replaced; its task is tried once more, a batch then point by point, and is an error if
     that dies, too.
     """
-    from harvester.machine.processes import killed, new, submitted
+    from harvester.machine import processes
 
-    env = limited(max(1, cores() // workers))
+    env = limited_environment(max(1, cores() // workers))
     crew: set[Process] = set()
     idle: deque[Process] = deque()
     running: dict[Future[list[Answer]], tuple[Task, Process]] = {}
@@ -39,9 +39,9 @@ def pool(tasks: Iterator[Task], workers: int) -> Done:
 
     def start(task: Task) -> None:
         while True:
-            process = idle.popleft() if idle else new(env=env)
+            process = idle.popleft() if idle else processes.create(env=env)
             crew.add(process)
-            job = submitted(process, compute, (task,))
+            job = processes.submit(process, compute, (task,))
             if job is not None:
                 running[job] = task, process
                 return
@@ -49,7 +49,7 @@ def pool(tasks: Iterator[Task], workers: int) -> Done:
 
     def end(process: Process) -> None:
         crew.discard(process)
-        killed(process)
+        processes.kill(process)
 
     try:
         while True:
@@ -75,4 +75,4 @@ def pool(tasks: Iterator[Task], workers: int) -> Done:
                     yield task, answers
     finally:
         for process in crew:
-            killed(process)
+            processes.kill(process)

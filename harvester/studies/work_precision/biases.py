@@ -192,7 +192,7 @@ def beside(problem: Problem, model: Model, steps: Ladder, h: float, seed: int, s
         rounds += 1
     high = [_high(one, model) for one in runs]
     exact = high[0] if len(high) == 1 else high[0] + (high[0] - high[1]) / (10.0**ORDER - 1.0)
-    low = np.array([getattr(one.cheap, model.name)[0] for one in runs[0].done])
+    low = np.array([getattr(one.control, model.name)[0] for one in runs[0].done])
     known = steps.mean.value * (1.0 + steps.at(h).value)
     found = controlled(exact, low, Value(known, 0.0)).value
     ratio = found.value / known

@@ -8,16 +8,15 @@ import pytest
 
 import harvester as hv
 from harvester.circuit import runs as worker
-from harvester.circuit.lockstep.energy_ledger import ledger, work
-from harvester.circuit.worker_pool import in_order
+from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of
+from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations
-from harvester.errors import InputError
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.interpreted import interpreted
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
-from tests.support.lockstep import scales
+from tests.support.lockstep import charging_curve, scales
 from tests.support.paths import EXAMPLES
 from tests.support.systems import PAPER, changed
 
@@ -26,10 +25,10 @@ CP = 50.2e-9
 
 def finished(device, noise, discard):
     """State, Csmooth and ledger of a run (in a worker)."""
-    drive = worker.run(device, noise, discard)
-    s = drive.record[0]
+    drive = worker.run_in_this_process(device, noise, discard)
+    s = drive.state[0]
     state = {name: s[name].item() for name in s.dtype.names}
-    return state, drive.smoothing, ledger(s, device.scales, drive.smoothing, device.load.linear)
+    return state, drive.smoothing, ledger_of(s, device.scales, drive.smoothing, device.load.linear)
 
 
 @cache
@@ -37,9 +36,9 @@ def of(load, eqs, h=0.05, duration=400.0, seed=7, norton=False):
     name, parameters = load
     s = scales(eqs.beta or 0.05)
     given = Load(resistance=parameters) if name == "resistor" else Load(netlist=name, parameters=dict(parameters))
-    device = worker.Device(eqs, s, load_circuit(given, CP), h, 4, norton=norton)
+    device = worker.CoupledDevice(eqs, s, load_circuit(given, CP), h, 4, norton=norton)
     noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / h))
-    return next(in_order(finished, [(device, noise, 50.0)]))
+    return next(map_in_workers(finished, [(device, noise, 50.0)]))
 
 
 STOP = changed(PAPER, mu=None, c1=-0.05)
@@ -71,7 +70,7 @@ def test_ledger_closes_within_a_percent(name, eqs):
 def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
     """Sum of all works = (v1^2 - v0^2)/2, to rounding, with every effect and with few."""
     rng = np.random.default_rng(2)
-    kick_, work_ = interpreted(kick), interpreted(work)
+    kick_, work_ = interpreted(kick), interpreted(add_works_of_kick)
     for eqs in (PAPER, Equations(n1=1.0), Equations(beta=2.0, c1=-0.3)):
         s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
         kinetic = 0.0
@@ -116,10 +115,11 @@ def test_smoothing_capacitor_is_read_from_ngspice():
 
 def test_charging_curve():
     """Csmooth starts empty, is charged to the voltage that the ledger ends with, and is positive all the way."""
-    device = worker.Device(STOP, scales(0.05), load_circuit(Load(netlist="bridge", parameters={"C": 1e-6})), 0.1, 4)
+    bridge = load_circuit(Load(netlist="bridge", parameters={"C": 1e-6}))
+    device = worker.CoupledDevice(STOP, scales(0.05), bridge, 0.1, 4)
     noise = gaussian_grid(np.random.SeedSequence(7), 4000)
-    t, v = worker.charging_apart(device, noise)
-    s, _, _ = next(in_order(finished, [(device, noise, 50.0)]))
+    t, v, _ = charging_curve(device, noise)
+    s, _, _ = next(map_in_workers(finished, [(device, noise, 50.0)]))
     assert t[-1] == pytest.approx(400.0 / 20.0, rel=1e-3)
     assert v[0] == pytest.approx(0.0, abs=0.01)
     assert v[-1] == pytest.approx(s["smooth_end"], rel=1e-2)
@@ -128,9 +128,10 @@ def test_charging_curve():
 
 
 def test_a_load_without_smoothing_capacitor_has_no_charging_curve():
-    device = worker.Device(STOP, scales(0.05), load_circuit(Load(resistance=1e6)), 0.1, 4)
-    with pytest.raises(InputError, match="Csmooth"):
-        worker.charging_apart(device, np.zeros(40))
+    device = worker.CoupledDevice(STOP, scales(0.05), load_circuit(Load(resistance=1e6)), 0.1, 4)
+    _, v, smoothing = charging_curve(device, np.zeros(40))
+    assert smoothing == 0.0
+    assert (v == 0.0).all()
 
 
 def test_one_way_drive_takes_nothing_from_the_mass():

@@ -7,8 +7,8 @@ import pytest
 
 import harvester as hv
 from harvester.circuit import runs as worker
-from harvester.circuit.lockstep.drive import proposed
-from harvester.circuit.worker_pool import in_order
+from harvester.circuit.lockstep.transitions import proposed_step
+from harvester.circuit.worker_pool import map_in_workers
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, Scales
@@ -78,7 +78,7 @@ def test_whole_scheme_is_of_second_order():
         noise = np.zeros(n)
         noise[0] = 0.9 / np.sqrt(2 * h * eqs.n1)
         # the kick comes at t = h: shift the clock so that every run starts its motion at the same time
-        path = worker.record_apart(device(eqs, h), np.concatenate([noise, np.zeros(round(1 / h))]))
+        path = worker.path_in_worker(device(eqs, h), np.concatenate([noise, np.zeros(round(1 / h))]))
         ends.append(np.interp(6.0, path.t - h, path.V))
     errors = np.abs(np.array(ends[:3]) - ends[3])
     assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
@@ -139,7 +139,7 @@ def test_lossless_device_keeps_its_energy():
     h = 0.02
     noise = np.zeros(round(1000 * 2 * np.pi / h))
     noise[0] = 10.0
-    path = worker.record_apart(device(eqs, h), noise)
+    path = worker.path_in_worker(device(eqs, h), noise)
     energy = 0.5 * path.v**2 + 0.5 * path.x**2 + 0.5 * eqs.beta * path.V**2
     periods = energy[: len(energy) // 1000 * 1000].reshape(1000, -1).mean(axis=1)
     assert periods == pytest.approx(periods[0], rel=1e-4)
@@ -149,8 +149,8 @@ def test_lossless_device_keeps_its_energy():
 def test_norton_carries_the_same_charge(eqs):
     """A current theta x' in parallel with Cp that is exact in charge is the voltage theta x/Cp in series with it."""
     noise = gaussian_grid(SEED, 500)
-    norton = worker.record_apart(device(eqs, 0.1, norton=True), noise)
-    assert rms_difference(norton, worker.record_apart(device(eqs, 0.1), noise)) < 1e-9
+    norton = worker.path_in_worker(device(eqs, 0.1, norton=True), noise)
+    assert rms_difference(norton, worker.path_in_worker(device(eqs, 0.1), noise)) < 1e-9
 
 
 @pytest.mark.parametrize("load", ["resistor", "bridge", "parallel_sshi"])
@@ -160,8 +160,8 @@ def test_python_callbacks_are_the_reference(load):
     s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
     one = device(PAPER, 0.1, 4)
     if load != "resistor":
-        one = worker.Device(changed(PAPER, mu=None), s, load_circuit(Load(netlist=load), s.capacitance), 0.1, 4)
-    compiled, python = in_order(worker.record, [(one, noise), (one, noise, False)])
+        one = worker.CoupledDevice(changed(PAPER, mu=None), s, load_circuit(Load(netlist=load), s.capacitance), 0.1, 4)
+    compiled, python = map_in_workers(worker.path_in_this_process, [(one, noise), (one, noise, False)])
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
     assert python.readings == pytest.approx(compiled.readings, rel=1e-9, abs=1e-12)
@@ -186,19 +186,19 @@ def failing(one, noise, what):
     reference.interpreted = broken
     try:
         with pytest.raises(ZeroDivisionError, match=what):
-            worker.record(one, noise, native=False)
+            worker.path_in_this_process(one, noise, compiled=False)
     finally:
         reference.interpreted = whole
-    return len(calls), worker.record(one, noise, native=False)
+    return len(calls), worker.path_in_this_process(one, noise, compiled=False)
 
 
-@pytest.mark.parametrize("what", ["source", "proposed", "accepted"])
+@pytest.mark.parametrize("what", ["source_voltage", "proposed_step", "accept_point"])
 def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
     """ngspice gets finite values to its end, and the exception comes out; the process goes on."""
     noise, one = gaussian_grid(SEED, 100), device(PAPER, 0.1, 4)
-    calls, path = next(in_order(failing, [(one, noise, what)]))
+    calls, path = next(map_in_workers(failing, [(one, noise, what)]))
     assert calls == 10
-    assert (path.readings == worker.record_apart(one, noise).readings).all()
+    assert (path.readings == worker.path_in_worker(one, noise).readings).all()
 
 
 @pytest.mark.parametrize("volts", [1e-6, 1e3])
@@ -219,7 +219,7 @@ def test_time_constant_in_ngspice_is_one_over_mu():
     h = 0.01
     noise = np.zeros(round(20 / h))
     noise[0] = 5.0
-    path = worker.record_apart(device(eqs, h), noise)
+    path = worker.path_in_worker(device(eqs, h), noise)
     held = path.t > np.pi + 0.1
     slope = np.polyfit(path.t[held], np.log(np.abs(path.V[held])), 1)[0]
     assert abs(path.x[held]).max() < 1e-12
@@ -232,7 +232,7 @@ def test_coupling_of_the_circuit_is_beta():
     eqs = Equations(beta=beta, mu=1e-9, n1=1.0)
     noise = np.zeros(round(60 / h))
     noise[0] = 5.0
-    path = worker.record_apart(device(eqs, h), noise)
+    path = worker.path_in_worker(device(eqs, h), noise)
     up = np.flatnonzero((path.x[:-1] < 0) & (path.x[1:] >= 0))
     crossings = path.t[up] - path.x[up] * h / (path.x[up + 1] - path.x[up])
     assert 2 * np.pi / np.diff(crossings).mean() == pytest.approx(np.sqrt(1 + beta), rel=1e-4)
@@ -240,7 +240,7 @@ def test_coupling_of_the_circuit_is_beta():
 
 def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
     a = both(PAPER, 0.1)[0]
-    worker.record_apart(device(linear(1.25, 1.0), 0.1), gaussian_grid(SEED, 100))
+    worker.path_in_worker(device(linear(1.25, 1.0), 0.1), gaussian_grid(SEED, 100))
     b = both(PAPER, 0.1)[0]
     assert (a.readings == b.readings).all()
     assert (a.impacts == b.impacts).all()
@@ -251,7 +251,8 @@ def test_bridge_in_lock_step():
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
     s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
     bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
-    measured = next(worker.measure_apart(worker.Device(eqs, s, bridge, 0.1, 4), [SEED], kicks=20_000, discard=400.0))
+    one = worker.CoupledDevice(eqs, s, bridge, 0.1, 4)
+    measured = next(worker.measure_in_workers(one, [SEED], kicks=20_000, burn_in=400.0))
     taken = eqs.beta * measured.moments.vV.mean() * s.watts
     assert 0.5 * taken < measured.load_power < taken
 
@@ -259,10 +260,10 @@ def test_bridge_in_lock_step():
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
 def test_no_sliver_is_left_before_a_landing(share):
     """A free circuit's step is all of what is left, or at most half of it; the plain load resistor's is all of it."""
-    state = SimpleNamespace(landing=1.5, free=1)
-    step = proposed.py_func(state, 0.5, share)
+    state = SimpleNamespace(target_time=1.5, free=1)
+    step = proposed_step.py_func(state, 0.5, share)
     assert step == (1.0 if share >= 1.0 else min(share, 0.5))
-    assert proposed.py_func(SimpleNamespace(landing=1.5, free=0), 0.5, share) == 1.0
+    assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0), 0.5, share) == 1.0
 
 
 def test_burn_in_waits_for_the_smoothing_capacitor():

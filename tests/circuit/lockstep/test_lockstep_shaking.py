@@ -34,7 +34,7 @@ def test_path(eqs, duration, most, h):
     Under a drive V is off by O(h^2) from the first step on, before which ngspice takes its source for one at rest.
     """
     noise, a = shaken(eqs, h, duration)
-    ours, exact = worker.record_apart(device(eqs, h, 4), noise, a), trace(eqs, noise, h, 4, shaking=a)
+    ours, exact = worker.path_in_worker(device(eqs, h, 4), noise, a), trace(eqs, noise, h, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert ours.impacts == pytest.approx(exact.impacts, abs=1e-4)
@@ -46,15 +46,15 @@ def test_path(eqs, duration, most, h):
 @pytest.mark.parametrize("eqs", [TONE, STRIP])
 def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     noise, a = shaken(eqs, 0.1, 30.0)
-    compiled, plain = (worker.record(device(eqs, 0.1, 4), noise, native, a) for native in (True, False))
-    assert (compiled.readings == plain.readings).all()
-    assert (compiled.impacts == plain.impacts).all()
+    native, plain = (worker.path_in_this_process(device(eqs, 0.1, 4), noise, compiled, a) for compiled in (True, False))
+    assert (native.readings == plain.readings).all()
+    assert (native.impacts == plain.impacts).all()
 
 
 @pytest.mark.parametrize("eqs", [TONE, HUM])
 def test_ledger_closes(eqs):
     """The drive's work is input."""
-    one = next(worker.measure_apart(device(eqs, 0.02, 10, scales(eqs.beta)), [SEED], 20_000, 20.0))
+    one = next(worker.measure_in_workers(device(eqs, 0.02, 10, scales(eqs.beta)), [SEED], 20_000, 20.0))
     assert abs(one.ledger.residual) < 0.01
     assert one.ledger.input > 0.0
 
@@ -94,7 +94,7 @@ IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under prelo
 def test_impacts_without_white_noise(eqs, most):
     """On the path of `trace`, impact by impact, chatter and rests on the stop included, whose times are exact there."""
     noise, a = shaken(eqs, 0.05, 100.0)
-    ours, exact = worker.record_apart(device(eqs, 0.05, 4), noise, a), trace(eqs, noise, 0.05, 4, shaking=a)
+    ours, exact = worker.path_in_worker(device(eqs, 0.05, 4), noise, a), trace(eqs, noise, 0.05, 4, shaking=a)
     assert rms_difference(ours, exact) < most
     assert rms_difference(ours, exact, "x") < most
     assert len(exact.impacts) > 10
@@ -109,9 +109,9 @@ def test_callbacks_of_impacts_without_white_noise(name):
     """Interpreted, they give the compiled path."""
     eqs, _ = IMPACTING[name]
     noise, a = shaken(eqs, 0.1, 30.0)
-    compiled, plain = (worker.record(device(eqs, 0.1, 4), noise, native, a) for native in (True, False))
-    assert (compiled.readings == plain.readings).all()
-    assert (compiled.impacts == plain.impacts).all()
+    native, plain = (worker.path_in_this_process(device(eqs, 0.1, 4), noise, compiled, a) for compiled in (True, False))
+    assert (native.readings == plain.readings).all()
+    assert (native.impacts == plain.impacts).all()
 
 
 @pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
@@ -120,7 +120,7 @@ def test_ledger_of_impacts_without_white_noise(name):
     eqs, residuals = IMPACTING[name][0], []
     for h in (0.04, 0.01):
         steps = round(400.0 / h)
-        one = next(worker.measure_apart(device(eqs, h, 10, scales(eqs.beta)), [SEED], steps, 100.0))
+        one = next(worker.measure_in_workers(device(eqs, h, 10, scales(eqs.beta)), [SEED], steps, 100.0))
         residuals.append(abs(one.ledger.residual))
         assert one.ledger.impacts > 0.1 * one.ledger.input
     assert residuals[1] < 5e-3

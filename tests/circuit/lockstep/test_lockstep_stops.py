@@ -97,9 +97,9 @@ def test_engine_at_a_compliant_stop_agrees_with_the_ensemble():
 )
 def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     noise = gaussian_grid(SEED, 300)
-    compiled, plain = (worker.record(device(eqs, 0.1, 4), noise, native) for native in (True, False))
-    assert (compiled.readings == plain.readings).all()
-    assert (compiled.impacts == plain.impacts).all()
+    native, plain = (worker.path_in_this_process(device(eqs, 0.1, 4), noise, compiled) for compiled in (True, False))
+    assert (native.readings == plain.readings).all()
+    assert (native.impacts == plain.impacts).all()
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
 def test_ledger_closes(eqs):
     """Springs store what they take, and each stop takes (1 - r^2) v^2/2 by its own r."""
     s = scales(eqs.beta)
-    one = next(worker.measure_apart(device(eqs, 0.02, 10, s), [SEED], 20_000, 20.0, 1))
+    one = next(worker.measure_in_workers(device(eqs, 0.02, 10, s), [SEED], 20_000, 20.0, 1))
     assert abs(one.ledger.residual) < 0.01
     if eqs.restitution is not None:
         assert one.ledger.impacts == pytest.approx(s.watts * one.moments.impact_loss[0], rel=0.02)
@@ -118,7 +118,7 @@ def test_trajectories_begin_in_each_well():
     """One of two seeds begins in either well, and stays there while it is shaken too weakly to hop."""
     eqs = changed(BISTABLE, n1=1e-8, n2=None)
     seeds = [np.random.SeedSequence(k) for k in range(4)]
-    means = [m.moments.x[0] for m in worker.measure_apart(device(eqs, 0.1, 4), seeds, 400, 0.0, 1)]
+    means = [m.moments.x[0] for m in worker.measure_in_workers(device(eqs, 0.1, 4), seeds, 400, 0.0, 1)]
     low, high = resting_places(eqs)
     assert means == pytest.approx([low, high, low, high], abs=0.01)
     assert trace(eqs, np.zeros(4), 0.1).x[0] == pytest.approx(low)
@@ -127,4 +127,4 @@ def test_trajectories_begin_in_each_well():
 def test_stops_too_near_for_the_lock_step_are_a_named_error():
     eqs = changed(PAPER, c1=-0.1, restitution=1.0, gap=0.0, opposite_gap=0.002, opposite_restitution=1.0)
     with pytest.raises(SimulationError, match=r"at most twice a step .*: use engine 'ensemble'"):
-        worker.record_apart(device(eqs, 0.1), gaussian_grid(SEED, 400))
+        worker.path_in_worker(device(eqs, 0.1), gaussian_grid(SEED, 400))

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.circuit.lockstep.energy_ledger import ledger
+from harvester.circuit.lockstep.energy_ledger import ledger_of
 from harvester.equations.scaling import Equations, Scales
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
@@ -66,9 +66,9 @@ def run(load, drive, h, options):
     """In a process of its own: one path in lock-step, and the mean power of Rload from DISCARD to END, in watt."""
     circuit = load_circuit(LOADS[load], SCALES.capacitance)
     circuit = dataclasses.replace(circuit, text=f"{circuit.text}\n{options}")
-    device = worker.Device(EQS, SCALES, circuit, h, 1)
-    finished = worker.run(device, noise(drive, h), DISCARD)
-    return finished.path(), ledger(finished.record[0], SCALES, finished.smoothing, circuit.linear).load
+    device = worker.CoupledDevice(EQS, SCALES, circuit, h, 1)
+    finished = worker.run_in_this_process(device, noise(drive, h), DISCARD)
+    return finished.path(), ledger_of(finished.state[0], SCALES, finished.smoothing, circuit.linear).load
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
     scene = load(f"examples/{given}.toml")
     device = prepare(Problem(scene), Spice()).device
     noise = three_point_grid(SEED, round(600.0 / device.h / device.stride) * device.stride // 2 * 2)
-    theirs = worker.record_apart(device, noise)
+    theirs = worker.path_in_worker(device, noise)
     ours = trace_ruled(device.eqs, noise, device.h, device.stride)
     late = slice(len(ours.t) * 4 // 5, None)
     assert np.std(ours.V[late] - theirs.V[late]) < 1e-8 * np.std(ours.V)

@@ -120,7 +120,7 @@ def test_ensemble_runs_whole_periods():
 def test_spice_on_the_record():
     eqs = changed(PAPER, n1=None, n2=None, restitution=None, record=table())
     zeros = np.zeros(500)
-    ours, exact = worker.record_apart(device(eqs, 0.1, 4), zeros), trace(eqs, zeros, 0.1, 4)
+    ours, exact = worker.path_in_worker(device(eqs, 0.1, 4), zeros), trace(eqs, zeros, 0.1, 4)
     assert np.abs(exact.x).max() > 0.3
     assert rms_difference(ours, exact) < 5e-5
     assert rms_difference(ours, exact, "x") < 1e-5

@@ -11,7 +11,7 @@ from numba import njit
 
 from harvester.circuit import runs as worker
 from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
-from harvester.circuit.worker_pool import in_order
+from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations, equations, scales
 from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import CHARGINGS
@@ -355,7 +355,7 @@ def plate(name):
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_the_packages_netlists(name):
     scene, _, s = plate(name)
-    one = ideal_circuit(scene.load, s)
+    one = ideal_circuit(load_circuit(scene.load, s.capacitance), s)
     R, C = scene.load.parameters["R"], scene.load.parameters["C"]
     assert one.memory == pytest.approx(R * C * s.frequency)
     assert one.mu == pytest.approx(1.0 / (R * s.capacitance * s.frequency))
@@ -375,7 +375,8 @@ def test_the_packages_netlists(name):
 
 def test_series_coil_oscillates_with_both_capacitors():
     scene, _, s = plate("series_sshi")
-    one = ideal_circuit(dataclasses.replace(scene.load, parameters={"C": s.capacitance}), s)
+    load = dataclasses.replace(scene.load, parameters={"C": s.capacitance})
+    one = ideal_circuit(load_circuit(load, s.capacitance), s)
     z = math.sqrt(2.0 / (0.5 * s.capacitance))
     zeta = 0.5 * (1300.0 / z + z / 500e3)
     assert one.series.kept == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)))
@@ -390,25 +391,25 @@ def test_no_ideal_circuit():
         Load(netlist="netlists/bridge.cir"),
         dataclasses.replace(scene.load, parameters={"R": 0.0}),
     ):
-        assert ideal_circuit(one, s) is None
+        assert ideal_circuit(load_circuit(one, s.capacitance), s) is None
     with pytest.raises(InputError, match="unknown parameter"):
-        ideal_circuit(Load(netlist="bridge", parameters={"Q": 1.0}), s)
+        load_circuit(Load(netlist="bridge", parameters={"Q": 1.0}), s.capacitance)
 
 
 def _spice(device, noise, discard):
-    drive = worker.run(device, noise, discard)
-    ended = drive.record[0]
+    drive = worker.run_in_this_process(device, noise, discard)
+    ended = drive.state[0]
     return float(ended.load / (ended.end - ended.begin)) / device.scales.watts, drive.path(), drive.charge
 
 
 def beside(name, trajectories, time, discard):
     """Load power by ngspice and in closed form on the same noise, and the last path of each."""
     scene, eqs, s = plate(name)
-    one = ideal_circuit(scene.load, s)
+    one = ideal_circuit(load_circuit(scene.load, s.capacitance), s)
     h = 0.1 / math.sqrt(1 + eqs.beta)
-    device = worker.Device(eqs, s, load_circuit(scene.load, s.capacitance), h, 6)
+    device = worker.CoupledDevice(eqs, s, load_circuit(scene.load, s.capacitance), h, 6)
     noises = [gaussian_grid(child(SEED, k), round(time / h / 6) * 6) for k in range(trajectories)]
-    done = list(in_order(_spice, [(device, noise, discard) for noise in noises]))
+    done = list(map_in_workers(_spice, [(device, noise, discard) for noise in noises]))
     mine = np.array([eqs.beta * ideal_moments(eqs, one, noise, h, 6, discard).load[0] for noise in noises])
     return np.array([power for power, _, _ in done]), mine, done[-1], trace_ideal(eqs, one, noises[-1], h, 6), s
 

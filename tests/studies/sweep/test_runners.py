@@ -16,7 +16,7 @@ import harvester as hv
 from harvester import figures
 from harvester.engines.protocol import Progress
 from harvester.errors import InputError, SimulationError
-from harvester.machine.cores import VARIABLE, cores, limited
+from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
 from harvester.studies.sweep import runners, sweep, tasks
 from harvester.studies.sweep.points import grid
 from tests.support.paths import EXAMPLES
@@ -67,7 +67,7 @@ def children():
     for path in Path("/proc").glob("[0-9]*/environ"):
         try:
             mine = int((path.parent / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
-            if mine and f"{VARIABLE}=".encode() in path.read_bytes():
+            if mine and f"{THREADS_VARIABLE}=".encode() in path.read_bytes():
                 found.append(int(path.parent.name))
         except OSError:
             continue
@@ -173,10 +173,10 @@ def test_few_points_are_not_worth_a_process(tmp_path, monkeypatch):
 
 
 def test_cores(monkeypatch):
-    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv(THREADS_VARIABLE, raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 4)
     assert cores() == 4
     for text, expected in (("1", 1), ("3", 3), ("9", 4), ("", 4), ("0", 4), ("x", 4), ("-1", 4)):
-        monkeypatch.setenv(VARIABLE, text)
+        monkeypatch.setenv(THREADS_VARIABLE, text)
         assert cores() == expected
-    assert limited(2)[VARIABLE] == limited(2)["OPENBLAS_NUM_THREADS"] == "2"
+    assert limited_environment(2)[THREADS_VARIABLE] == limited_environment(2)["OPENBLAS_NUM_THREADS"] == "2"

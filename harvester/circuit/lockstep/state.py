@@ -1,0 +1,55 @@
+"""The record that the mass and ngspice share in lock-step: the fields of one run's state.
+
+Times ``t``, ``leg_t``, ``target_time``, ``since``, ``begin`` and ``end`` are in second; ``volts`` = theta l/Cp;
+``voltage``, ``current``, ``power``, ``load``, ``delivered`` and ``smooth_*`` in SI; the rest is nondimensional.
+``*_at`` are addresses of the arrays that the compiled callbacks use, ``*_index`` the places of ngspice's vectors, -1
+for one that is not there.
+"""
+
+import numpy as np
+
+from harvester.mechanics.kernels.compiled import inlined
+
+KICK, IMPACT, READING = 0, 1, 2  # values of `goal`: what a leg of the lock-step leads to
+BEFORE, DURING, AFTER = 0, 1, 2  # values of `measuring`: where the run stands to the time that the ledger covers
+TINY = 1e-9  # parts of a step: targets nearer than this are one
+
+# The kernels' coefficients: the stops (r, or k and c, at x = -gap, r_high at x = high), and those of `kick` in order.
+COEFFICIENTS = (
+    *("r", "gap", "high", "r_high", "k", "c"),
+    *("alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12", "linear", "alpha2"),
+)
+STOPS = 6  # of them describe the stops
+
+# Of a drift without white noise: phase of its impact, speeds before and after it, the acceleration that presses on the
+# stop and the shaking's share of it, the time after which bounces of r = 1 repeat, which stop it is (1, -1 for the
+# opposite one), and the velocity from which it began.
+_PLAN = ("meet", "speed", "up", "pressing", "share", "again", "side", "before")
+_REALS = ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS, *_PLAN, "t", "leg_t", "target_time")
+_LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "begin", "end")
+_WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
+_STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
+_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "measuring", "has_beta", "flown")
+_CALLBACKS = ("source_at", "step_at", "accepted_at")
+_ARRAYS = ("noise_at", "shaking_at", "noise_size", "readings_at", "impacts_at", "impacts_size", "charge_at")
+VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`
+STATE = np.dtype(
+    [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED)]
+    + [(name, np.int64) for name in (*_COUNTS, *_CALLBACKS, *_ARRAYS, *(f"{one}_index" for one in VECTORS))],
+    align=True,
+)
+
+
+@inlined
+def lower_stop(gap):
+    """Where the stop is: x = -gap, or 0 without a gap."""
+    return 0.0 if gap is None else -gap
+
+
+@inlined
+def note_impact(s, impacts, time, velocity):
+    """Count an impact, and record its time and its velocity into the stop while there is room for it."""
+    if s.impacts < len(impacts):
+        impacts[s.impacts, 0] = time
+        impacts[s.impacts, 1] = velocity
+    s.impacts += 1

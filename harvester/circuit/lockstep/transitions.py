@@ -1,0 +1,145 @@
+"""What happens to the mass when ngspice asks: the functions that its three callbacks call, compiled.
+
+The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves at constant
+velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice advances the circuit under that motion
+and ends a step exactly at every target: kick, impact or reading; at a kick the accepted voltage is known, so that the
+force has no lag.  The piezo is a voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity:
+x is continuous where the velocity jumps, at kicks and at impacts.
+
+    ngspice asks                 answer
+    SYNC, before a step          step to the next target         `proposed_step`
+    source voltage at time t     theta x(t)/Cp of this leg       `source_voltage`
+    accepted v(t)                at a target: act, aim anew      `accept_point`
+
+`source_voltage` is a pure function of the accepted state and t, so a rejected step changes nothing.  ``s`` is the state
+of a run (`harvester.circuit.lockstep.state`); a coefficient that is None is an effect that is absent.
+"""
+
+import math
+
+from harvester.circuit.lockstep.compliant_stop import arrive_in_contact, contact_energy, target_in_contact
+from harvester.circuit.lockstep.energy_ledger import add_terminal_flow, add_works_of_kick, note_stored_energy
+from harvester.circuit.lockstep.rigid_stop import arrive, chord, impact, plan_impact, velocity_off_stop
+from harvester.circuit.lockstep.state import DURING, IMPACT, KICK, READING, TINY, lower_stop, note_impact
+from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.kernels.path import between_kicks
+
+
+@inlined
+def source_voltage(s, t):
+    """Open-circuit voltage theta x(t)/Cp at a time within the present leg, in volt."""
+    return s.volts * (s.x + s.v * s.w0 * (t - s.leg_t))
+
+
+@inlined
+def proposed_step(s, t, delta):
+    """Step that ngspice is to try at t: to the next target, or its own step ``delta`` where it is free to refine.
+
+    Its own is all of what is left, or at most half: a sliver before a target would leave C dv/dt to rounding.
+    """
+    left = s.target_time - t
+    if not s.free or delta >= left:
+        return left
+    return min(delta, 0.5 * left)
+
+
+@inlined
+def stop_ahead(v, gap, high):
+    """Where the stop ahead of a mass of velocity v is; infinite where there is none."""
+    if v < 0.0:
+        return lower_stop(gap)
+    return math.inf if high is None else high
+
+
+@inlined
+def bounce(s, time, impacts, r, r_high):
+    """Apply the impact law x'+ = -r x'-, and put the impact on record and into the ledger."""
+    note_impact(s, impacts, time, -s.v)
+    ratio = r
+    if r_high is not None:
+        ratio = r if s.v < 0.0 else r_high
+    if s.measuring == DURING:
+        s.impact_work += 0.5 * (1.0 - ratio * ratio) * s.v * s.v
+    s.v = -ratio * s.v
+
+
+@inlined
+def aim(s, impacts, r, gap, high, r_high, k, c, n1):
+    """Choose the next target: the kick at the end of the drift, a reading in mid-drift, or an impact."""
+    target, goal = s.h, KICK
+    if s.phase < 0.5 * s.h and s.kicks > 0 and s.kicks % s.stride == 0:
+        target, goal = 0.5 * s.h, READING
+    if k is not None:
+        target, goal = target_in_contact(s, target, goal, impacts, gap, k, c)
+    elif r is not None and n1 is None:
+        if s.flown == 0 and s.meet < target - TINY * s.h:
+            if s.meet < s.phase + TINY * s.h:  # at the stop already
+                impact(s, impacts, gap, high)
+            else:
+                target, goal = s.meet, IMPACT
+        s.v = chord(s, target, gap, high)
+    elif r is not None and (s.v < 0.0 or (high is not None and s.v > 0.0)):
+        hit = s.phase + (stop_ahead(s.v, gap, high) - s.x) / s.v
+        if hit < s.phase + TINY * s.h:  # at the stop already
+            bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
+        elif hit < target - TINY * s.h:
+            target, goal = hit, IMPACT
+    s.next_phase = target
+    s.goal = goal
+    s.leg_t = s.t
+    s.target_time = (s.kicks * s.h + target) / s.w0
+
+
+@inlined
+def accept_point(
+    s, t, v, power, current, smooth, noise, shaking, readings, impacts, charge,
+    r, gap, high, r_high, k, c, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
+):  # fmt: skip
+    """Take an accepted point at time t; at a target make the impact, the reading or the kick, and aim anew.
+
+    v is the terminal voltage, ``power`` the load's, ``current`` that of the terminals, ``smooth`` the voltage of
+    Csmooth, all in SI; ``noise``, ``shaking``, ``readings``, ``impacts`` and ``charge`` are the arrays of `Drive`.
+    """
+    add_terminal_flow(s, t, v, power, current)
+    s.t = t
+    s.steps += 1
+    if t < s.target_time - TINY * s.h / s.w0:
+        return
+    V = v / s.volts
+    elapsed = s.next_phase - s.phase
+    x1 = s.x + s.v * elapsed
+    s.phase = s.next_phase
+    if k is not None:
+        x1 = arrive_in_contact(s, elapsed, gap, k, c)
+    elif r is not None and n1 is None:
+        x1 = arrive(s, x1, impacts, gap, high)
+    elif r is not None:
+        ahead = stop_ahead(s.v, gap, high)
+        if s.goal == IMPACT or (x1 - ahead) * s.v > 0.0:
+            bounce(s, s.kicks * s.h + s.phase, impacts, r, r_high)
+            x1 = ahead
+    s.x = x1
+    if s.goal == READING:
+        row = s.kicks // s.stride - 1
+        readings[row, 2], readings[row, 3], readings[row, 4] = s.x, s.v, V
+        charge[row] = smooth
+    elif s.goal == KICK:
+        if s.kicks < s.noise_size:
+            before = s.v
+            xi, (_, a) = noise[s.kicks], between_kicks(shaking, s.kicks + 1)
+            v1 = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+            s.v = velocity_off_stop(s.x, before, v1, r, n1, gap, high)
+            if s.measuring == DURING:
+                add_works_of_kick(s, before, s.v, s.x, V, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
+        s.kicks += 1
+        s.phase = 0.0
+        stored = 0.0 if k is None else contact_energy(s.x, gap, k)
+        note_stored_energy(s, t, v, smooth, stored, alpha, linear, alpha2)
+        if s.kicks % s.stride == 0 and s.kicks <= s.noise_size:
+            row = s.kicks // s.stride - 1
+            readings[row, 0], readings[row, 1] = s.x, V
+        if r is not None and n1 is None:
+            mean, _ = between_kicks(shaking, min(s.kicks + 1, s.noise_size))
+            plan_impact(s, V, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
+    aim(s, impacts, r, gap, high, r_high, k, c, n1)

@@ -1,0 +1,102 @@
+"""A netlist's lines: continued lines joined, comments taken out, included files in place."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from harvester.errors import InputError, invalid
+
+MOST_BYTES = 262_144  # of a netlist with all that it includes
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line with its continuations, without comments, and where it stands (file and line number)."""
+
+    where: str
+    text: str
+
+    @property
+    def word(self) -> str:
+        """Its first word, in lower case: the card, or the element's name."""
+        return self.text.split(maxsplit=1)[0].lower()
+
+
+def read_lines(path: Path) -> Iterator[Line]:
+    """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
+
+    Raises
+    ------
+    InputError
+        for a file that cannot be read or is no text, for more than `MOST_BYTES` in all, for a command to ngspice
+        inside a comment, and for an include from outside the netlist's folder.
+    """
+    yield from _lines_of(path, path.parent.resolve(), (), [MOST_BYTES])
+
+
+def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
+    """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
+    for line in _joined_lines(path, left, included=bool(chain)):
+        if line.word in (".include", ".inc"):
+            reading = (*chain, path.resolve())
+            yield from _lines_of(_included_file(line, path, root, reading), root, reading, left)
+        else:
+            yield line
+
+
+def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
+    """The lines of one file with their continuations, without comments and, unless it is included, its title."""
+    lines: list[Line] = []
+    for number, raw in enumerate(_text(path, left).split("\n"), 1):
+        where = f"{path.name} line {number}"
+        bare = raw.strip()
+        if bare.startswith("*#") or (number == 1 and bare.lower().startswith("*ng_script")):
+            raise invalid(f"netlist {where}", "run no command", bare[:60])
+        text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
+        if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
+            continue  # the first line of a netlist is its title
+        if text.startswith("+"):
+            if not lines:
+                raise invalid(f"netlist {where}", "begin with + only to continue a line", bare[:60])
+            lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
+        else:
+            lines.append(Line(where, text))
+    return lines
+
+
+def _text(path: Path, left: list[int]) -> str:
+    """The text of a regular file; takes its size from the bytes ``left``."""
+    if path.exists() and not path.is_file():
+        raise invalid("load.netlist", "be a readable file (it is none)", str(path))
+    try:
+        with path.open("rb") as file:
+            data = file.read(left[0] + 1)
+    except OSError as error:
+        raise invalid("load.netlist", f"be a readable file ({error.strerror})", str(path)) from None
+    left[0] -= len(data)
+    if left[0] < 0:
+        raise InputError(f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes")
+    try:
+        text = data.decode().replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise InputError(f"netlist {path.name} must be text (UTF-8), but is not") from None
+    for number, line in enumerate(text.split("\n"), 1):
+        if not line.replace("\t", " ").isprintable():
+            raise invalid(f"netlist {path.name} line {number}", "be printable text", line[:60])
+    return text
+
+
+def _included_file(line: Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
+    """The file that an .include names, inside the netlist's folder ``root`` and not yet being read."""
+    name = line.text.split(maxsplit=1)[1].strip().strip("\"'") if " " in line.text else ""
+    must = "include a file in the netlist's folder"
+    try:
+        target = (path.parent / name).resolve(strict=True)
+    except (OSError, RuntimeError, ValueError):
+        raise invalid(f"netlist {line.where}", must, name) from None
+    if not target.is_relative_to(root) or not target.is_file() or not name:
+        raise invalid(f"netlist {line.where}", must, name)
+    if target in chain:
+        raise invalid(f"netlist {line.where}", "include no file within itself", name)
+    return target

@@ -1,0 +1,105 @@
+"""The subcircuits of a netlist: where each begins and ends, its header, and what it takes from without."""
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from harvester.errors import invalid
+from harvester.netlists.read_lines import Line
+
+DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".include")  # cards that a load circuit may have
+BENCH = (".tran", ".options", ".option", ".print", ".plot", ".meas", ".measure", ".save", ".ic", ".title", ".end")
+
+
+class Header(NamedTuple):
+    """A .subckt line: name, terminals, and parameters with their defaults as written (None: it must be given)."""
+
+    name: str
+    terminals: list[str]
+    defaults: dict[str, str | None]
+
+
+def header_of(line: Line) -> Header:
+    """Read a .subckt line."""
+    tokens = joined(line.text).split()[1:]
+    split = next((k for k, token in enumerate(tokens) if token.lower() == "params:" or "=" in token), len(tokens))
+    plain = tokens[:split]
+    if not plain:
+        raise invalid(f"netlist {line.where}", "have a name", line.text[:60])
+    pairs = [token.partition("=") for token in tokens[split:] if token.lower() != "params:"]
+    return Header(plain[0], plain[1:], {name: value if equals else None for name, equals, value in pairs})
+
+
+def joined(text: str) -> str:
+    """A line without blanks around = and within expressions, so that its tokens are its words."""
+    text = re.sub(r"\{[^}]*\}|'[^']*'", lambda found: re.sub(r"\s+", "", found[0]), text)
+    return re.sub(r"\s*=\s*", "=", text)
+
+
+def split_subcircuits(file: str, lines: Iterable[Line]) -> tuple[dict[str, list[Line]], list[Line]]:
+    """Return the lines of each subcircuit, by its name in lower case, and the lines outside of them.
+
+    Raises
+    ------
+    InputError
+        where subcircuits are nested, not ended, of the same name, or hold a card of the bench, and where ``file`` has
+        none.
+    """
+    subcircuits: dict[str, list[Line]] = {}
+    outside: list[Line] = []
+    current: list[Line] | None = None
+    for line in lines:
+        if line.word == ".subckt":
+            if current is not None:
+                raise invalid(f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60])
+            name = header_of(line).name.lower()
+            if name in subcircuits:
+                raise invalid(f"netlist {line.where}", "have a subcircuit name of its own", name)
+            subcircuits[name] = current = [line]
+        elif line.word == ".ends":
+            if current is None:
+                raise invalid(f"netlist {line.where}", "end a subcircuit", ".ends without .subckt")
+            current.append(line)
+            current = None
+        elif current is None:
+            outside.append(line)
+        else:
+            if line.word in BENCH:
+                cards = ", ".join(DEFINITIONS)
+                raise invalid(f"netlist {line.where}", f"have only the cards {cards} inside", line.word)
+            current.append(line)
+    if current is not None or not subcircuits:
+        raise invalid(f"netlist {file}", "hold a subcircuit, .subckt to .ends", "no end" if current else "none")
+    return subcircuits, outside
+
+
+def set_parameters(lines: Iterable[Line]) -> Iterator[str]:
+    """Yield the names of the parameters that .param cards set."""
+    for line in lines:
+        if line.word == ".param":
+            yield from (name.lower() for name in re.findall(r"(\w+)\s*=(?!=)", line.text))
+
+
+def used_lines(load: list[Line], subcircuits: dict[str, list[Line]], outside: list[Line]) -> list[Line]:
+    """The other subcircuits, models and parameters that the load names, and those that these name."""
+    others: list[tuple[set[str], list[Line]]] = [
+        ({name}, body) for name, body in subcircuits.items() if body is not load
+    ]
+    others += [({line.text.lower().split()[1]}, [line]) for line in outside if line.word == ".model"]
+    others += [(set(set_parameters([line])), [line]) for line in outside if line.word == ".param"]
+    used: list[Line] = []
+    new = [load]
+    while new:
+        named = set().union(*(_outer_names(body) for body in new))
+        new = [body for names, body in others if names & named]
+        others = [one for one in others if not one[0] & named]
+        used += [line for body in new for line in body]
+    return used
+
+
+def _outer_names(body: list[Line]) -> set[str]:
+    """Names that a subcircuit, or a line outside, takes from without: all but its own parameters."""
+    own = set(set_parameters(body))
+    if body[0].word == ".subckt":
+        own |= {name.lower() for name in header_of(body[0]).defaults}
+    return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - own
