@@ -18,7 +18,7 @@ from harvester.scene.load import Load
 from harvester.scene.units import PREFIXES
 
 _SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}  # of ngspice
-_RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's own arguments of a subcircuit call
+_RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's arguments of a subcircuit call by name
 
 
 @dataclass(frozen=True)

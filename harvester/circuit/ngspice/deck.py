@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from PySpice.Spice.Netlist import Circuit
-
 from harvester.circuit.lockstep.state import VECTORS
 from harvester.mechanics.kernels.interpreted import interpreted
 from harvester.mechanics.kernels.ngspice_rule import weight
@@ -45,19 +43,19 @@ def build_deck(
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
     its time constant (see `trapezoid_share`); any other load leaves the steps between targets to ngspice.
     """
-    step, duration, start, volts = map(float, (step, duration, start, volts))  # a NumPy scalar prints its type
-    circuit = Circuit("harvester")
-    circuit.V("drive", "drive", circuit.gnd, "external")
-    current = "vdrive"
+    numbers = (capacitance, step, duration, start, volts)
+    capacitance, step, duration, start, volts = map(float, numbers)  # a NumPy scalar prints its type
+    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
+    piezo, current = [f"Cp drive p {capacitance!r} ic={start!r}"], "vdrive"
     if norton:
-        circuit.C("copy", "drive", circuit.gnd, capacitance, initial_condition=start)
-        circuit.F("piezo", circuit.gnd, "m", "Vdrive", -1)
-        circuit.C("p", "m", circuit.gnd, capacitance, initial_condition=0.0)
-        circuit.V("meter", "p", "m", 0)  # its current is that of Vdrive above: out of the load
+        piezo = [
+            f"Ccopy drive 0 {capacitance!r} ic={start!r}",
+            "Fpiezo 0 m Vdrive -1",
+            f"Cp m 0 {capacitance!r} ic=0.0",
+            "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
+        ]
         current = "vmeter"
-    else:
-        circuit.C("p", "drive", "p", capacitance, initial_condition=start)
-    circuit.X("load", load.name, "p", circuit.gnd, **load.parameters)
+    elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
     time_constant = load.parameters["R"] * capacitance if load.linear else None
     options = integration_options(step, time_constant, volts, capacitance, reltol)
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
@@ -65,7 +63,7 @@ def build_deck(
     vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
     cards = [load.text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
-    return Deck("\n".join([str(circuit).rstrip(), *cards]) + "\n", vectors)
+    return Deck("\n".join([*elements, *cards]) + "\n", vectors)
 
 
 def integration_options(

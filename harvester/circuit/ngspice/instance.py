@@ -1,4 +1,4 @@
-"""The ngspice library in this process, through PySpice's handle on it.
+"""The ngspice library in this process, through PySpice's handle on it: the one file that imports PySpice.
 
 A process has one ngspice, with global state; `harvester.circuit.runs` keeps it out of the user's process.
 Time and the source come from the lock-step, compiled or in Python.  PySpice's own callbacks, which find their object
