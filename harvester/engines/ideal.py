@@ -37,11 +37,12 @@ class Ideal(Ensemble):
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why the engine cannot serve a problem; empty where it can."""
-        from harvester.circuit.idealised import ideal_circuit
+        from harvester.circuit.idealised import TOPOLOGIES, ideal_circuit
 
-        if problem.netlist is None or problem.scene.load is None:
+        if problem.netlist is None:
             return "engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'"
-        if ideal_circuit(problem.scene.load, problem.scales) is None:
+        circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
+        if circuit is None or ideal_circuit(circuit, problem.scales) is None:
             return (
                 f"engine 'ideal' must have one of the package's netlists, but the load is {problem.netlist!r}: "
                 "use engine 'spice'"

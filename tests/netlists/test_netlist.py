@@ -5,8 +5,8 @@ import os
 import pytest
 
 from harvester.errors import InputError
-from harvester.netlists.read_lines import MOST_BYTES
 from harvester.netlists.load_circuit import load_circuit, netlist_folder, ngspice_number
+from harvester.netlists.read_lines import MOST_BYTES
 from harvester.scene.load import Load
 
 GOOD = """* mine
