@@ -1,18 +1,19 @@
 """The reports of `run` and `compare`."""
 
 from harvester.answers.estimate import Estimate
+from harvester.equations.problem import Problem
 from harvester.report import engines
 from harvester.report.numbers import signs
 from harvester.report.page import Page, Section, TextTable, drawing
-from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.report.scenes import scene_page
 from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
 from harvester.studies.output_folder import provenance
 
 
-def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
+def of_run(scene: Scene | Problem, answer: Estimate, seed: int) -> Page:
     """The page of one engine's answer: its errors, what the scene calls for, and how to do it again."""
-    about = provenance(scene)
+    problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
     caption = f"{parts} To the right, where the power went." if ledger else parts
@@ -22,20 +23,14 @@ def of_run(scene: Scene, answer: Estimate, seed: int) -> Page:
         tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer)],
         warnings=engines.warnings([answer]),
     )
-    return Page(
-        title=scene.title or "A scene without a title",
-        kind=f"run, engine {answer.engine}",
-        lead=engines.lead(answer),
-        sections=[found, scene_section(scene), effects_section(scene)],
-        command=command_line(about),
-        about=made_by(about, seed=seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"),
-    )
+    seed_text = seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"
+    kind = f"run, engine {answer.engine}"
+    return scene_page(problem, kind, engines.lead(answer), found, provenance(problem), seed=seed_text)
 
 
-def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
+def of_comparison(scene: Scene | Problem, result: Comparison, seed: int) -> Page:
     """The page of all engines side by side, with z-scores, refusals, and what the paths say."""
-    about = provenance(scene)
-    reference = result.reference
+    problem = Problem.of(scene)
     figure = drawing(
         result.plot(None),
         "Mean power: " + "; ".join(_spoken(e) for e in result.estimates),
@@ -54,14 +49,9 @@ def of_comparison(scene: Scene, result: Comparison, seed: int) -> Page:
         ],
         warnings=engines.warnings(result.estimates),
     )
-    return Page(
-        title=scene.title or "A scene without a title",
-        kind="compare",
-        lead=[f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]],
-        sections=[found, scene_section(scene), effects_section(scene)],
-        command=command_line(about),
-        about=made_by(about, seed=seed, reference=reference.engine),
-    )
+    lead = [f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]]
+    about = provenance(problem)
+    return scene_page(problem, "compare", lead, found, about, seed=seed, reference=result.reference.engine)
 
 
 def _differences(result: Comparison) -> TextTable:

@@ -1,19 +1,22 @@
 """The report of `cost`."""
 
+from typing import Any
+
+from harvester.equations.problem import Problem
 from harvester.printing.answer_units import AnswerUnits
 from harvester.report.engines import refusals
 from harvester.report.numbers import share, signs, with_errors
 from harvester.report.page import Page, Section, TextTable, drawing
-from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.report.scenes import scene_page
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, Row
 
 
-def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
+def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
     """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
-    about = provenance(scene)
-    power = with_errors(cost.power, AnswerUnits.of(scene.physical).power)
+    problem = Problem.of(scene)
+    power = with_errors(cost.power, AnswerUnits.of(problem.physical).power)
     fastest = [_fastest(cost, target) for target in TARGETS]
     figure = drawing(
         cost.plot(None),
@@ -39,14 +42,9 @@ def of_cost(scene: Scene, cost: Cost, seed: int, budget: float) -> Page:
             *refusals(cost.refused),
         ],
     )
-    return Page(
-        title=scene.title or "A scene without a title",
-        kind="cost",
-        lead=[line for line in fastest if line] or ["No engine is known to reach 10 % in the time given."],
-        sections=[found, scene_section(scene), effects_section(scene)],
-        command=command_line(about),
-        about=made_by(about, seed=seed, budget=f"{budget:g} s", reference=cost.reference),
-    )
+    lead = [line for line in fastest if line] or ["No engine is known to reach 10 % in the time given."]
+    made: dict[str, Any] = {"seed": seed, "budget": f"{budget:g} s", "reference": cost.reference}
+    return scene_page(problem, "cost", lead, found, provenance(problem), **made)
 
 
 def _fastest(cost: Cost, target: float) -> str:

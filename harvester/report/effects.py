@@ -1,7 +1,6 @@
 """The effects in words, so that a page can say which are present and which are absent from the computation."""
 
 from harvester.equations.problem import Problem
-from harvester.scene.scene import Scene
 
 WORDS = {
     "negative_stiffness": "negative stiffness: two wells",
@@ -29,13 +28,12 @@ WORDS = {
 }
 
 
-def present(scene: Scene) -> list[str]:
+def present(problem: Problem) -> list[str]:
     """The names of the effects that a scene calls for."""
-    netlist = scene.load is not None and scene.load.netlist is not None
-    return [*Problem.of(scene).effects, *(["netlist"] if netlist else [])]
+    return [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
 
 
-def absent(scene: Scene) -> list[str]:
+def absent(problem: Problem) -> list[str]:
     """The names of the effects that a scene leaves out, which are not computed."""
-    here = present(scene)
+    here = present(problem)
     return [name for name in WORDS if name not in here]

@@ -1,12 +1,14 @@
 """What was computed, and by what: the scene in SI and nondimensional numbers, its effects, versions and machine."""
 
 import shlex
+from collections.abc import Sequence
 from typing import Any
 
-from harvester.equations.scaling import Equations, equations, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.report.effects import WORDS, absent, present
 from harvester.report.numbers import amount, signs
-from harvester.report.page import Listing, Section, TextTable
+from harvester.report.page import Listing, Page, Section, TextTable
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 
@@ -39,24 +41,39 @@ _COEFFICIENTS = {
 }
 
 
-def scene_section(scene: Scene, text: str = "") -> Section:
-    """The section of the scene: its file, and its numbers in SI and nondimensional."""
-    tables = [coefficients("In nondimensional numbers", equations(scene))]
-    if scene.physical:
-        tables = [_keys(scene), *tables, _scales(scene)]
-    listings = [Listing("Scene file", scene.to_toml())]
-    if scene.load is not None and scene.load.netlist is not None:
-        from harvester.netlists.load_circuit import load_circuit
+def scene_page(
+    problem: Problem, kind: str, lead: Sequence[str], found: Section, about: dict[str, Any], text: str = "", **made: Any
+) -> Page:
+    """The page of what was found for a scene: the findings, the scene and its effects, and what made them.
 
-        listings.append(Listing(f"Netlist {scene.load.netlist}", load_circuit(scene.load).text, folded=True))
+    ``about`` is the provenance, ``text`` stands above the scene, ``made`` goes to `made_by`.
+    """
+    return Page(
+        title=problem.scene.title or "A scene without a title",
+        kind=kind,
+        lead=lead,
+        sections=[found, scene_section(problem, text), effects_section(problem)],
+        command=command_line(about),
+        about=made_by(about, **made),
+    )
+
+
+def scene_section(problem: Problem, text: str = "") -> Section:
+    """The section of the scene: its file, and its numbers in SI and nondimensional."""
+    tables = [coefficients("In nondimensional numbers", problem.equations)]
+    if problem.physical:
+        tables = [_keys(problem.scene), *tables, _scales(problem)]
+    listings = [Listing("Scene file", problem.scene.to_toml())]
+    if problem.netlist is not None and problem.circuit is not None:
+        listings.append(Listing(f"Netlist {problem.netlist}", problem.circuit.text, folded=True))
     return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
 
 
-def effects_section(scene: Scene) -> Section:
+def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     tables = [
         TextTable(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
-        for caption, names in (("On", present(scene)), ("Off", absent(scene)))
+        for caption, names in (("On", present(problem)), ("Off", absent(problem)))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."
     return Section("Effects on and off", texts=[text], tables=tables)
@@ -107,9 +124,9 @@ def _key(key: str, value: Any) -> list[list[str]]:
     return [[key, amount(value, unit_of(key)) if isinstance(value, float) else str(value)]]
 
 
-def _scales(scene: Scene) -> TextTable:
+def _scales(problem: Problem) -> TextTable:
     """The table of the scales: what a nondimensional 1 is in SI units."""
-    s = scales(scene)
+    s = problem.scales
     values = [
         ("frequency ω0", s.frequency, "rad/s"),
         ("length l", s.length, "m"),

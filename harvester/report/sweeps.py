@@ -1,8 +1,9 @@
 """The report of `sweep`."""
 
+from harvester.equations.problem import Problem
 from harvester.report.numbers import amount, share, signs
 from harvester.report.page import Page, Section, TextTable, drawing
-from harvester.report.scenes import command_line, effects_section, made_by, scene_section
+from harvester.report.scenes import scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.printed_rows import warnings
@@ -12,7 +13,7 @@ from harvester.uncertainty.value import NORMAL_QUANTILE
 MOST_ROWS = 400  # of the table on the page
 
 
-def of_sweep(scene: Scene, table: Table) -> Page:
+def of_sweep(scene: Scene | Problem, table: Table) -> Page:
     """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
     about = table.about
     names = list(dict.fromkeys(row["engine"] for row in table.rows))
@@ -33,14 +34,9 @@ def of_sweep(scene: Scene, table: Table) -> Page:
         warnings=[signs(line.removeprefix("warning, ")) for line in warnings(table.rows)],
     )
     base = f"Where the points start from; each has its own {keys}."
-    return Page(
-        title=scene.title or "A scene without a title",
-        kind=f"sweep of {keys}",
-        lead=[line for line in best if line],
-        sections=[found, scene_section(scene, base), effects_section(scene)],
-        command=command_line(about),
-        about=made_by(about, seed=", ".join(map(str, sorted(seeds))) or "nothing was sampled"),
-    )
+    lead = [line for line in best if line]
+    seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
+    return scene_page(Problem.of(scene), f"sweep of {keys}", lead, found, about, base, seed=seed)
 
 
 def _best(table: Table, rows: list[Row]) -> str:

@@ -13,7 +13,7 @@ import harvester as hv
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
-from harvester.figures import papers, quantities, style
+from harvester.figures import quantities, style
 from harvester.studies.frequency_response.curve import Point as Drive
 from harvester.studies.frequency_response.curve import Response
 from harvester.studies.motion import Motion
@@ -271,4 +271,5 @@ def test_an_error_that_is_not_known_is_no_bar():
 def test_paper_markers_stand_for_curves():
     figure = figures.paper(paper_points("lambda against mu"), "Figure 8")
     assert {"r = 1", "r = 2", "published averaging"} <= set(drawn(figure))
-    assert len(papers._MARKERS) == 3
+    markers = {handle.get_label(): handle.get_marker() for handle in figure.legends[0].legend_handles}
+    assert markers["r = 1"] != markers["r = 2"]

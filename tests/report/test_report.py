@@ -14,7 +14,9 @@ import pytest
 import harvester as hv
 from harvester import report
 from harvester.answers.estimate import Estimate
-from harvester.equations.scaling import Equations, effects
+from harvester.equations.coefficients import Equations
+from harvester.equations.effects import effects
+from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.report import effects as words
 from harvester.report.numbers import amount, share, signs
@@ -231,8 +233,8 @@ def test_every_effect_has_a_word():
 
 def test_present_and_absent_make_all():
     for path in (PLATE, ROOT / "examples" / "plate_bridge.toml"):
-        scene = hv.load(path)
-        assert sorted([*words.present(scene), *words.absent(scene)]) == sorted(words.WORDS)
+        problem = Problem.of(path)
+        assert sorted([*words.present(problem), *words.absent(problem)]) == sorted(words.WORDS)
 
 
 @pytest.mark.parametrize(
