@@ -271,5 +271,5 @@ def test_an_error_that_is_not_known_is_no_bar():
 def test_paper_markers_stand_for_curves():
     figure = figures.paper(paper_points("lambda against mu"), "Figure 8")
     assert {"r = 1", "r = 2", "published averaging"} <= set(drawn(figure))
-    markers = {handle.get_label(): handle.get_marker() for handle in figure.legends[0].legend_handles}
-    assert markers["r = 1"] != markers["r = 2"]
+    handles = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
+    assert handles["r = 1"].get_marker() != handles["r = 2"].get_marker()
