@@ -14,7 +14,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.uncertainty.target import Target, best_factor, further
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import StepPair
@@ -204,9 +204,9 @@ def told(pair: "StepPair", name: str, unit: float, physical: bool) -> str:
     bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
     second = " s" if physical else ""
     return (
-        f"a step of {pair.many.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {1.96 * error:.2%}, measured against "
-        f"twice the step on the same noise, and {pair.duration / unit:.3g}{second} of {pair.many.trajectories} "
-        "trajectories, for the spread of their means"
+        f"a step of {pair.many.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {NORMAL_QUANTILE * error:.2%}, "
+        f"measured against twice the step on the same noise, and {pair.duration / unit:.3g}{second} of "
+        f"{pair.many.trajectories} trajectories, for the spread of their means"
     )
 
 

@@ -197,7 +197,7 @@ def test_titles_and_keys_are_text():
     assert not any(text.get_parse_math() for text in figure.findobj(Text))
     heading = figure.get_suptitle()
     assert heading.count("\n") == 2
-    box = figure._suptitle.get_window_extent()
+    box = next(text for text in figure.texts if text.get_text() == heading).get_window_extent()
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
 
 
