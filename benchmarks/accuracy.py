@@ -12,8 +12,9 @@ from common import PAPER, report
 from harvester.averaging.published.stationary import mean_square_voltages
 from harvester.averaging.two_scale.law import solve_many
 from harvester.equations.scaling import Equations
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 
 RANGES = {
     "Figure 3: r": [{"restitution": r} for r in (0.8, 0.85, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99)],
@@ -50,9 +51,9 @@ def random_scenes(count):
 
 def coupled(eqs):
     """E[V^2] of the coupled equations, extrapolated to step 0, and its standard error."""
-    many = Ensemble(eqs, 16384, np.random.SeedSequence(7))
-    many.settle()
-    pair = StepPair(many, 2.0 * many.time)
+    many = Trajectories(eqs, 16384, np.random.SeedSequence(7))
+    burn_in(many)
+    pair = RichardsonPair(many, 2.0 * many.time)
     while pair.extrapolated("V2")[1] > 0.002 * pair.mean("V2")[0]:
         pair.extend(pair.duration)
     return pair.extrapolated("V2")

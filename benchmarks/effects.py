@@ -19,7 +19,7 @@ from common import PAPER, report
 from peers import by_hand
 
 from harvester.equations.scaling import Equations
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance
 from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.path import coefficients
@@ -84,7 +84,7 @@ def aligned(shape, kind):
 def prepared(function, e, held, readings=READINGS, numbers=False):
     """A call of a kernel on these arrays; ``numbers``: one by hand, where an absent coefficient is a zero not read."""
     state, words, sums = held
-    others = Ensemble(e, LANES, np.random.SeedSequence(2), H)._shaker(0)
+    others = Trajectories(e, LANES, np.random.SeedSequence(2), H).shaker(0)
     values, steps = (*coefficients(e), others), (2 * PAIRS, None)
     if numbers:
         values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)  # the paper's scene's

@@ -18,7 +18,7 @@ from multiprocessing import get_context
 import numpy as np
 from common import PAPER, PAPER_V2, counts, report
 
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.trajectories import Trajectories
 
 H = 0.1
 BURN_IN = 150.0  # time units: seven times 1/mu
@@ -50,7 +50,7 @@ SAME = {
 def averages(name, h, n, burn_in, duration, seed):
     """Time average of V^2 of each trajectory, by one method."""
     if name == "harvester":
-        many = Ensemble(PAPER, n, np.random.SeedSequence(seed), h)
+        many = Trajectories(PAPER, n, np.random.SeedSequence(seed), h)
         if burn_in:
             many.run(burn_in)
         return many.run(duration).V2

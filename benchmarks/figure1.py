@@ -14,8 +14,9 @@ import numpy as np
 from common import PAPER, report
 
 from harvester.averaging.published.voltage import amplitude_through
+from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.histograms import Histogram
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.lanes import LANES
 
 GRID, EACH, H = 80, 1000, 0.1
@@ -32,14 +33,14 @@ def starts(x, each):
 
 def ensemble(start, seed):
     """Trajectories of the scene from these starts."""
-    return Ensemble(PAPER, start.shape[1], np.random.SeedSequence([1, seed]), H, start)
+    return Trajectories(PAPER, start.shape[1], np.random.SeedSequence([1, seed]), H, start)
 
 
 def run(each):
     """Histograms, trajectories, and the time at which the states are taken."""
     rows = (np.arange(GRID) + 0.5) / GRID * 3.0
     pilot = ensemble(starts(rows, max(1, each // 100)), GRID)
-    pilot.settle()
+    burn_in(pilot)
     states = {name: [] for name in EDGES}
     for k, x0 in enumerate(rows):
         many = ensemble(starts(x0, each), k)
@@ -53,7 +54,7 @@ def run(each):
         histogram = Histogram(edges, GRID)
         histogram.add(np.concatenate(states[name]))
         densities[name] = histogram.density()
-    return densities, GRID * many.trajectories, pilot.time
+    return densities, GRID * many.count, pilot.time
 
 
 if __name__ == "__main__":
@@ -66,7 +67,7 @@ if __name__ == "__main__":
     rows[0]["million steps/s"] = trajectories * settled / H / seconds / 1e6
     for name, density in densities.items():
         peak = density.value.argmax()
-        rows.append({"density": f"p({name})", "peak at": density.at[peak], "peak": density.value[peak]})
+        rows.append({"density": f"p({name})", "peak at": density.centres[peak], "peak": density.value[peak]})
         rows[-1]["its standard error"] = density.stderr[peak]
         rows[-1]["total"] = density.value.sum() * np.diff(density.edges)[0]
     report("figure1", rows)

@@ -15,11 +15,11 @@ from harvester.circuit.ngspice.library import find_library
 from harvester.circuit.worker_pool import map_in_workers, worker_count
 from harvester.equations.scaling import Equations, Scales
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics.kernels.bounds import resting_places
 from harvester.mechanics.kernels.moments import Moments, from_path
-from harvester.mechanics.kernels.ngspice_rule import trace_ruled
+from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
+from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.netlists.load_circuit import LoadCircuit
 
@@ -36,8 +36,8 @@ class CoupledDevice:
     nondimensional step, ``stride`` the kicks between readings.  A run that makes less than a kick a second over
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck.build_deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ruled`` says that the load
-    resistor beside ngspice follows its integration rule.
+    do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that
+    the load resistor beside ngspice follows its integration rule.
     """
 
     eqs: Equations
@@ -50,7 +50,7 @@ class CoupledDevice:
     reltol: float = 1e-4
     gaussian: bool = False
     ideal: "IdealCircuit | None" = None
-    ruled: bool = False
+    ngspice_rule: bool = False
 
 
 @dataclass(frozen=True)
@@ -130,8 +130,8 @@ def _measure(
 def _control(device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: float) -> Moments:
     """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
     eqs, h, stride = device.eqs, device.h, device.stride
-    if device.ruled:
-        return from_path(eqs, trace_ruled(eqs, noise, h, stride), burn_in, 1)
+    if device.ngspice_rule:
+        return from_path(eqs, trace_by_ngspice_rule(eqs, noise, h, stride), burn_in, 1)
     if device.ideal is None:
         return from_path(eqs, trace(eqs, noise, h, stride, (start, 0.0, 0.0), shaking), burn_in, 1)
     from harvester.mechanics.rectifiers.rectifier_path import ideal_moments

@@ -17,7 +17,7 @@ from harvester.uncertainty.target import Target, best_factor, further
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
-    from harvester.mechanics.ensemble.richardson import StepPair
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.moments import Moments
     from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
@@ -75,8 +75,9 @@ class Ensemble(Sampled):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
-        from harvester.mechanics.ensemble import trajectories as mc
-        from harvester.mechanics.ensemble.richardson import StepPair, warm_up
+        from harvester.mechanics.ensemble.burn_in import burn_in
+        from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
+        from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.compiled import compilation
 
         problem = served(type(self), scene)
@@ -86,15 +87,16 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
-            warm_up(eqs, seed, circuit)
+            compile_pair(eqs, seed, circuit)
         begin = time.perf_counter()
-        many = mc.Ensemble(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
-        warnings = many.patient(number(self.budget)).settle()
+        trajectories = Trajectories(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
+        warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
-        pair = StepPair(many, many.time if self.duration is None else self.duration * unit)
+        duration = trajectories.time if self.duration is None else self.duration * unit
+        pair = RichardsonPair(trajectories, duration, number(self.budget))
         reasons = [self.REASON]
-        agreed = disagreement(pair.fine, eqs)
+        agreed = disagreement(pair.moments, eqs)
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
@@ -104,12 +106,12 @@ class Ensemble(Sampled):
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
-        details = {"step": pair.many.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
-        details["trajectories"] = many.trajectories
+        details = {"step": pair.trajectories.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
+        details["trajectories"] = trajectories.count
         if first.seconds > TOLD:
             details["compilation_seconds"] = first.seconds
         if circuit is None:
-            details["power_balance"], details["power_balance_stderr"] = power_balance(pair.fine, eqs)
+            details["power_balance"], details["power_balance_stderr"] = power_balance(pair.moments, eqs)
         return estimate(
             self.NAME,
             problem,
@@ -120,8 +122,8 @@ class Ensemble(Sampled):
             "; ".join(reason for reason in reasons if reason),
             tuple(warnings),
             details,
-            pair.fine.V2,
-            getattr(pair.fine, what.name) * what.factor,
+            pair.moments.V2,
+            getattr(pair.moments, what.name) * what.factor,
         )
 
     def model(self, problem: Problem) -> Model:
@@ -130,11 +132,9 @@ class Ensemble(Sampled):
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
     def _pursue(
-        self, pair: "StepPair", model: Model, target: Target, warnings: list[str], progress: Progress | None
-    ) -> "StepPair":
+        self, pair: "RichardsonPair", model: Model, target: Target, warnings: list[str], progress: Progress | None
+    ) -> "RichardsonPair":
         """Go on, at the step that is best for the target, until it is reached or the budget is spent."""
-        from harvester.mechanics.ensemble.richardson import StepPair
-
         while True:
             value = found(pair, model.name)
             if target.reached(value):
@@ -149,16 +149,15 @@ class Ensemble(Sampled):
                 if target.seconds_left < seconds / factor:
                     warnings.append(target.missed(value))
                     return pair
-                many = pair.many.with_step(factor * pair.many.h)
                 if progress is not None:
                     progress(0.0)
-                pair = StepPair(many, pair.duration)
+                pair = pair.with_step(factor * pair.trajectories.h)
                 continue
             if bias_error < KNOWN * target.within:
-                pair.rest()
+                pair.stop_coarse()
             variance = target.variance(value)
             needed = pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
-            more = min(further(pair.duration, needed), target.seconds_left / pair.rate)
+            more = min(further(pair.duration, needed), target.seconds_left / pair.seconds_a_unit)
             if more < 0.02 * pair.duration:
                 warnings.append(target.missed(value))
                 return pair
@@ -177,7 +176,7 @@ def affordable(eqs: Equations, circuit: "IdealCircuit | None") -> int:
     return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
 
 
-def found(pair: "StepPair", name: str, exact: bool = False) -> Value:
+def found(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step."""
     mean, error = pair.mean(name)
     return Value(mean, None if exact else error, abs(pair.bias(name)[0]))
@@ -199,20 +198,19 @@ def disagreement(moments: "Moments", eqs: Equations) -> str | None:
     )
 
 
-def told(pair: "StepPair", name: str, unit: float, physical: bool) -> str:
+def told(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
     """What was chosen, and why."""
     bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
     second = " s" if physical else ""
     return (
-        f"a step of {pair.many.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {NORMAL_QUANTILE * error:.2%}, "
+        f"a step of {pair.trajectories.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {NORMAL_QUANTILE * error:.2%}, "
         f"measured against twice the step on the same noise, and {pair.duration / unit:.3g}{second} of "
-        f"{pair.many.trajectories} trajectories, for the spread of their means"
+        f"{pair.trajectories.count} trajectories, for the spread of their means"
     )
 
 
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
     """Power in less power out over power in, and its standard error; zeros where nothing gives power."""
-    from harvester.mechanics.kernels.moments import mean_and_error
     from harvester.mechanics.kernels.shaking import is_random, is_shaken
 
     if not (is_shaken(eqs) or is_random(eqs)):

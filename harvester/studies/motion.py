@@ -154,14 +154,13 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
 
 
 def _step(problem: Problem) -> float:
-    from harvester.mechanics.ensemble.trajectories import STEP
-    from harvester.mechanics.kernels.bounds import check_bounded, resting_places, typical_frequency
-    from harvester.mechanics.kernels.shaking import whole_steps
+    from harvester.mechanics.kernels.rest_and_bounds import check_bounded, resting_places
+    from harvester.mechanics.kernels.step_size import default_step, whole_steps
 
     eqs = problem.equations
     check_bounded(eqs)
     far = max(x * x for x in resting_places(eqs))
-    return whole_steps(eqs, 0.5 * STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far)))
+    return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
 
 
 def _in_ngspice(problem: Problem, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":

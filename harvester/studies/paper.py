@@ -142,14 +142,15 @@ def figure(number: str) -> Iterator[Point]:
 
 def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
     """E[V^2] and E[P] = beta mu E[V^2] against one coefficient of the response scene."""
-    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
     for value in values:
         change: dict[str, Any] = {coefficient: float(value)}
         eqs = dataclasses.replace(RESPONSE, **change)
-        many = Ensemble(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
-        many.settle()
-        ensemble = many.run(many.time).mean("V2")
+        trajectories = Trajectories(eqs, _TRAJECTORIES, np.random.SeedSequence([1, int(1e6 * value)]))
+        burn_in(trajectories)
+        ensemble = trajectories.run(trajectories.time).mean("V2")
         three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
         for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
             yield Point(f"{name} against {panel}", "", float(value), *(factor * v for v in three))
@@ -183,14 +184,15 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
 
 def _states(eqs: Equations) -> Floats:
     """Displacement and velocity of many trajectories at many times, shape (2, trajectories, snapshots)."""
-    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
-    many = Ensemble(eqs, _TRAJECTORIES, np.random.SeedSequence(2), 0.04)
-    many.settle()
+    trajectories = Trajectories(eqs, _TRAJECTORIES, np.random.SeedSequence(2), 0.04)
+    burn_in(trajectories)
     rows = []
     for _ in range(40):
-        many.run(12.0)
-        rows.append(many.snapshot()[:2])
+        trajectories.run(12.0)
+        rows.append(trajectories.snapshot()[:2])
     return np.moveaxis(np.array(rows), 0, 2)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.errors import SimulationError, names_arguments
 from harvester.scene.units import SYMBOLS
 
@@ -82,6 +83,12 @@ def number(value: Value) -> dict[str, float | None]:
     known = any(error is not None for error in (value.stderr, value.bias, value.model))
     errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95 if known else None}
     return {"value": value.value, "stderr": value.stderr, **errors}
+
+
+def mean_and_error(values: Floats) -> tuple[float, float]:
+    """Mean of independent entries, shape (n,), and its standard error (infinite for one entry)."""
+    n = len(values)
+    return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
 
 
 def z_score(a: Value, b: Value) -> float | None:

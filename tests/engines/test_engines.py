@@ -49,7 +49,7 @@ def test_paper_scene_in_spice():
 def test_identities_in_spice():
     """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], path by path, in ngspice."""
     from harvester.circuit import runs as worker
-    from harvester.mechanics.kernels.moments import mean_and_error
+    from harvester.uncertainty.value import mean_and_error
 
     for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
         device = prepare(Problem(scene(eqs)), hv.Spice(dt=0.05)).device

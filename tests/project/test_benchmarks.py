@@ -17,7 +17,7 @@ effects = importlib.import_module("effects")
 by_hand = importlib.import_module("peers.by_hand")
 
 from harvester.equations.scaling import Equations  # noqa: E402
-from harvester.mechanics.ensemble.trajectories import Ensemble  # noqa: E402
+from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
 from harvester.mechanics.kernels.lanes import advance  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402
 
@@ -97,7 +97,7 @@ def test_peers_integrate_the_same_scene(module, needs, options, h, n):
     if importlib.util.find_spec(needs) is None:
         pytest.skip(f"{needs} is not installed: make bench")
     means = averages(module, needs, h, n, 0.0, 20.0, 5, **options)
-    ours = Ensemble(PAPER, 4096, np.random.SeedSequence(3), 0.05).run(20.0).V2
+    ours = Trajectories(PAPER, 4096, np.random.SeedSequence(3), 0.05).run(20.0).V2
     assert means.shape == (n,)
     error = np.hypot(means.std(ddof=1) / np.sqrt(n), ours.std(ddof=1) / np.sqrt(ours.size))
     assert abs(means.mean() - ours.mean()) < 4 * error

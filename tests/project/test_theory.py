@@ -17,9 +17,9 @@ from harvester.averaging.published import ito, stationary, voltage
 from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
-from harvester.circuit.ngspice.deck import trapezoid_share
 from harvester.equations.scaling import Equations, equations, physical, scales
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.paths import ROOT
 from tests.support.systems import PAPER, changed
 
@@ -68,8 +68,8 @@ def test_components_to_numbers_and_back():
 @checks("identities", "balance")
 def test_stationary_identities():
     """Monte Carlo with a stop, a cubic spring and both noises."""
-    many = Ensemble(PAPER, 2048, np.random.SeedSequence(5), 0.1)
-    many.settle()
+    many = Trajectories(PAPER, 2048, np.random.SeedSequence(5), 0.1)
+    burn_in(many)
     m = many.run(400.0)
     mu = PAPER.mu
     for values in (m.V, m.xV - m.V2, m.vV - mu * m.V2, m.balance(PAPER)):
@@ -350,7 +350,9 @@ def test_exponents():
 @pytest.mark.parametrize("z", [1e-5, 0.1, 1.0, 50.0])
 def test_rule_of_the_resistor(z):
     """v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 is exact for v' + v/(R Cp) = u' of a constant slope."""
-    xmu = trapezoid_share(z, 1.0)
+    from harvester.mechanics.kernels.ngspice_rule import rule_weight
+
+    xmu = rule_weight.py_func(z)
     v0, rise = 0.3, 0.8
     v1 = v0 * np.exp(-z) + rise / z * -np.expm1(-z)
     assert v1 - v0 + z * ((1 - xmu) * v1 + xmu * v0) == pytest.approx(rise, rel=1e-9)

@@ -10,10 +10,10 @@ from harvester.circuit.lockstep.state import COEFFICIENTS, STATE, STOPS
 from harvester.circuit.lockstep.transitions import aim
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError
-from harvester.mechanics.kernels.bounds import resting_places
+from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
-from harvester.mechanics.kernels.interpreted import interpreted
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
+from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from harvester.mechanics.kernels.shaking import forcing
 
 NARROW = (

@@ -15,8 +15,7 @@ from numba.extending import intrinsic
 
 from harvester.circuit.lockstep import transitions
 from harvester.circuit.lockstep.state import STATE
-from harvester.mechanics.kernels.compiled import c_function, inlined
-from harvester.mechanics.kernels.interpreted import strict
+from harvester.mechanics.kernels.compiled import c_function, inlined, strict
 
 source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
 accept_point = strict(transitions.accept_point)

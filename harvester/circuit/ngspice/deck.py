@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from harvester.circuit.lockstep.state import VECTORS
-from harvester.mechanics.kernels.interpreted import interpreted
-from harvester.mechanics.kernels.ngspice_rule import weight
+from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.netlists.load_circuit import LoadCircuit
 
 
@@ -41,7 +41,7 @@ def build_deck(
     has fewer of them.
 
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
-    its time constant (see `trapezoid_share`); any other load leaves the steps between targets to ngspice.
+    its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to ngspice.
     """
     numbers = (capacitance, step, duration, start, volts)
     capacitance, step, duration, start, volts = map(float, numbers)  # a NumPy scalar prints its type
@@ -78,14 +78,4 @@ def integration_options(
         charge = 1e-8 * volts * capacitance
         sizes = f"vntol={5e-8 * volts!r} chgtol={charge!r} abstol={0.5 * charge / step!r}"
         return f".options method=gear maxord=2 reltol={reltol!r} {sizes}"
-    return f".options method=trap xmu={trapezoid_share(step, time_constant)!r} trtol=1e6 chgtol=1"
-
-
-def trapezoid_share(step: float, time_constant: float) -> float:
-    """Ngspice's xmu, the weight of a step's beginning: 1/z - 1/(exp(z) - 1), z = step/time constant.
-
-    v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 then has the exact solution of v' + v/(R Cp) = u'
-    for a steady slope u'.  It is 1/2, the trapezoidal rule, for a short step and goes to 0,
-    backward Euler, for a long one, where the trapezoidal rule would ring.
-    """
-    return float(interpreted(weight)(step / time_constant))
+    return f".options method=trap xmu={interpreted(rule_weight)(step / time_constant)!r} trtol=1e6 chgtol=1"

@@ -9,7 +9,7 @@ import numpy as np
 from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.transitions import accept_point, proposed_step, source_voltage
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics.kernels.interpreted import interpreted
+from harvester.mechanics.kernels.compiled import interpreted
 
 
 class PythonCallbacks:

@@ -15,7 +15,7 @@ from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble.richardson import StepPair
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
 LONGEST_CHARGING = 2e4  # nondimensional
@@ -33,7 +33,7 @@ class Prepared:
     device: "CoupledDevice"
     burn_in: float
     warnings: list[str]
-    pair: "StepPair | None"
+    pair: "RichardsonPair | None"
     seconds: float
 
     @property
@@ -77,8 +77,9 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble import trajectories as mc
-    from harvester.mechanics.ensemble.richardson import StepPair, warm_up
+    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.shaking import period
 
@@ -89,48 +90,46 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
     known = UNSERVED.isdisjoint(problem.effects)
     ideal = ideal_circuit(circuit, s) if known and charging <= LONGEST_CHARGING else None
-    ruled = known and eqs.mu is not None
+    ngspice_rule = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        warm_up(eqs, seed, ideal, ruled)
+        compile_pair(eqs, seed, ideal, ngspice_rule)
     begin = time.perf_counter()
-    pilot = mc.Ensemble(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ruled=ruled)
-    warnings = pilot.patient(number(options.budget)).settle()
-    burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
+    pilot = Trajectories(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ngspice_rule=ngspice_rule)
+    warnings = burn_in(pilot, number(options.budget))
+    time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(
-            f"burn-in stopped at {burn_in / unit:g} before the load's capacitor was charged: "
+            f"burn-in stopped at {time_of_burn_in / unit:g} before the load's capacitor was charged: "
             f"Rload Csmooth = {circuit.storage:g} s"
         )
     if repeat is not None:
-        burn_in = repeat * math.ceil(burn_in / repeat - 1e-6)
-    pair: StepPair | None = None
+        time_of_burn_in = repeat * math.ceil(time_of_burn_in / repeat - 1e-6)
+    pair: RichardsonPair | None = None
     if eqs.mu is not None or ideal is not None:
-        pair = StepPair(pilot, burn_in)
+        pair = RichardsonPair(pilot, time_of_burn_in, number(options.budget))
         if (within := number(options.within)) is not None:
             target = Target(within, number(options.budget), begin)
             pair = _with_best_step(pair, "load", target, options.dt is not None)
-            pilot = pair.many
+            pilot = pair.trajectories
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
-    device = CoupledDevice(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ruled=ruled)
-    return Prepared(device, burn_in, warnings, pair, time.perf_counter() - begin)
+    device = CoupledDevice(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule)
+    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin)
 
 
-def _with_best_step(pair: "StepPair", name: str, target: Target, fixed: bool) -> "StepPair":
+def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bool) -> "RichardsonPair":
     """The pair with its bias known well enough for the target, at a smaller step where that is called for.
 
     A longer step would save little of the few ngspice runs that are needed.
     """
-    from harvester.mechanics.ensemble.richardson import StepPair
-
     while True:
         bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
         factor = 1.0 if fixed else best_factor(target.within, abs(bias), error)
         if error < KNOWN * target.within:
-            pair.rest()
+            pair.stop_coarse()
         if factor < 1.0:
-            pair = StepPair(pair.many.with_step(factor * pair.many.h), pair.duration)
-        elif error < 0.25 * target.within or target.seconds_left < pair.rate * pair.duration:
+            pair = pair.with_step(factor * pair.trajectories.h)
+        elif error < 0.25 * target.within or target.seconds_left < pair.seconds_a_unit * pair.duration:
             return pair
         else:
             pair.extend(pair.duration)

@@ -65,7 +65,7 @@ class Runs:
     @property
     def rate(self) -> float:
         """Seconds that a unit of the long ensemble's time costs."""
-        return 0.0 if self.ready.pair is None else self.ready.pair.rate
+        return 0.0 if self.ready.pair is None else self.ready.pair.seconds_a_unit
 
     def mean_square_voltage(self) -> Controlled:
         """E[V^2], nondimensional."""
@@ -122,7 +122,7 @@ class Runs:
         return {
             "control_weight": found.weight,
             "control_correlation": found.correlation,
-            "ensemble_trajectories": float(pair.many.trajectories),
+            "ensemble_trajectories": float(pair.trajectories.count),
             "ensemble_steps": float(pair.steps),
         }
 

@@ -1,4 +1,4 @@
-"""Probability densities of an ensemble, counted in compiled code, with their errors."""
+"""Probability densities of many trajectories, counted in compiled code, with their standard errors."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ from harvester.mechanics.kernels.compiled import kernel
 
 
 @dataclass(frozen=True)
-class Density:
-    """A density by its means over bins of equal width.
+class HistogramDensity:
+    """A probability density by its means over bins of equal width.
 
     ``edges`` has shape (n + 1,).  ``entries`` has shape (m, n): one density from each of m independent
     groups of trajectories.  What lies outside the edges counts as probability, but in no bin.
@@ -20,13 +20,13 @@ class Density:
     entries: Floats
 
     @property
-    def at(self) -> Floats:
+    def centres(self) -> Floats:
         """Centres of the bins, shape (n,)."""
         return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
 
     @property
     def value(self) -> Floats:
-        """Density, shape (n,)."""
+        """Density in each bin, shape (n,)."""
         return np.asarray(self.entries.mean(axis=0))
 
     @property
@@ -50,19 +50,19 @@ def _count(values, low, per_unit, counts):  # type: ignore[no-untyped-def]
 
 
 class Histogram:
-    """Counts in bins of equal width between the first and the last of ``edges``, for m groups."""
+    """Counts in bins of equal width between the first and the last of ``edges``, for m groups of trajectories."""
 
     def __init__(self, edges: Floats, groups: int) -> None:
         self.edges = np.linspace(edges[0], edges[-1], len(edges))
-        self.counts, self.drawn = np.zeros((groups, len(edges) - 1)), 0
+        self.counts, self.values_a_group = np.zeros((groups, len(edges) - 1)), 0
 
     def add(self, values: Floats) -> None:
         """Count values, shape (m k,): k of each group, the groups one after the other."""
         rows = np.ascontiguousarray(values.reshape(len(self.counts), -1))
         bins = self.counts.shape[1]
         _count(rows, self.edges[0], bins / (self.edges[-1] - self.edges[0]), self.counts)
-        self.drawn += rows.shape[1]
+        self.values_a_group += rows.shape[1]
 
-    def density(self) -> Density:
-        """What was counted so far, over numbers and widths."""
-        return Density(self.edges, self.counts / (self.drawn * (self.edges[1] - self.edges[0])))
+    def density(self) -> HistogramDensity:
+        """The density of all values so far: counts over the number of values and the bins' width."""
+        return HistogramDensity(self.edges, self.counts / (self.values_a_group * (self.edges[1] - self.edges[0])))

@@ -5,8 +5,8 @@ included, so that a trajectory may be scaled at any time without changing what i
 
     lambda = lim ln |(x, x', V)| / t = (sum of the logs of the scales) / time
 
-The steps are those of the ensemble (`drift`, `kick`).  V counts where it acts on the mass through a
-load; without a load V = x is a spring; without coupling the size is that of (x, x').
+The steps are those of `harvester.mechanics.kernels.equation_of_motion` (`drift`, `kick`).  V counts where it acts on
+the mass through a load; without a load V = x is a spring; without coupling the size is that of (x, x').
 """
 
 import math
@@ -23,35 +23,40 @@ from harvester.machine.cores import cores
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
 from harvester.mechanics.kernels.lanes import LANES
-from harvester.mechanics.kernels.moments import mean_and_error
-from harvester.mechanics.kernels.noise import child, random_words, shuffle, two_variates
+from harvester.mechanics.kernels.noise import HALF_ROOT, child, random_words, shuffle, two_variates
+from harvester.uncertainty.richardson import step_bias
+from harvester.uncertainty.value import mean_and_error
 
 STEP = 0.05  # default step, in units of 1/(frequency of the linear response + rate of its noise)
-MEMORY = 6.0  # burn-in, in units of the longest memory
+MEMORIES = 6.0  # burn-in, in units of the longest memory
 LONGEST = 2e4  # time units: the burn-in is never longer
-PATIENCE = 3e10  # trajectory-steps: a minute or so
-_SCALED = 0.4  # time units, about, between two rescalings
+MOST_STEPS = 3e10  # trajectory-steps: a minute or so
+_RESCALED = 0.4  # time units, about, between two rescalings
 
 
 @kernel
-def _grow(x, v, V, s0, s1, logs, rounds, pairs, h, mu, r, beta, c1, n2):  # type: ignore[no-untyped-def]
-    """Advance a block by ``rounds`` times ``2 * pairs`` steps of length h; add the logs of the scales to ``logs``.
+def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2):  # type: ignore[no-untyped-def]
+    """Advance a block and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place.  A coefficient that is
-    None is an absent effect.
+    None is an absent effect.  A round has ``draws`` of two random variates, for two steps of length h each or, where
+    ``coarse`` is not None, for one.
     """
     e, g = relaxation(h, mu)
     for _ in range(rounds):
-        for _ in range(pairs):
+        for _ in range(draws):
             for i in range(LANES):
                 xi1 = xi2 = 0.0
                 if n2 is not None:
                     bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
                     xi1, xi2 = two_variates(bits)
+                    if coarse is not None:
+                        xi1 = (xi1 + xi2) * HALF_ROOT
                 xi, vi, Vi, _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
                 vi = kick(xi, vi, Vi, xi1, h, None, beta, c1, None, None, None, n2, None)
-                xi, vi, Vi, _hit = drift(xi, vi, Vi, h, e, g, mu, r)
-                vi = kick(xi, vi, Vi, xi2, h, None, beta, c1, None, None, None, n2, None)
+                if coarse is None:
+                    xi, vi, Vi, _hit = drift(xi, vi, Vi, h, e, g, mu, r)
+                    vi = kick(xi, vi, Vi, xi2, h, None, beta, c1, None, None, None, n2, None)
                 x[i], v[i], V[i] = xi, vi, Vi
         for i in range(LANES):
             size2 = x[i] * x[i] + v[i] * v[i]
@@ -67,14 +72,14 @@ def _grow(x, v, V, s0, s1, logs, rounds, pairs, h, mu, r, beta, c1, n2):  # type
 
 def memory(eqs: Equations) -> float:
     """Time after which the start is forgotten: that of the phase, and of the voltage where it acts."""
-    return MEMORY / min(0.1, eqs.mu if eqs.beta and eqs.mu else 0.1)
+    return MEMORIES / min(0.1, eqs.mu if eqs.beta and eqs.mu else 0.1)
 
 
 @dataclass(frozen=True)
 class Growth:
     """A measured exponent (nondimensional), with its errors and what it took.
 
-    ``bias`` estimates the error of the finite step.
+    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a trajectory.
     """
 
     value: float
@@ -84,7 +89,7 @@ class Growth:
     duration: float
     burn_in: float
     steps: int
-    samples: Floats  # one a trajectory
+    samples: Floats
 
 
 def exponent(
@@ -95,11 +100,11 @@ def exponent(
     h: float | None = None,
     tick: Callable[[float], None] | None = None,
 ) -> Growth:
-    """Measure lambda over ``duration`` after a burn-in; a run of twice the step gives the bias (Richardson).
+    """Measure lambda over ``duration`` after a burn-in, with its bias from a run of twice the step on the same noise.
 
     ``trajectories`` is rounded up to whole blocks of `LANES`; each gives one sample.  The same seed,
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
-    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is told the fraction done.
+    play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is called with the fraction done.
 
     Raises
     ------
@@ -110,19 +115,17 @@ def exponent(
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
     burn_in = min(memory(eqs), LONGEST)
     wanted = 1.5 * (burn_in + duration) / h * trajectories
-    if wanted > PATIENCE:
+    if wanted > MOST_STEPS:
         raise SimulationError(
             f"the exponent would take {wanted:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
             "strong: give fewer `trajectories`"
         )
-    told = (lambda fraction: None) if tick is None else tick
-    fine, steps = _run(eqs, child(seed, 0), trajectories, burn_in, duration, h, lambda part: told(part * 2 / 3))
-    coarse, more = _run(
-        eqs, child(seed, 1), trajectories, burn_in, duration, 2.0 * h, lambda part: told((2 + part) / 3)
-    )
+    done = (lambda fraction: None) if tick is None else tick
+    run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
+    fine, steps = _run(*run, None, lambda part: done(part * 2 / 3))
+    coarse, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
     value, stderr = mean_and_error(fine)
-    bias = abs(float(coarse.mean()) - value) / 3.0
-    return Growth(value, stderr, bias, h, duration, burn_in, steps + more, fine)
+    return Growth(value, stderr, abs(step_bias(fine, coarse)[0]), h, duration, burn_in, steps + coarse_steps, fine)
 
 
 def _run(
@@ -132,12 +135,13 @@ def _run(
     burn_in: float,
     duration: float,
     h: float,
-    told: Callable[[float], None],
+    coarse: bool | None,
+    tick: Callable[[float], None],
 ) -> tuple[Floats, int]:
-    """One sample of lambda a trajectory, and trajectory-steps."""
+    """One sample of lambda a trajectory, and trajectory-steps; ``coarse`` makes one step of 2 h of two of h."""
     blocks = -(-trajectories // LANES)
-    pairs = max(1, round(0.5 * _SCALED / h))
-    time = 2 * pairs * h
+    draws = max(1, round(0.5 * _RESCALED / h))
+    time = 2 * draws * h  # of a round
     before, after = math.ceil(burn_in / time), math.ceil(duration / time)
     words = np.stack([random_words(child(seed, 0, k), LANES) for k in range(blocks)])
     phase = np.random.default_rng(child(seed, 1)).uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, LANES))
@@ -148,16 +152,18 @@ def _run(
     logs = np.zeros((blocks, LANES))
 
     def block(k: int) -> None:
-        arguments = (pairs, h, mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2)
-        _grow(*state[k], *words[k], logs[k], before, *arguments)  # type: ignore[call-arg]
+        step = 2.0 * h if coarse else h
+        arguments = (draws, coarse, step, mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2)
+        grow(*state[k], *words[k], logs[k], before, *arguments)  # type: ignore[call-arg]
         logs[k] = 0.0
-        _grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
+        grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
 
     with ThreadPoolExecutor(cores()) as pool:
         for done, _ in enumerate(pool.map(block, range(blocks)), 1):
-            told(done / blocks)
+            tick(done / blocks)
     if not np.isfinite(logs).all():
         raise SimulationError(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
         )
-    return logs.ravel() / (after * time), 2 * pairs * (before + after) * blocks * LANES
+    steps_a_round = draws if coarse else 2 * draws
+    return logs.ravel() / (after * time), steps_a_round * (before + after) * blocks * LANES

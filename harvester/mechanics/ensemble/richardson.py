@@ -1,126 +1,131 @@
-"""The bias of the step, measured: an ensemble beside one with twice the step, on the same noise."""
+"""The bias of the step, measured: trajectories beside others of twice the step, on the same noise."""
 
 import contextlib
 import time
 
 import numpy as np
 
-from harvester.arrays import Floats
 from harvester.equations.scaling import Equations
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW
-from harvester.mechanics.ensemble.trajectories import Ensemble
-from harvester.mechanics.kernels.moments import Moments, mean_and_error
+from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.shaking import period
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
+from harvester.uncertainty.richardson import extrapolated, step_bias
 
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
-def warm_up(
-    eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ruled: bool = False
+def compile_pair(
+    eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ngspice_rule: bool = False
 ) -> None:
-    """Compile all that a pair calls, by a few steps of a single block."""
-    one = Ensemble(eqs, 1, seed, 1e-3 if period(eqs) is None else None, circuit=circuit, ruled=ruled)
+    """Compile all that a `RichardsonPair` calls, by a few steps of a single block of trajectories."""
+    h = 1e-3 if period(eqs) is None else None
+    block = Trajectories(eqs, 1, seed, h, circuit=circuit, ngspice_rule=ngspice_rule)
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
-        one.run(0.01)
-        one.snapshot()
-        StepPair(one, 0.01)
+        block.run(0.01)
+        block.snapshot()
+        RichardsonPair(block, 0.01)
 
 
-class StepPair:
-    """Averages of a settled ensemble, and the bias of its step from one with twice that step.
+class RichardsonPair:
+    """Averages of trajectories after their burn-in, and the bias of their step h from others of the step 2 h.
 
-    The scheme is of second order, so E_h - E_0 = (E_2h - E_h)/3 + O(h^4) (Richardson).  Both make the same noise, so
-    that where the paths stay together the difference has a smaller error than either mean.
+    Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run yet are burnt in
+    first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
+    averages, ``seconds_a_unit`` what a unit of time took in the last `extend`.
     """
 
-    def __init__(self, many: Ensemble, duration: float) -> None:
-        if many.time == 0.0:
-            many.settle()
-        self.many, self.duration, self.burn_in = many, 0.0, max(many.time, FIRST_WINDOW)
-        self._coarse: Ensemble | None = many.coarser()
-        self._spent = 0  # steps of a coarse ensemble that has ended
-        self._together = 0.0  # time that both have run
-        self.rate = 0.0  # seconds that a unit of time took, of late
-        self._fine: Moments | None = None
-        self._pair: tuple[Moments, Moments] | None = None
+    def __init__(self, trajectories: Trajectories, duration: float, budget: float | None = None) -> None:
+        if trajectories.time == 0.0:
+            burn_in(trajectories, budget)
+        self.trajectories, self.budget = trajectories, budget
+        self.duration, self.burn_in = 0.0, max(trajectories.time, FIRST_WINDOW)
+        self._coarse: Trajectories | None = trajectories.coarser()
+        self._coarse_steps = 0  # of coarse trajectories that were stopped
+        self._time_of_both = 0.0
+        self.seconds_a_unit = 0.0
+        self._moments: Moments | None = None
+        self._moments_of_both: tuple[Moments, Moments] | None = None
         try:
-            self._coarse.run(many.time)
+            self._coarse.run(trajectories.time)
         except UnboundedResponseError:  # twice the step is unstable: no estimate from it
-            self.rest()
+            self.stop_coarse()
         self.extend(duration)
 
     def extend(self, duration: float) -> None:
         """Go on for a further ``duration``."""
-        clock, begin = time.perf_counter(), self.many.time
-        now = self.many.run(duration)
-        duration = self.many.time - begin
+        clock, begin = time.perf_counter(), self.trajectories.time
+        now = self.trajectories.run(duration)
+        duration = self.trajectories.time - begin
         self.duration += duration
-        self._fine = now if self._fine is None else self._fine.mixed(now, duration / self.duration)
+        self._moments = now if self._moments is None else self._moments.mixed(now, duration / self.duration)
         if self._coarse is not None:
-            self._extend_coarse(now, duration)
-        self.rate = (time.perf_counter() - clock) / duration
+            self._extend_coarse(self._coarse, now, duration)
+        self.seconds_a_unit = (time.perf_counter() - clock) / duration
 
-    def _extend_coarse(self, now: Moments, duration: float) -> None:
-        assert self._coarse is not None
+    def _extend_coarse(self, coarse: Trajectories, now: Moments, duration: float) -> None:
+        """Let the coarse trajectories follow, and stop them where they grow without bound."""
         try:
-            then = self._coarse.run(duration)
+            then = coarse.run(duration)
         except UnboundedResponseError:
-            self.rest()
+            self.stop_coarse()
             return
         if not then.x2.mean() < GROWN * now.x2.mean():
-            self._pair = None
-            self.rest()
+            self._moments_of_both = None
+            self.stop_coarse()
             return
-        self._together += duration
-        share = duration / self._together
-        before = self._pair
-        self._pair = (now, then) if before is None else (before[0].mixed(now, share), before[1].mixed(then, share))
+        self._time_of_both += duration
+        share = duration / self._time_of_both
+        before = self._moments_of_both or (now, then)
+        self._moments_of_both = before[0].mixed(now, share), before[1].mixed(then, share)
 
-    def rest(self) -> None:
-        """Leave the coarse ensemble where it is: the bias is known well enough, or not to be had."""
+    def stop_coarse(self) -> None:
+        """Leave the coarse trajectories where they are: the bias is known well enough, or cannot be known."""
         if self._coarse is not None:
-            self._spent, self._coarse = self._coarse.steps, None
+            self._coarse_steps, self._coarse = self._coarse.steps, None
 
     @property
-    def resting(self) -> bool:
-        """Whether only the fine ensemble goes on."""
+    def coarse_is_stopped(self) -> bool:
+        """Whether only the trajectories of the step h go on."""
         return self._coarse is None
+
+    def with_step(self, h: float) -> "RichardsonPair":
+        """A fresh pair of the same scene, duration and budget at another step, on other noise."""
+        return RichardsonPair(self.trajectories.with_step(h), self.duration, self.budget)
 
     @property
     def steps(self) -> int:
         """Trajectory-steps of both."""
-        return self.many.steps + (self._spent if self._coarse is None else self._coarse.steps)
+        return self.trajectories.steps + (self._coarse_steps if self._coarse is None else self._coarse.steps)
 
     @property
-    def fine(self) -> Moments:
-        """Of all the time at the fine step, one entry a trajectory."""
-        assert self._fine is not None, "extended at the beginning"
-        return self._fine
+    def moments(self) -> Moments:
+        """Moments at the step h over the whole duration, one entry a trajectory."""
+        assert self._moments is not None, "extended at the beginning"
+        return self._moments
 
     def mean(self, name: str) -> tuple[float, float]:
-        """Mean of one moment at the fine step, and its standard error."""
-        return self.fine.mean(name)
+        """Mean of one moment at the step h, and its standard error."""
+        return self.moments.mean(name)
 
     def bias(self, name: str) -> tuple[float, float]:
-        """Bias of one moment's mean at the fine step, E_h - E_0, and its standard error.
+        """Bias of one moment's mean at the step h, and its standard error.
 
-        Where twice the step is unstable nothing is known: the mean itself.
+        Where twice the step is unstable nothing is known of it: the mean itself.
         """
-        if self._pair is None:
+        if self._moments_of_both is None:
             return self.mean(name)[0], 0.0
-        fine, coarse = self._pair
-        difference: Floats = getattr(coarse, name) - getattr(fine, name)
-        mean, error = mean_and_error(difference)
-        return mean / 3.0, error / 3.0
+        fine, coarse = self._moments_of_both
+        return step_bias(getattr(fine, name), getattr(coarse, name))
 
     def extrapolated(self, name: str) -> tuple[float, float]:
-        """Mean of one moment for a step of 0, (4 E_h - E_2h)/3, and its standard error; over the time that both ran.
+        """Mean of one moment at a step of 0, and its standard error; over the time that both ran.
 
-        Where twice the step is unstable, the mean at the fine step.
+        Where twice the step is unstable, the mean at the step h.
         """
-        if self._pair is None:
+        if self._moments_of_both is None:
             return self.mean(name)
-        fine, coarse = self._pair
-        return mean_and_error((4.0 * getattr(fine, name) - getattr(coarse, name)) / 3.0)
+        fine, coarse = self._moments_of_both
+        return extrapolated(getattr(fine, name), getattr(coarse, name))

@@ -1,8 +1,7 @@
-"""Many trajectories -> stationary means with their errors.
+"""Many trajectories side by side, and the means of what they do.
 
-`Ensemble.settle` runs until the start is forgotten, as the data show; `Ensemble.run` adds
-up moments afterwards.  Every trajectory gives one independent time average, so standard errors
-need no correlation time.
+One compiled kernel advances a block of `LANES` trajectories in a thread of its own.  Every trajectory gives one
+independent time average, so that standard errors need no correlation time.
 """
 
 import math
@@ -16,22 +15,14 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
-from harvester.mechanics.ensemble.burn_in import PATIENCE, STEPS_A_SECOND, until_steady
-from harvester.mechanics.ensemble.histograms import Density, Histogram
-from harvester.mechanics.kernels.bounds import (
-    chatter,
-    check_bounded,
-    remedy,
-    resting_places,
-    room,
-    typical_frequency,
-)
+from harvester.mechanics.ensemble.histograms import Histogram, HistogramDensity
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
-from harvester.mechanics.kernels.ngspice_rule import advance_ruled
+from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.other_stops import loss_unit, stops_of
 from harvester.mechanics.kernels.path import check_start, coefficients
+from harvester.mechanics.kernels.rest_and_bounds import check_bounded, resting_places, rigid_stop_places
 from harvester.mechanics.kernels.shaking import (
     has_shaker,
     is_random,
@@ -40,44 +31,47 @@ from harvester.mechanics.kernels.shaking import (
     samples_of,
     shaker,
     shaker_start,
-    whole_steps,
 )
+from harvester.mechanics.kernels.step_size import default_step, remedy, whole_steps
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.mechanics.rectifiers.rectifier_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 
-STEP = 0.1  # default step, in units of 1/(frequency of the settled response)
 MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
 
-Progress = Callable[[float], None]  # told the nondimensional time times trajectories done
+Progress = Callable[[float], None]  # called with the nondimensional time times trajectories that a block has done
 
 
-class _LeftFiniteError(UnboundedResponseError):
+class NotFiniteError(UnboundedResponseError):
     """A trajectory left the finite numbers: by growth, or by a step too long for its stiffness."""
 
 
-class Ensemble:
+class Trajectories:
     """A set of trajectories in blocks of `LANES`, with their own random generators.
+
+    ``count`` is their number, ``h`` the nondimensional step, ``time`` how far they are and ``steps`` the
+    trajectory-steps made in all; ``state`` holds x, x', V (with a circuit also its capacitor's voltage and the switch's
+    place), shape (blocks, 3 or 5, LANES), after a kick.
 
     Parameters
     ----------
     eqs
         nondimensional equations.
-    trajectories
+    count
         rounded up to whole blocks; the result depends neither on threads nor on their number.
     seed
         the same seed, the same trajectories.
     h
-        nondimensional step; None: `STEP` over the typical frequency, found while settling.
+        nondimensional step; None: `default_step`, which the burn-in may make shorter.
     start
-        x, x' and V at the beginning, shape (3,) or (3, trajectories) with whole blocks; None: at rest, in each of
+        x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in each of
         `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
         drive spread over that distance, so that several responses to it are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
-    ruled
-        the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop at rest
-        or none.
+    ngspice_rule
+        advance the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop
+        at rest or none.
 
     Raises
     ------
@@ -88,35 +82,36 @@ class Ensemble:
     def __init__(
         self,
         eqs: Equations,
-        trajectories: int,
+        count: int,
         seed: np.random.SeedSequence,
         h: float | None = None,
         start: Floats | None = None,
         circuit: IdealCircuit | None = None,
-        ruled: bool = False,
+        ngspice_rule: bool = False,
     ) -> None:
         check_bounded(eqs)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
             raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
         if h is not None and not 1e-6 <= h <= 1e3:
             raise invalid("`dt`", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
-        self.blocks = -(-trajectories // LANES)
-        self.trajectories = self.blocks * LANES
+        self.blocks = -(-count // LANES)
+        self.count = self.blocks * LANES
         places = np.array(resting_places(eqs))
         if start is None:
-            off = np.resize(np.minimum(1.0, 0.5 * (room(eqs)[1] - places)), self.trajectories)
+            off = np.resize(np.minimum(1.0, 0.5 * (rigid_stop_places(eqs)[1] - places)), self.count)
             if is_shaken(eqs):
-                off *= 0.0 if is_random(eqs) else np.linspace(0.0, 1.0, self.trajectories)
-            start = np.zeros((3, self.trajectories))
-            start[0] = np.resize(places, self.trajectories) + off
+                off *= 0.0 if is_random(eqs) else np.linspace(0.0, 1.0, self.count)
+            start = np.zeros((3, self.count))
+            start[0] = np.resize(places, self.count) + off
         check_start(eqs, start[0].min(), start[0].max())
-        self.eqs, self.seed, self.given_h, self.start = eqs, seed, h, start
-        self.circuit, self.ruled = circuit, ruled
-        self._coarse: bool | None = None
-        self.steps, self.patience = 0, PATIENCE
-        self._start(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
+        self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
+        self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
+        self._coarse: bool | None = None  # True: the noise of two steps of h/2 makes that of one step
+        self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
+        self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
 
-    def _start(self, h: float) -> None:
+    def restart(self, h: float) -> None:
+        """Begin again with a step of h, or the next shorter one of which a period takes whole multiples."""
         self.h, self.time = whole_steps(self.eqs, h), 0.0
         h = self.h
         start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
@@ -140,11 +135,8 @@ class Ensemble:
                 drawn = k == 0 or self.eqs.density is not None
                 self.samples[k] = samples_of(self.eqs, grid, rng) if drawn else self.samples[0]
                 states[:] = shaker_start(self.eqs, grid, LANES, rng, self.samples[k])
-
-    @property
-    def reading(self) -> float:
-        """Time between two readings."""
-        return self.stride * self.h
+        if self._origin is not None:
+            self.state[:], self.filter[:], self.words[:] = self._origin
 
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole readings, and periods of a drive) and average.
@@ -158,13 +150,14 @@ class Ensemble:
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
-        whole = round((period(self.eqs) or self.reading) / self.reading)  # readings to a period
-        if whole * self.stride > MOST_OF_A_PERIOD:
+        reading = self.stride * self.h
+        readings_a_period = round((period(self.eqs) or reading) / reading)
+        if readings_a_period * self.stride > MOST_OF_A_PERIOD:
             raise SimulationError(
-                f"a period of the drive would take {whole * self.stride:.1e} steps of {self.h:.2g}/w0: it is too slow "
-                "for the response, which follows it as at rest; give a longer `dt`"
+                f"a period of the drive would take {readings_a_period * self.stride:.1e} steps of {self.h:.2g}/w0: it "
+                "is too slow for the response, which follows it as at rest; give a longer `dt`"
             )
-        readings = whole * max(1, round(duration / (whole * self.reading)))
+        readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)
 
@@ -173,108 +166,76 @@ class Ensemble:
             known = coefficients(self.eqs)
             if self.circuit is not None:  # without mu, and what the ideal circuits do not serve
                 advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10])  # type: ignore[call-arg]
-            elif self.ruled:
-                advance_ruled(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
+            elif self.ngspice_rule:
+                advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                advance(*state, *grid, *known, self._shaker(k))  # type: ignore[call-arg]
+                advance(*state, *grid, *known, self.shaker(k))  # type: ignore[call-arg]
             if progress is not None:
-                progress(readings * self.reading * LANES)
+                progress(readings * reading * LANES)
 
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(block, range(self.blocks)))
-        elapsed = readings * self.reading
+        elapsed = readings * reading
         self.time += elapsed
-        self.steps += readings * self.stride * self.trajectories
+        self.steps += readings * self.stride * self.count
         if not (np.isfinite(sums).all() and np.isfinite(self.state).all()):
-            raise _LeftFiniteError(
+            raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
         return from_sums(sums, readings, elapsed, loss_unit(self.eqs), self.eqs.mu)
 
     def snapshot(self) -> Floats:
-        """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, trajectories)."""
+        """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
         eqs = self.eqs
-        out = np.empty((3, self.trajectories))
-        if self.ruled and self.time > 0.0:
+        out = np.empty((3, self.count))
+        if self.ngspice_rule and self.time > 0.0:
             return np.moveaxis(self.state, 0, 1).reshape(3, -1).copy()
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
         for k, state in enumerate(self.state):
             lanes = out[:, k * LANES : (k + 1) * LANES]
-            mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self._shaker(k))
+            mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k))
         return out
 
-    def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, Density]:
+    def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, HistogramDensity]:
         """Densities of x, v and V (the keywords: edges of bins of equal width, nondimensional).
 
-        Counts ``snapshots`` readings ``spacing`` apart; each block of `LANES` trajectories is one independent
+        Counts ``snapshots`` snapshots ``spacing`` apart; each block of `LANES` trajectories is one independent
         entry, so that standard errors need no correlation time.
         """
-        counted = {name: Histogram(values, self.blocks) for name, values in edges.items()}
+        histograms = {name: Histogram(values, self.blocks) for name, values in edges.items()}
         for _ in range(snapshots):
             self.run(spacing)
             for name, values in zip("xvV", self.snapshot(), strict=True):
-                if name in counted:
-                    counted[name].add(values)
-        return {name: one.density() for name, one in counted.items()}
+                if name in histograms:
+                    histograms[name].add(values)
+        return {name: histogram.density() for name, histogram in histograms.items()}
 
-    def settle(self) -> list[str]:
-        """Run until the start is forgotten; returns warnings.
-
-        When it is forgotten: `harvester.mechanics.ensemble.burn_in`.  A step that the response outgrows
-        is made smaller, unless it was given.
-
-        Raises
-        ------
-        UnboundedResponseError
-            when the energy keeps growing.
-        SimulationError
-            when it is bounded, but does not become stationary in a sensible time.
-        """
-        while True:
-            try:
-                moments, warnings = until_steady(self)
-            except _LeftFiniteError:
-                if self.given_h is not None or self.h < 1e-3 * STEP:
-                    raise
-                self._start(self.h / 8)
-                continue
-            frequency = typical_frequency(self.eqs, moments.mean("x2")[0], moments.mean("v2")[0])
-            if self.given_h is not None or self.h * frequency < 1.5 * STEP:
-                frequency = max(frequency, chatter(self.eqs, moments.mean("v2")[0]))
-                if self.h * frequency > 5 * STEP:
-                    warnings.append(f"step {self.h:g} is coarse for a response of frequency {frequency:.3g}")
-                return warnings
-            self._start(STEP / frequency)
-
-    def with_step(self, h: float) -> "Ensemble":
-        """A fresh ensemble of the same scene and size with another step and other noise."""
-        other = Ensemble(self.eqs, self.trajectories, child(self.seed, 1), h, self.start, self.circuit, self.ruled)
-        other.patience = self.patience
-        return other
-
-    def patient(self, seconds: float | None) -> "Ensemble":
-        """Itself, with steps for a burn-in of about so many seconds, at least one; None: `PATIENCE`."""
-        self.patience = PATIENCE if seconds is None else STEPS_A_SECOND * max(seconds, 1.0)
-        return self
-
-    def _shaker(self, k: int) -> tuple[Any, ...] | None:
-        """What shakes block k beside white noise, as the kernels take it."""
+    def shaker(self, k: int) -> tuple[Any, ...] | None:
+        """What shakes block k beside white noise, as the kernels take it (`harvester.mechanics.kernels.shaking`)."""
         whole = shaker(self.eqs, self.h, self._coarse, self.samples[k])
         return None if whole is None else (*self.filter[k], *self.words[k], *whole)
 
-    def continued(self, eqs: Equations, h: float) -> "Ensemble":
-        """An ensemble that goes on from the present states at a drive of another frequency, with a step up to h."""
-        other = Ensemble(eqs, self.trajectories, child(self.seed, 3), h, self.start)
-        other.state[:], other.filter[:], other.words[:] = self.state, self.filter, self.words
+    def _fresh(self, seed: np.random.SeedSequence, h: float) -> "Trajectories":
+        return Trajectories(self.eqs, self.count, seed, h, self.start, self.circuit, self.ngspice_rule)
+
+    def with_step(self, h: float) -> "Trajectories":
+        """Fresh trajectories of the same scene and number at another step, on other noise."""
+        return self._fresh(child(self.seed, 1), h)
+
+    def coarser(self) -> "Trajectories":
+        """Fresh trajectories of the same scene, number and start at twice the step, on the same noise."""
+        other = self._fresh(self.seed, 2.0 * self.h)
+        other._coarse, other._origin = True, self._origin
+        other.restart(other.h)
+        other.stride = self.stride // 2
         return other
 
-    def coarser(self) -> "Ensemble":
-        """A fresh ensemble of the same scene and size with twice the step, on the same noise."""
-        other = Ensemble(self.eqs, self.trajectories, self.seed, 2.0 * self.h, self.start, self.circuit, self.ruled)
-        other._coarse = True
-        other._start(other.h)
-        other.stride = self.stride // 2
+    def continued(self, eqs: Equations, h: float) -> "Trajectories":
+        """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
+        other = Trajectories(eqs, self.count, child(self.seed, 3), h, self.start)
+        other._origin = self.state.copy(), self.filter.copy(), self.words.copy()
+        other.restart(other.h)
         return other

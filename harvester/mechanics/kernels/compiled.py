@@ -1,13 +1,15 @@
-"""How this package compiles: three decorators over numba with one set of flags and one cache.
+"""How this package compiles: decorators over numba with one set of flags and one cache.
 
 numba's own cache looks only at the file of the function that it stores; here a kernel is made
-of functions from several files, so the cache folder is named by a hash of all of them.
+of functions from several files, so the cache folder is named by a hash of all of them.  A compiled function can also
+be built again from its source, interpreted or compiled to exactly the same arithmetic.
 """
 
 import hashlib
 import sys
 import threading
 import time
+import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ from typing import Any, TypeVar
 import numba
 import platformdirs
 from numba.core import config as numba_config
+from numba.core.dispatcher import Dispatcher
 
 config: Any = numba_config
 F = TypeVar("F", bound=Callable[..., Any])
@@ -49,7 +52,7 @@ def _cache_folder() -> str | None:
 
 @contextmanager
 def _own_cache() -> Iterator[bool]:
-    """Point numba at our folder while a function is decorated; yields whether there is one."""
+    """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
     folder, previous = _cache_folder(), config.CACHE_DIR
     config.CACHE_DIR = folder or previous
     try:
@@ -69,17 +72,17 @@ class Compilation:
 def compilation() -> Iterator[Compilation]:
     """Time the first call of a kernel; on a terminal, say what is going on if it takes long."""
     took, begin = Compilation(), time.perf_counter()
-    teller = threading.Timer(0.5, _tell)
-    teller.daemon = True
-    teller.start()
+    notice = threading.Timer(0.5, _print_notice)
+    notice.daemon = True
+    notice.start()
     try:
         yield took
     finally:
-        teller.cancel()
+        notice.cancel()
         took.seconds = time.perf_counter() - begin
 
 
-def _tell() -> None:
+def _print_notice() -> None:
     if sys.stderr.isatty():
         print("compiling the kernel for this scene's effects: some seconds, once; it is cached", file=sys.stderr)
 
@@ -90,7 +93,7 @@ def inlined(function: F) -> F:
 
 
 def forced(function: F) -> F:
-    """`inlined`, whatever its size.
+    """Compile a function that is inlined into its kernel whatever its size.
 
     A call that is left cannot become vector instructions, and counts references to its arrays with atomic operations:
     up to twenty times slower.
@@ -112,3 +115,28 @@ def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:
             return numba.cfunc(signature, cache=cached, **FLAGS)(function)
 
     return decorate
+
+
+@cache
+def interpreted(function: Any) -> Any:
+    """A compiled function, and those that it calls, as plain Python."""
+    return _rebuilt(function, interpreted)
+
+
+@cache
+def strict(function: Any) -> Any:
+    """A compiled function, and those that it calls, compiled as written: no reordered sums, no fused multiply-add.
+
+    It rounds as Python does, so that a path of ngspice, whose iterations amplify a last digit to its
+    tolerance, is the same to all digits with compiled and with interpreted callbacks.
+    """
+    return numba.njit(error_model="numpy", fastmath=False)(_rebuilt(function, strict))
+
+
+def _rebuilt(function: Any, rebuild: Callable[[Any], Any]) -> types.FunctionType:
+    """The Python function of a compiled one, in which ``rebuild`` has replaced the compiled functions that it calls."""
+    plain = function.py_func
+    names = plain.__globals__
+    called = {name: names[name] for name in plain.__code__.co_names if isinstance(names.get(name), Dispatcher)}
+    replaced = {**names, **{name: rebuild(inner) for name, inner in called.items()}}
+    return types.FunctionType(plain.__code__, replaced, plain.__name__, plain.__defaults__, plain.__closure__)

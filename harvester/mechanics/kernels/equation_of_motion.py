@@ -78,7 +78,7 @@ def drift(x, v, V, h, e, g, mu, r):
 
 @inlined
 def carried(V, way, t, mu):
-    """V after a motion by ``way`` at constant speed in a time t: V' = way/t - mu V."""
+    """The voltage V after a motion by ``way`` at constant speed in a time t: V' = way/t - mu V."""
     if mu is None:
         return V + way
     z = mu * t
@@ -89,7 +89,7 @@ def carried(V, way, t, mu):
 def push(x, V, beta, n1, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's share, None at rest, ``a`` the shaking's.  0 where white noise drowns it.
+    ``pull`` is the spring's share, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
     """
     total = 0.0
     if n1 is None:
@@ -104,7 +104,7 @@ def push(x, V, beta, n1, pull=None, a=None):
 
 @inlined
 def meeting(x, v, h, a):
-    """(time from the kick, speed) at which x + u s + a s^2/2 meets the stop, with u = v - a h/2.
+    """When and how fast x + u s + a s^2/2 meets the stop, u = v - a h/2: (time from the kick, speed).
 
     A kick stands for the force of half a step to either side of it: a mass under a constant a is on
     this parabola, and at the ends of the drift also on the straight line of `drift`.
@@ -116,7 +116,7 @@ def meeting(x, v, h, a):
 
 @inlined
 def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None):
-    """`drift` by the first t of a step h, for a mass that may come to rest on the stop.
+    """Drift by the first t of a step h a mass that may come to rest on the stop.
 
     A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
     infinitely often in a finite time (chatter), and then sticks.  Where no external noise keeps it
@@ -187,7 +187,7 @@ def spring(x, alpha, linear=None, alpha2=None):
 
 @inlined
 def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
-    """Change of velocity in a time h at fixed x, V and shaking a; xi is a variate of mean 0 and variance 1.
+    """The velocity after a kick of length h at fixed x, V and shaking a; xi is a variate of mean 0 and variance 1.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
@@ -209,7 +209,7 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alph
 
 @inlined
 def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
-    """`kick` that leaves a mass stuck on the stop there, until the force on it points away from the stop."""
+    """Kick a mass, but leave one that is stuck on the stop there until the force on it points away from the stop."""
     pressed = beta is not None or a is not None
     stuck = r is not None and pressed and n1 is None and x == 0.0 and v == 0.0
     v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
@@ -218,7 +218,7 @@ def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear
 
 @inlined
 def relaxation(h, mu):
-    """(exp(-mu h), (1 - exp(-mu h))/mu): what `drift` needs of the resistive load, once a run."""
+    """What `drift` needs of the resistive load, once a run: (exp(-mu h), (1 - exp(-mu h))/mu)."""
     if mu is None:
         return 1.0, h
     return math.exp(-mu * h), -math.expm1(-mu * h) / mu

@@ -1,4 +1,4 @@
-"""The kernel of the ensemble: a block of trajectories side by side, advanced with their sums.
+"""The kernel of many trajectories: a block of them side by side, advanced with the sums of their moments.
 
 The innermost loop runs over the lanes of a block, so that the compiler turns it into vector
 instructions; each lane keeps its own state and its own random generator.
@@ -10,7 +10,7 @@ from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, relaxation
 from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move
-from harvester.mechanics.kernels.shaking import held, shaken
+from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
 LANES = 64
 
@@ -24,7 +24,7 @@ def _step(
     i, x, v, V, xi, sums, coarse,
     h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
 ):  # fmt: skip
-    """One step of lane i, with the sums of its impacts, and of the shaking's work but white noise's."""
+    """Make one step of lane i, and add up its impacts, and the work of shaking other than white noise."""
     a, a1 = shaken(i, coarse, shaker)
     if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
         x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1, None, a)
@@ -102,7 +102,9 @@ def advance(
                         )  # fmt: skip
         for i in range(LANES):
             xi, vi, Vi = x[i], v[i], V[i]
-            (xm, vm, Vm), _ = move(xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops, held(i, shaker))
+            (xm, vm, Vm), _ = move(
+                xi, vi, Vi, h, 0.5 * h, e_half, g_half, mu, r, beta, n1, stops, last_acceleration(i, shaker)
+            )
             sums[0, i] += 0.5 * (Vi + Vm)
             sums[1, i] += Vi * Vi
             sums[2, i] += Vm * Vm
@@ -118,8 +120,10 @@ def advance(
 
 @kernel
 def mid_drift(state, out, h, mu, r, beta, n1, stops, shaker):
-    """From states after a kick to states half a step later, shapes (3, LANES)."""
+    """Go from the states after a kick to those half a step later, shapes (3, LANES)."""
     e, g = relaxation(0.5 * h, mu)
     for i in range(LANES):
         x, v, V = state[0, i], state[1, i], state[2, i]
-        (out[0, i], out[1, i], out[2, i]), _ = move(x, v, V, h, 0.5 * h, e, g, mu, r, beta, n1, stops, held(i, shaker))
+        (out[0, i], out[1, i], out[2, i]), _ = move(
+            x, v, V, h, 0.5 * h, e, g, mu, r, beta, n1, stops, last_acceleration(i, shaker)
+        )

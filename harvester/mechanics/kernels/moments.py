@@ -1,4 +1,4 @@
-"""Stationary moments: from the ensemble's sums, or from a recorded path cut into batches."""
+"""Stationary moments: from the sums of many trajectories, or from a recorded path cut into batches."""
 
 import math
 from dataclasses import dataclass, fields
@@ -10,11 +10,12 @@ from harvester.equations.scaling import Equations
 from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import SUMS
 from harvester.mechanics.kernels.path import Path
+from harvester.uncertainty.value import mean_and_error
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Time averages, one entry a trajectory or batch, shape (n,) each; nondimensional.
+    """Time averages of the motion, one entry a trajectory or batch, shape (n,) each; nondimensional.
 
     V, V2, x, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
     h^2 have opposite signs.
@@ -43,12 +44,12 @@ class Moments:
         return abs(mine - theirs) <= max(2.0 * math.hypot(my_error, their_error), 1e-3 * abs(mine))
 
     def __add__(self, other: "Moments") -> "Moments":
-        """The entries of both, side by side."""
+        """Moments that hold the entries of both, side by side."""
         names = [f.name for f in fields(self)]
         return Moments(**{n: np.concatenate([getattr(self, n), getattr(other, n)]) for n in names})
 
     def mixed(self, other: "Moments", share: float) -> "Moments":
-        """Entry by entry the mean of two windows of the same trajectories, of which the other makes the ``share``."""
+        """Moments over two windows of the same trajectories, of which the other makes the ``share`` of the time."""
         names = [f.name for f in fields(self)]
         return Moments(**{n: (1.0 - share) * getattr(self, n) + share * getattr(other, n) for n in names})
 
@@ -66,26 +67,21 @@ class Moments:
 _friction = friction.py_func  # type: ignore[attr-defined]
 
 
-def mean_and_error(values: Floats) -> tuple[float, float]:
-    """Mean of independent entries and the standard error of it (infinite for one entry)."""
-    n = len(values)
-    return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
-
-
 def correlation_time(means: Floats, values: Floats, length: float) -> float:
     """Integrated correlation time of a quantity from its means over windows of a length, and its values at one time.
 
-    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; of a window shorter than tau
-    it says at most length/2.
+    Var(mean) = 2 tau/length Var(value) for independent entries and length >> tau; from a window shorter than tau
+    it comes out as length/2 at most.
     """
     spread = float(values.var())
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
 def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
-    """One entry a trajectory, from sums over ``readings``, shape (blocks, rows, LANES): `SUMS`, and ``load`` or mu.
+    """Moments of each trajectory, from its sums over ``readings`` in the time ``elapsed``.
 
-    ``loss`` is the unit of the impacts' losses.
+    ``sums`` has the shape (blocks, rows, LANES), the rows those of `SUMS`, with a load circuit also ``load``; of a
+    resistance the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
     """
     s = dict(zip((*SUMS, "load"), np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / readings, strict=False))
     rate = readings / elapsed
@@ -107,7 +103,7 @@ def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: floa
 
 
 def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
-    """One entry a batch: the path after the time ``discard``, cut into ``batches`` equal parts.  Rigid stops only."""
+    """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only."""
     first = math.ceil(discard / (path.h * path.stride) - 1e-6)
     rows = (len(path.readings) - first) // batches
     part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)

@@ -1,4 +1,4 @@
-"""The load resistor by ngspice's integration rule in place of the exact update: the very steps of the lock-step.
+"""The load resistor by ngspice's integration rule, in place of the exact update: the very steps of the lock-step.
 
     V1 - V0 + mu t (w V0 + (1 - w) V1) = x' t
 
@@ -23,44 +23,48 @@ from harvester.mechanics.kernels.path import COLUMNS, Path, coefficients, room_f
 
 
 @inlined
-def weight(z):
-    """W = 1/z - 1/(exp(z) - 1) for a drift of z = mu h (`harvester.circuit.ngspice.deck.trapezoid_share`)."""
+def rule_weight(z):
+    """The weight w of a step's beginning, ngspice's xmu: 1/z - 1/(exp(z) - 1) for a drift of z = mu h.
+
+    It is 1/2, the trapezoidal rule, for a short step and goes to 0, backward Euler, for a long one, where the
+    trapezoidal rule would ring.
+    """
     if z < 1e-3:
         return 0.5 - z / 12.0
     return 1.0 / z - (1.0 / math.expm1(z) if z < 700.0 else 0.0)
 
 
 @inlined
-def ruled(V, v, t, mu, w):
+def stepped_voltage(V, v, t, mu, w):
     """V after a step of length t at constant velocity v."""
     return ((1.0 - w * mu * t) * V + v * t) / (1.0 + (1.0 - w) * mu * t)
 
 
 @inlined
-def ruled_drift(x, v, V, t, mu, r, w):
+def drift_by_ngspice_rule(x, v, V, t, mu, r, w):
     """(x, v, V, speed of the impact or 0) after a drift of length t; without a branch, so that loops vectorise.
 
     ngspice lands on the impact: one step to it and one beyond, of length 0 where there is none.
     """
     x1 = x + t * v
     if r is None:
-        return x1, v, ruled(V, v, t, mu, w), 0.0
+        return x1, v, stepped_voltage(V, v, t, mu, w), 0.0
     hit = x1 < 0.0
     after = x1 / v if hit else 0.0
-    V1 = ruled(ruled(V, v, t - after, mu, w), -r * v, after, mu, w)
+    V1 = stepped_voltage(stepped_voltage(V, v, t - after, mu, w), -r * v, after, mu, w)
     return (-r * x1 if hit else x1), (-r * v if hit else v), V1, (-v if hit else 0.0)
 
 
 @kernel
-def advance_ruled(
+def advance_by_ngspice_rule(
     x, v, V, s0, s1, sums, readings, stride, coarse, landed, h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12
 ):  # fmt: skip
-    """As `harvester.mechanics.kernels.lanes.advance`, for a stop at rest or none.
+    """Advance a block as `harvester.mechanics.kernels.lanes.advance` does, for a stop at rest or none.
 
     The state is that of a reading in mid-drift, where ngspice has landed, and goes on from there; ``landed`` is False
     before the first one.
     """
-    w = weight(mu * h)
+    w = rule_weight(mu * h)
     xi, later = np.zeros(LANES), np.zeros(LANES)
     for _ in range(readings):
         for k in range(stride):
@@ -74,7 +78,7 @@ def advance_ruled(
                 xi[:] = later
             t = 0.5 * h if landed and k == 0 else h
             for i in range(LANES):
-                xn, vn, Vn, speed = ruled_drift(x[i], v[i], V[i], t, mu, r, w)
+                xn, vn, Vn, speed = drift_by_ngspice_rule(x[i], v[i], V[i], t, mu, r, w)
                 if r is not None:
                     sums[10, i] += 1.0 if speed > 0.0 else 0.0
                     sums[11, i] += speed * speed
@@ -83,7 +87,7 @@ def advance_ruled(
         landed = True
         for i in range(LANES):
             xk, Vk = x[i], V[i]
-            xm, vm, Vm, speed = ruled_drift(xk, v[i], Vk, 0.5 * h, mu, r, w)
+            xm, vm, Vm, speed = drift_by_ngspice_rule(xk, v[i], Vk, 0.5 * h, mu, r, w)
             sums[0, i] += 0.5 * (Vk + Vm)
             sums[1, i] += Vk * Vk
             sums[2, i] += Vm * Vm
@@ -104,10 +108,10 @@ def advance_ruled(
 @kernel
 def _trace(noise, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12):
     x = v = V = done = 0.0
-    w, count = weight(mu * h), 0
+    w, count = rule_weight(mu * h), 0
     for k in range(1, len(readings) * stride + 1):
         before = x, v
-        x, v, V, hit = ruled_drift(x, v, V, h - done, mu, r, w)
+        x, v, V, hit = drift_by_ngspice_rule(x, v, V, h - done, mu, r, w)
         if hit > 0.0:
             impacts[count, 0], impacts[count, 1] = (k - 1) * h + done - before[0] / before[1], hit
             count += 1
@@ -115,7 +119,7 @@ def _trace(noise, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, 
         if k % stride == 0:
             row, before, done = readings[k // stride - 1], (x, v), 0.5 * h
             row[0], row[1] = x, V
-            x, v, V, hit = ruled_drift(x, v, V, done, mu, r, w)
+            x, v, V, hit = drift_by_ngspice_rule(x, v, V, done, mu, r, w)
             row[2], row[3], row[4] = x, v, V
             if hit > 0.0:
                 impacts[count, 0], impacts[count, 1] = k * h - before[0] / before[1], hit
@@ -123,8 +127,8 @@ def _trace(noise, h, stride, readings, impacts, mu, r, alpha, beta, c1, c2, c3, 
     return count
 
 
-def trace_ruled(eqs: Equations, noise: Floats, h: float, stride: int = 1) -> Path:
-    """The path from rest as ngspice makes it with a load resistor; see `harvester.mechanics.kernels.path.trace`."""
+def trace_by_ngspice_rule(eqs: Equations, noise: Floats, h: float, stride: int = 1) -> Path:
+    """The path from rest as ngspice makes it with a load resistor; arguments as of `kernels.path.trace`."""
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     impacts = room_for_impacts(eqs, len(noise))
     count = _trace(noise, h, stride, readings, impacts, *coefficients(eqs)[:10])

@@ -75,7 +75,8 @@ def two_variates(bits):
 
 
 @kernel
-def _three_point_grid(noise, s0, s1):
+def fill_three_point(noise, s0, s1):
+    """Fill ``noise`` with the three-point variates that a lane of generator words s0, s1 draws."""
     for k in range(0, len(noise) - 1, 2):
         bits, s0, s1 = shuffle(s0, s1)
         noise[k], noise[k + 1] = two_variates(bits)
@@ -84,5 +85,5 @@ def _three_point_grid(noise, s0, s1):
 def three_point_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
     """Three-point variates, one for each of ``steps`` kicks (an even number): the noise of one lane of an ensemble."""
     noise = np.empty(steps)
-    _three_point_grid(noise, *random_words(seed, 1)[:, 0])
+    fill_three_point(noise, *random_words(seed, 1)[:, 0])
     return noise

@@ -19,7 +19,6 @@ import math
 import numpy as np
 
 from harvester.equations.scaling import Equations
-from harvester.mechanics.kernels.bounds import spring_force
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import (
     carried,
@@ -30,10 +29,11 @@ from harvester.mechanics.kernels.equation_of_motion import (
     meeting,
     push,
 )
+from harvester.mechanics.kernels.rest_and_bounds import spring_force
 
 
 def stops_of(eqs: Equations) -> tuple[float | None, ...] | None:
-    """The tuple ``stops`` of the equations."""
+    """The tuple ``stops`` of the equations, as the kernels take it; None without a stop or with one at rest."""
     if eqs.gap is None and eqs.opposite_restitution is None and eqs.stop_stiffness is None:
         return None
     gap, high = eqs.gap or 0.0, eqs.opposite_gap
@@ -43,13 +43,13 @@ def stops_of(eqs: Equations) -> tuple[float | None, ...] | None:
 
 
 def loss_unit(eqs: Equations) -> float:
-    """What turns the ensemble's sums of losses into energy: (1 - r^2)/2 for a stop at rest, where they are of v-^2."""
+    """The unit of the sums of impact losses: (1 - r^2)/2 for a stop at rest, where v-^2 is added up; else 1."""
     return 1.0 if eqs.restitution is None or stops_of(eqs) is not None else 0.5 * (1.0 - eqs.restitution**2)
 
 
 @forced
 def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None):
-    """The drift by the first t of a step h, whatever the stops: ((x, v, V), what the stops did).
+    """Drift by the first t of a step h, whatever the stops: ((x, v, V), what the stops did).
 
     The latter is the time of the first impact, the speed just before it, negative at the opposite stop, the number of
     impacts and the energy that they took.  ``a`` is the shaking's mean over the step.
@@ -102,7 +102,7 @@ def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pul
 
 @forced
 def between(x, v, V, t, mu, gap, r, high, r_high):
-    """Constant speed for a time t between two rigid stops, from one to the other as often as it takes.
+    """Move at constant speed for a time t between two rigid stops, from one to the other as often as it takes.
 
     Whole rounds (there and back) last T, T/q, T/q^2, ... with q = r r_high, so that m of them take
     T (q^-m - 1)/(1/q - 1): however many there are, they cost the same.  During the rounds V sees the mass in the
@@ -134,7 +134,7 @@ def between(x, v, V, t, mu, gap, r, high, r_high):
 
 @forced
 def in_contact(y, v, V, t, gap, mu, k, c):
-    """Constant speed where y > 0, y'' = -k y - c y' where y < 0, for a time t; V' = y' - mu V throughout.
+    """Move for a time t at constant speed where y > 0, by y'' = -k y - c y' where y < 0; V' = y' - mu V throughout.
 
     In contact y = exp(-c s/2) (y0 cos w s + b sin w s) with w^2 = k - c^2/4 and b = (v0 + c y0/2)/w, up to y = 0; of
     a whole contact that is half a period, after which x'+ = -r x'- with r = exp(-pi zeta/sqrt(1 - zeta^2)), zeta =
@@ -174,15 +174,15 @@ def in_contact(y, v, V, t, gap, mu, k, c):
 
 @forced
 def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a=None):
-    """`kick` that leaves a mass stuck on a rigid stop there: `kick_at_stop` for stops wherever they are."""
+    """Kick a mass, but leave one that is stuck on a rigid stop there: `kick_at_stop` for stops wherever they are."""
     if stops is None:
         return kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
     v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
-    return _held(x, v, v1, r, n1, *stops)
+    return _kept_on_stop(x, v, v1, r, n1, *stops)
 
 
 @forced
-def _held(x, v, v1, r, n1, gap, pull, high, r_high, pull_high, k, c):
+def _kept_on_stop(x, v, v1, r, n1, gap, pull, high, r_high, pull_high, k, c):
     if r is not None and n1 is None and v == 0.0:
         if x == -gap:
             return max(v1, 0.0)

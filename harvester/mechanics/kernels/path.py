@@ -1,4 +1,4 @@
-"""One trajectory on record: displacement, velocity, voltage and impacts on a given noise path."""
+"""One recorded trajectory: displacement, velocity, voltage and impacts on a noise path."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,10 +8,10 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.scaling import Equations
 from harvester.errors import invalid
-from harvester.mechanics.kernels.bounds import resting_places, room
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import relaxation
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move, stops_of
+from harvester.mechanics.kernels.rest_and_bounds import resting_places, rigid_stop_places
 from harvester.mechanics.kernels.shaking import forcing
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
@@ -20,7 +20,7 @@ COLUMNS = ("x_kick", "V_kick", "x", "v", "V")
 
 @dataclass(frozen=True)
 class Path:
-    """A trajectory, nondimensional, read after every ``stride``-th kick.
+    """A recorded trajectory, nondimensional, read after every ``stride``-th kick.
 
     Kick k happens at the time k h; its reading holds x and V at the kick and x, v, V half a
     step later, at ``t`` (shape (n,)).  ``impacts`` has one row an impact: its time and the
@@ -57,7 +57,7 @@ class Path:
 
 @inlined
 def between_kicks(shaking, k):
-    """Shaking's acceleration: mean of the drift before kick k, and at that kick; None where there is none."""
+    """The shaking's acceleration: its mean over the drift before kick k, and at that kick; None where there is none."""
     if shaking is None:
         return None, None
     return 0.5 * (shaking[max(k - 1, 0)] + shaking[k]), shaking[k]
@@ -126,8 +126,8 @@ def trace(
 
 
 def check_start(eqs: Equations, least: float, most: float) -> None:
-    """InputError unless all starts, x from ``least`` to ``most``, are between the stops."""
-    low, high = room(eqs)
+    """Raise InputError unless all starts, x from ``least`` to ``most``, are between the stops."""
+    low, high = rigid_stop_places(eqs)
     if least < low:
         raise invalid("start", f"have x of at least {low:g}, where the stop is", least)
     if most > high:

@@ -3,7 +3,7 @@
     harmonic     a = F cos(Omega t)
     coloured     tau a' = -a + sqrt(2 D) white noise                      (Ornstein and Uhlenbeck)
     band-pass    a' = -B a - W b + B sqrt(2 D) white noise,   b' = W a    (a resonator of frequency W)
-    record       a given, repeated for ever (`harvester.scene.records`), also one of a density, with random phases
+    record       a from a file, repeated for ever (`harvester.scene.records`), or drawn from a density at random phases
 
 The first three are a linear filter of two states, a = p, whose step is exact in law:
 
@@ -26,8 +26,6 @@ from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates
 
-FINEST = 64  # steps to a period, at least
-
 
 def period(eqs: Equations) -> float | None:
     """Period of a shaking that repeats itself; None for one that does not, and without any."""
@@ -48,23 +46,8 @@ def is_shaken(eqs: Equations) -> bool:
 
 
 def has_shaker(eqs: Equations) -> bool:
-    """Whether anything other than white noise does."""
+    """Whether anything other than white noise shakes the mass."""
     return any(one is not None for one in (eqs.coloured, eqs.drive, eqs.record, eqs.density))
-
-
-def whole_steps(eqs: Equations, h: float) -> float:
-    """The longest step up to h of which a period of the shaking takes a multiple of `FINEST`; h where nothing repeats.
-
-    Half and a quarter of so many, to twice and four times the step, are accepted as they are.
-    """
-    repeat = period(eqs)
-    if repeat is None:
-        return h
-    parts = repeat / h
-    quarter = FINEST // 4
-    if parts > 0.5 and abs(parts / quarter - round(parts / quarter)) < 1e-9 * parts and parts > 0.9 * quarter:
-        return h
-    return repeat / (FINEST * math.ceil(parts / FINEST))
 
 
 def _noise_filter(eqs: Equations, h: float) -> tuple[Floats, Floats]:
@@ -98,12 +81,12 @@ def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | N
 def shaker(
     eqs: Equations, h: float, coarse: bool | None = None, samples: Floats | None = None
 ) -> tuple[Any, ...] | None:
-    """What `shaken` needs beside its states: (a11, a12, a21, a22, l11, l21, l22, gain, samples), None where absent.
+    """The filter of the shaking, as `shaken` takes it: (a11, a12, a21, a22, l11, l21, l22, gain, samples).
 
-    With ``samples`` of `samples_of`, at the steps that the filter makes, p is the present one and q its place.
-
-    ``coarse``: the filter makes two steps of h/2 in each step, on the noise of both, so that the ensembles of a pair of
-    steps are shaken alike.  None: there is no such shaking.
+    Each is None where absent; None for all: nothing but white noise shakes the mass.  With ``samples`` of
+    `samples_of`, at the steps that the filter makes, p is the present one and q its place.  ``coarse``: the filter
+    makes two steps of h/2 in each step, on the noise of both, so that the trajectories of a Richardson pair are shaken
+    alike.
     """
     whole, h = h, 0.5 * h if coarse else h
     if eqs.drive is not None:
@@ -127,7 +110,7 @@ def shaker(
 def shaker_start(
     eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
 ) -> Floats:
-    """States (p, q) at first, shape (2, trajectories): a random phase or place, or the stationary law of the noise."""
+    """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law."""
     if samples is not None:
         places = rng.integers(0, len(samples), trajectories)
         return np.array([samples[places], places])
@@ -139,7 +122,7 @@ def shaker_start(
 
 @forced
 def shaken(i, coarse, shaker):
-    """The acceleration of lane i: its mean over the coming drift, and that of the kick at its end; advances the filter.
+    """Advance the filter of lane i: the acceleration's mean over the coming drift, and its value at the kick after it.
 
     ``shaker`` is None, then both are None, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,).
     """
@@ -151,9 +134,9 @@ def shaken(i, coarse, shaker):
 @forced
 def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     before = p[i]
-    _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+    _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
     if coarse is not None:
-        _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+        _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
     after = p[i]
     if gain is not None:
         before *= gain
@@ -162,8 +145,8 @@ def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, sa
 
 
 @forced
-def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
-    """One step of the filter of lane i, or one sample further."""
+def _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
+    """Make one step of the filter of lane i, or go one sample further."""
     if samples is not None:
         place = int(q[i]) + 1
         place = place if place < len(samples) else 0
@@ -185,23 +168,23 @@ def _filtered(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
 
 
 @forced
-def held(i, shaker):
+def last_acceleration(i, shaker):
     """The acceleration of lane i at its last kick; None without a shaker."""
     if shaker is None:
         return None
-    return _held(i, *shaker)
+    return _last_acceleration(i, *shaker)
 
 
 @forced
-def _held(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+def _last_acceleration(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
     if gain is not None:
         return gain * p[i]
     return p[i]
 
 
 @kernel
-def _coloured(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
-    """Fill ``out`` with p, from variates of shape (2, n)."""
+def _filter_path(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
+    """Fill ``out`` with the filter's p, from variates of shape (2, n)."""
     for k in range(len(out)):
         out[k] = p
         p1, q1 = a11 * p + l11 * xi[0, k], 0.0
@@ -238,5 +221,5 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
     assert whole is not None
     out = np.empty(steps + 1)
     p, q = shaker_start(eqs, h, 1, rng)[:, 0]
-    _coloured(rng.standard_normal((2, steps + 1)), p, q, *whole, out)  # type: ignore[call-arg]
+    _filter_path(rng.standard_normal((2, steps + 1)), p, q, *whole, out)  # type: ignore[call-arg]
     return out

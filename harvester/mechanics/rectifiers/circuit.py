@@ -52,7 +52,7 @@ class Flyback(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class IdealCircuit:
-    """A load circuit in nondimensional numbers; None is what it does not have.
+    """A load circuit in nondimensional numbers, None for what it does not have.
 
     mu = 1/(R Cp w0), kappa = C/Cp; n = N k T/e of one diode over theta l/Cp, leak its saturation current and loss what
     all reverse currents take from U, over theta l w0; play over theta l/Cp.  ``bridge`` or ``doubler``: the diodes
@@ -73,7 +73,7 @@ class IdealCircuit:
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """In the order of the kernels' arguments."""
+        """The numbers in the order of the kernels' arguments."""
         return tuple(getattr(self, field.name) for field in fields(self))
 
     @property
@@ -84,7 +84,7 @@ class IdealCircuit:
 
 @forced
 def conducted(V, U, v, t, mu, kappa, n, leak, loss, bridge, doubler):
-    """(V, U) after a time t at constant velocity v, without switching.
+    """The voltages (V, U) after a time t at constant velocity v, without switching.
 
     A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu t/kappa.
     """
@@ -110,7 +110,7 @@ def drop(i, n, leak):
 
 @inlined
 def flown_back(w, U, coil, kappa, n, leak):
-    """(voltage of the piezo, U) after the coil has taken the piezo's energy and handed it on.
+    """The voltage of the piezo, and U, after the coil has taken the piezo's energy and handed it on.
 
     The piezo's voltage less two drops swings from a to b, in the phase arccos(b/a) of a damped oscillation.  The coil's
     energy E = L i^2/2 then meets the voltage u = U + drop, so that the share 2 (y - ln(1 + y))/y^2 passes the wire,
@@ -137,7 +137,7 @@ def flown_back(w, U, coil, kappa, n, leak):
 
 @inlined
 def switched(V, U, s, kappa, n, leak, parallel, series, sece):
-    """(V, U) after the switch has acted on the side s of the piezo's voltage; as before, where that is too low."""
+    """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, where that is too low."""
     w = s * V
     if parallel is not None:
         w -= drop(0.5 * max(w, 0.0) * parallel.peak, n, leak)
@@ -155,7 +155,7 @@ def switched(V, U, s, kappa, n, leak, parallel, series, sece):
 
 @inlined
 def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """(V, U, m, time left) of a motion at constant v for a time t: advanced to its switching, if there is one.
+    """Advance a motion at constant v for a time t to its switching, if there is one: (V, U, m, time left).
 
     On the way back from an extremum x passes m at half of the play.
     """
@@ -172,7 +172,7 @@ def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, 
 
 @inlined
 def until_free(x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """A drift of length h, the circuit advanced to its last impact or switching only.
+    """Drift by h, with the circuit advanced to the last impact or switching only.
 
     Returns x and v at the end of the drift, V, U and m, the time that V and U still have to go, and the speed of the
     impact or 0.

@@ -70,13 +70,13 @@ def logarithm(y):
 
 @forced
 def share(z):
-    """(1 - exp(-z))/z, 1 at z = 0: mean of exp(-s) for s from 0 to z."""
+    """Mean of exp(-s) for s from 0 to z: (1 - exp(-z))/z, 1 at z = 0."""
     return decayed(z) / z if z > 1e-12 else 1.0
 
 
 @forced
 def lowered(w0, w1, t, n, leak):
-    """N ln(1 + leak t/n <exp(w/n)>): by how much a diode keeps w below w1 in a time t."""
+    """By how much a diode keeps w below w1 in a time t: n ln(1 + leak t/n <exp(w/n)>)."""
     top = max(w0, w1) / n
     mean = exponential(min(top, FAR)) * share(abs(w1 - w0) / n)
     return max(n * logarithm(1.0 + leak * t / n * mean), 0.0) + n * max(top - FAR, 0.0)

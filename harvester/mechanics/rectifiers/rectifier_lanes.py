@@ -1,4 +1,4 @@
-"""The kernel of an ensemble with a load circuit of `harvester.mechanics.rectifiers.circuit`.
+"""The kernel of many trajectories with a load circuit of `harvester.mechanics.rectifiers.circuit`.
 
 As in `harvester.mechanics.kernels.lanes`, a block of trajectories side by side.  What happens now and then, an impact
 or a switching, is done lane by lane; what happens at every step, the flow through the diodes, in a loop that the
@@ -87,7 +87,7 @@ def advance_ideal(
 
 @kernel
 def mid_drift_ideal(state, out, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """x, v and V of states after a kick, shape (blocks, 5, LANES), half a step later: shape (3, blocks LANES)."""
+    """Go from states after a kick, shape (blocks, 5, LANES), to x, v, V half a step later: shape (3, blocks LANES)."""
     left, hit = np.zeros(LANES), np.zeros(LANES)
     for k in range(len(state)):
         mid = state[k].copy()

@@ -1,4 +1,4 @@
-"""One trajectory on record with a load circuit of `harvester.mechanics.rectifiers.circuit`, on a given noise path."""
+"""One recorded trajectory with a load circuit of `harvester.mechanics.rectifiers.circuit`, on a noise path."""
 
 import dataclasses
 import math
@@ -17,7 +17,7 @@ from harvester.mechanics.rectifiers.circuit import IdealCircuit, conducted, unti
 
 @dataclasses.dataclass(frozen=True)
 class IdealPath(Path):
-    """A `Path` with the capacitor's voltage at its readings: ``U`` has shape (n, 2), at the kick and in mid-drift."""
+    """A `Path` with the capacitor's voltage ``U`` at its readings, shape (n, 2): at the kick and in mid-drift."""
 
     U: Floats
 
@@ -82,7 +82,7 @@ def trace_ideal(
 def ideal_moments(
     eqs: Equations, circuit: IdealCircuit, noise: Floats, h: float, stride: int, discard: float, batches: int = 1
 ) -> Moments:
-    """Means of the trajectory from rest after the time ``discard``, one entry a batch; see `from_path`."""
+    """Moments of the trajectory from rest after the time ``discard``, one entry a batch; see `from_path`."""
     path = trace_ideal(eqs, circuit, noise, h, stride)
     first = math.ceil(discard / (h * stride))
     rows = (len(path.U) - first) // batches

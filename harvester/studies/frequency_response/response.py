@@ -16,7 +16,7 @@ from harvester.engines import Ensemble as Engine
 from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effects, with_power
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, UnboundedResponseError, invalid, names_arguments
+from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.machine import files
 from harvester.studies.frequency_response.curve import Point, Response
 from harvester.studies.output_folder import provenance
@@ -24,8 +24,8 @@ from harvester.studies.sweep.points import axis
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.mechanics.ensemble.trajectories import Ensemble
-    from harvester.mechanics.kernels.moments import Moments
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
 QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
 # Shaking that has no frequency to sweep
@@ -73,7 +73,8 @@ def response(
     UnboundedResponseError
         where the response grows without bound.
     """
-    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.rest_and_bounds import resting_places
     from harvester.mechanics.kernels.shaking import is_random
 
     problem = served(Engine, scene)
@@ -88,67 +89,45 @@ def response(
     if eqs.drive is None:
         raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
     noisy, points = is_random(eqs), []
-    many = None
+    trajectories = None
     for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
         for frequency in run:
             there = Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
             here = there.equations
-            if many is None:
+            if trajectories is None:
                 rest = np.zeros((3, NOISY if noisy else QUIET))
-                rest[0] = _rest(here)
-                many = Ensemble(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
-            many, fine, coarse = _at(many, here)
-            points.append(_point(there, direction, frequency, fine, coarse, noisy))
+                rest[0] = resting_places(here)[0]
+                trajectories = Trajectories(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
+            pair = _at(trajectories, here)
+            trajectories = pair.trajectories
+            points.append(_point(there, direction, frequency, pair, noisy))
             if tick is not None:
                 tick()
     return Response(tuple(points), problem.physical)
 
 
-def _rest(eqs: Equations) -> float:
-    from harvester.mechanics.kernels.bounds import resting_places
-
-    return resting_places(eqs)[0]
-
-
-def _at(before: "Ensemble", eqs: Equations) -> "tuple[Ensemble, Moments, Moments | None]":
-    """Go on from an ensemble's motion at another frequency: steady means there, and those of twice the step."""
+def _at(before: "Trajectories", eqs: Equations) -> "RichardsonPair":
+    """Go on from the motion at another frequency: steady means there, and beside them those of twice the step."""
     from harvester.mechanics.ensemble.burn_in import until_steady
-    from harvester.mechanics.ensemble.trajectories import STEP
-    from harvester.mechanics.kernels.bounds import typical_frequency
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.kernels.step_size import default_step, shorter_step
 
     x, v, _ = before.snapshot()
-    h = STEP / typical_frequency(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
-    while True:
-        many = before.continued(eqs, h)
-        found, _ = until_steady(many)
-        frequency = typical_frequency(eqs, found.mean("x2")[0], found.mean("v2")[0])
-        if many.h * frequency < 1.5 * STEP:
-            break
-        h = STEP / frequency
-    coarse = before.continued(eqs, 2.0 * many.h)
-    time = many.time
-    try:
-        coarse.run(time)
-        return many, many.run(time), coarse.run(time)
-    except UnboundedResponseError:
-        return many, many.run(time), None
+    h: float | None = default_step(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
+    while h is not None:
+        trajectories = before.continued(eqs, h)
+        moments, _ = until_steady(trajectories)
+        h = shorter_step(eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0])
+    return RichardsonPair(trajectories, trajectories.time)
 
 
-def _point(
-    problem: Problem,
-    direction: str,
-    frequency: float,
-    fine: "Moments",
-    coarse: "Moments | None",
-    noisy: bool,
-) -> Point:
-    """Means of the fine step in the scene's units; a third of the difference from twice the step is its bias."""
+def _point(problem: Problem, direction: str, frequency: float, pair: "RichardsonPair", noisy: bool) -> Point:
+    """Means of one frequency, with their errors of sampling and step, in the scene's units."""
     from harvester.engines.ensemble import ALIKE
 
-    value, stderr = fine.mean("V2")
-    bias = value if coarse is None else abs(coarse.mean("V2")[0] - value) / 3.0
-    spread = None if noisy else float(np.ptp(fine.V2) / fine.V2.max()) if value > 0.0 else 0.0
-    v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, bias)
+    (value, stderr), (bias, _), each = pair.mean("V2"), pair.bias("V2"), pair.moments.V2
+    spread = None if noisy else float(np.ptp(each) / each.max()) if value > 0.0 else 0.0
+    v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, abs(bias))
     power, units = with_power(v2, problem.equations), problem.units
     return Point(direction, frequency, v2.scaled(units.volts**2), power.scaled(units.watts), spread)
 

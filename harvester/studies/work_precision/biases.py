@@ -21,8 +21,8 @@ from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
     from harvester.engines.spice.runs import Runs
-    from harvester.mechanics.ensemble.richardson import StepPair
-    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
 RUNGS = (0.5, 1.0, 2.0)  # of the default step: the finer one of each pair
 MOST = 0.5  # relative difference of two steps beyond which an expansion in the step says nothing
@@ -91,19 +91,19 @@ def ladder(model: Model, h: float, trajectories: int, seed: int, seconds: float)
     UnboundedResponseError
         where even the finest pair is unstable.
     """
-    from harvester.mechanics.ensemble.trajectories import Ensemble
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
     rungs: list[tuple[float, Value, tuple[float, float]]] = []
     for k, factor in enumerate(RUNGS):
         noise = np.random.SeedSequence([seed, k])
-        many = Ensemble(model.eqs, trajectories, noise, factor * h, circuit=model.circuit)
+        many = Trajectories(model.eqs, trajectories, noise, factor * h, circuit=model.circuit)
         try:
             pair = _filled(many, seconds / len(RUNGS))
         except UnboundedResponseError:
             break
         with np.errstate(over="ignore", invalid="ignore"):
             mean, (third, error) = Value(*pair.mean(model.name)), pair.bias(model.name)
-        if pair.resting or not abs(3.0 * third) < MOST * abs(mean.value):  # twice the step is unstable
+        if pair.coarse_is_stopped or not abs(3.0 * third) < MOST * abs(mean.value):  # twice the step is unstable
             break
         rungs.append((many.h, mean, (3.0 * third, 3.0 * error)))
     if not rungs:
@@ -136,13 +136,14 @@ def _less(mean: Value, bias: Bias, scale: float) -> Value:
     return Value(mean.value - scale * bias.value, math.hypot(mean.stderr or 0.0, scale * bias.stderr))
 
 
-def _filled(many: "Ensemble", seconds: float) -> "StepPair":
+def _filled(many: "Trajectories", seconds: float) -> "RichardsonPair":
     """A pair over as long a time as ``seconds`` allow, and at least the burn-in's."""
-    from harvester.mechanics.ensemble.richardson import StepPair
+    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
 
     begin = time.perf_counter()
-    many.settle()
-    pair = StepPair(many, many.time)
+    burn_in(many)
+    pair = RichardsonPair(many, many.time)
     spent = time.perf_counter() - begin  # on twice the burn-in at this step, and at twice the step
     if seconds > spent:
         pair.extend(pair.duration * 2.0 * (seconds / spent - 1.0))

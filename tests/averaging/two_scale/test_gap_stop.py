@@ -12,8 +12,9 @@ from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.averaging.two_scale.law import solve, solve_many
 from harvester.equations.scaling import Equations
 from harvester.errors import CannotServeError, SimulationError, UnboundedResponseError
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 GAPS = [0.8, 0.0, -0.4]
@@ -206,9 +207,9 @@ TARGET += [({"beta": 0.5}, f) for f in (0.1, 0.8)] + [({"restitution": 0.8}, f) 
 
 def coupled(eqs):
     """E[V^2] of the coupled equations by the ensemble, the bias of the step taken off, and its error."""
-    many = Ensemble(eqs, 8192, np.random.SeedSequence(5))
-    many.settle()
-    pair = StepPair(many, 2 * many.time)
+    many = Trajectories(eqs, 8192, np.random.SeedSequence(5))
+    burn_in(many)
+    pair = RichardsonPair(many, 2 * many.time)
     return pair.extrapolated("V2")
 
 

@@ -11,8 +11,9 @@ from harvester.averaging.two_scale.cycles import Orbits
 from harvester.averaging.two_scale.law import solve, solve_many
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene
 
 A = np.geomspace(1e-3, 1e3, 13)
@@ -199,9 +200,9 @@ def test_a_slow_load_sees_all_of_x():
 
 def coupled(eqs):
     """E[V^2] of the coupled equations by the ensemble, and its error."""
-    many = Ensemble(eqs, 8192, np.random.SeedSequence(5))
-    many.settle()
-    pair = StepPair(many, 2 * many.time)
+    many = Trajectories(eqs, 8192, np.random.SeedSequence(5))
+    burn_in(many)
+    pair = RichardsonPair(many, 2 * many.time)
     return pair.extrapolated("V2")
 
 

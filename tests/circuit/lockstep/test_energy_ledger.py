@@ -11,8 +11,8 @@ from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations
+from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
-from harvester.mechanics.kernels.interpreted import interpreted
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load

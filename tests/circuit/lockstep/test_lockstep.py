@@ -12,10 +12,11 @@ from harvester.circuit.worker_pool import map_in_workers
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, Scales
-from harvester.mechanics.kernels.moments import from_path, mean_and_error
+from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
+from harvester.uncertainty.value import mean_and_error
 from tests.support.lockstep import PLATE, SEED, both, device, rms_difference
 from tests.support.systems import PAPER, changed, linear
 

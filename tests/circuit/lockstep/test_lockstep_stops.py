@@ -6,9 +6,9 @@ import pytest
 import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.errors import SimulationError
-from harvester.mechanics.kernels.bounds import resting_places
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from tests.support.lockstep import PLATE, SEED, both, device, rms_difference, scales
 from tests.support.systems import PAPER, changed, scene
 

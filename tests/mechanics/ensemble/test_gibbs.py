@@ -9,9 +9,10 @@ from scipy.stats import kstest
 
 from harvester.equations.scaling import Equations
 from harvester.mechanics.ensemble import burn_in as settling
-from harvester.mechanics.ensemble.trajectories import Ensemble
-from harvester.mechanics.kernels.moments import mean_and_error
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
+from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, changed, z
 
 SEED = np.random.SeedSequence(20261124)
@@ -53,8 +54,8 @@ def exact(eqs):
 def test_gibbs_law(name):
     """Kolmogorov-Smirnov at 1 % with one sample a trajectory, of x and of x'; E[x'^2] = N1/c; rate of impacts."""
     eqs = SCENES[name]
-    many = Ensemble(eqs, 8192, SEED, 0.04)
-    assert many.settle() == []
+    many = Trajectories(eqs, 8192, SEED, 0.04)
+    assert burn_in(many) == []
     x, v, _ = many.snapshot()
     grid, p, cdf = exact(eqs)
     assert kstest(x, lambda at: np.interp(at, grid, cdf)).pvalue > 0.01
@@ -88,8 +89,8 @@ def test_gibbs_law(name):
 def test_power_balance_and_identities(changes):
     """Input = friction + load + stops, and E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2]."""
     eqs = changed(PAPER, beta=0.3, mu=0.4, **changes)
-    many = Ensemble(eqs, 2048, SEED, 0.02)
-    many.settle()
+    many = Trajectories(eqs, 2048, SEED, 0.02)
+    burn_in(many)
     moments = many.run(200.0)
     assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
     assert abs(z(moments.mean("V"), 0.0)) < 4
@@ -106,12 +107,12 @@ def test_preload_converges_with_the_step():
     eqs = changed(BASE, restitution=1.0, gap=-1.5)
     grid, p, _ = exact(eqs)
     y2 = np.trapezoid((grid - 1.5) ** 2 * p, grid)
-    many = Ensemble(eqs, 8192, SEED)
-    many.settle()
+    many = Trajectories(eqs, 8192, SEED)
+    burn_in(many)
     assert many.h < 0.03
     found = mean_and_error((many.snapshot()[0] - 1.5) ** 2)
     assert abs(found[0] / y2 - 1.0) < 0.03 + 4 * found[1] / y2
-    coarse = Ensemble(eqs, 8192, SEED, 0.1)
+    coarse = Trajectories(eqs, 8192, SEED, 0.1)
     coarse.run(100.0)
     assert mean_and_error((coarse.snapshot()[0] - 1.5) ** 2)[0] > 1.3 * y2
 
@@ -119,7 +120,7 @@ def test_preload_converges_with_the_step():
 def test_on_top_of_the_barrier():
     """Without noise the mass stays for ever; noise sends it into both wells alike."""
     assert not trace(changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)).readings.any()
-    many = Ensemble(changed(BISTABLE, n1=1e-5), 8192, SEED, 0.05, np.zeros(3))
+    many = Trajectories(changed(BISTABLE, n1=1e-5), 8192, SEED, 0.05, np.zeros(3))
     many.run(200.0)
     x, _, _ = many.snapshot()
     assert np.abs(np.abs(x) - 1.0).max() < 0.2
@@ -129,9 +130,9 @@ def test_on_top_of_the_barrier():
 def test_burn_in_waits_for_rare_hops():
     """Two unlike wells, rarely left: begun half in each, E[x] after the burn-in is that of Gibbs."""
     eqs = changed(BISTABLE, alpha2=0.12, n1=0.006)
-    many = Ensemble(eqs, 4096, SEED, 0.06)
+    many = Trajectories(eqs, 4096, SEED, 0.06)
     assert sorted(set(many.start[0])) == pytest.approx([-1.062, 0.942], abs=1e-3)
-    assert many.settle() == []
+    assert burn_in(many) == []
     x = np.linspace(-4, 4, 40_001)
     p = np.exp(-C / eqs.n1 * energy(eqs, x))
     mean = np.trapezoid(x * p, x) / np.trapezoid(p, x)
@@ -141,5 +142,5 @@ def test_burn_in_waits_for_rare_hops():
 
 def test_hops_too_rare_to_wait_for_are_a_warning(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 4e3)
-    many = Ensemble(changed(BISTABLE, alpha2=0.12, n1=0.0015), 512, SEED, 0.08)
-    assert "of the response's own memory" in many.settle()[0]
+    many = Trajectories(changed(BISTABLE, alpha2=0.12, n1=0.0015), 512, SEED, 0.08)
+    assert "of the response's own memory" in burn_in(many)[0]

@@ -11,10 +11,11 @@ from harvester.equations.scaling import Equations, equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble import lyapunov
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop, meeting, relaxation
-from harvester.mechanics.kernels.moments import mean_and_error
 from harvester.mechanics.kernels.path import trace
+from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
 
 SEED = np.random.SeedSequence(20261122)
@@ -29,7 +30,7 @@ def quiet(eqs, duration, h, start, stride=1):
 
 def averages(eqs, trajectories, h, burn_in, duration):
     """Moments of an ensemble from rest, after a burn-in."""
-    many = Ensemble(eqs, trajectories, SEED, h)
+    many = Trajectories(eqs, trajectories, SEED, h)
     many.run(burn_in)
     return many.run(duration)
 
@@ -138,7 +139,7 @@ def test_no_restitution_without_noise_rests_after_the_first_impact(h):
     assert path.impacts[0] == pytest.approx((np.pi / 2, 1.0), abs=0.2 * h * h + 1e-9)
     assert not path.x[after].any()
     assert not path.v[after].any()
-    many = Ensemble(eqs, 64, SEED, h)
+    many = Trajectories(eqs, 64, SEED, h)
     many.run(10.0)
     assert not many.snapshot()[:2].any()
 
@@ -185,7 +186,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
     exact, _ = event_driven(eqs, start, 1.1, path.t)
     assert (path.x > 0.0).all()
     assert path.readings[:, 2:] == pytest.approx(exact, abs=0.3 * h * h)
-    many = Ensemble(eqs, 64, SEED, h, np.array(start))
+    many = Trajectories(eqs, 64, SEED, h, np.array(start))
     many.run(h)
     assert many.snapshot()[0].min() > 0.0
 
@@ -199,14 +200,14 @@ def test_quintic_damping_never_blows_up(x0, h, r):
     path = quiet(eqs, max(200.0, 200 * h), h, (x0, 0.0, 0.0))
     assert abs(path.x).max() <= (x0 if h < 1.0 else max(x0, 10.0 * h))
     assert abs(path.v).max() < 10.0
-    moments = Ensemble(changed(eqs, n1=0.01), 64, SEED, h, np.array([x0, 0.0, 0.0])).run(max(200.0, 200 * h))
+    moments = Trajectories(changed(eqs, n1=0.01), 64, SEED, h, np.array([x0, 0.0, 0.0])).run(max(200.0, 200 * h))
     assert moments.x2.max() <= max(x0, 10.0 * h) ** 2
 
 
 @pytest.mark.parametrize("h", [1e-3, 0.1, 1.0, 1000.0])
 def test_stiff_damping_never_blows_up(h):
     """c = 1e4 at any step: the exact variance of x' is N1/c."""
-    moments = Ensemble(Equations(c1=-1e4, n1=1.0), 256, SEED, h).run(1000 * h)
+    moments = Trajectories(Equations(c1=-1e4, n1=1.0), 256, SEED, h).run(1000 * h)
     assert np.isfinite(moments.v2).all()
     assert moments.v2.mean() < 1e-3
     if h <= 1e-3:  # shorter than the relaxation time by little
@@ -233,7 +234,7 @@ def test_fast_load_is_quasi_static(h):
 @pytest.mark.parametrize("r", [None, 0.96])
 def test_open_circuit_conserves_its_charge(h, r):
     """mu = 0: V - x stays what it was, impacts or not."""
-    many = Ensemble(changed(PAPER, mu=None, restitution=r), 64, SEED, h, np.array([0.5, 0.0, 0.8]))
+    many = Trajectories(changed(PAPER, mu=None, restitution=r), 64, SEED, h, np.array([0.5, 0.0, 0.8]))
     many.run(500.0)
     x, _, V = many.snapshot()
     assert V - x == pytest.approx(0.3, abs=1e-12)
@@ -244,8 +245,8 @@ def test_open_circuit_conserves_its_charge(h, r):
 def test_slow_load_is_waited_for(h):
     """mu = 1e-4: the burn-in lasts 5/mu, and E[V^2] is that of the Lyapunov equation."""
     eqs = linear(0.05, 1e-4, c=0.2)
-    many = Ensemble(eqs, 64, SEED, h)
-    assert many.settle() == (["step 0.5 is coarse for a response of frequency 1.02"] if h == 0.5 else [])
+    many = Trajectories(eqs, 64, SEED, h)
+    assert burn_in(many) == (["step 0.5 is coarse for a response of frequency 1.02"] if h == 0.5 else [])
     assert many.time >= 5e4
     value, error = many.run(2e4).mean("V2")
     assert abs(value - linear_v2(eqs)) < 4 * error + 0.2 * h * h * value
@@ -254,8 +255,8 @@ def test_slow_load_is_waited_for(h):
 @coarse
 def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e3)
-    many = Ensemble(linear(0.05, 1e-6), 64, SEED, h)
-    warnings = many.settle()
+    many = Trajectories(linear(0.05, 1e-6), 64, SEED, h)
+    warnings = burn_in(many)
     assert "of the load's memory, 1/mu = 1e+06" in warnings[0]
     assert many.time < 1e4
 
@@ -329,7 +330,7 @@ def test_exponent_of_a_strong_parametric_noise(h):
 def test_at_rest_without_external_noise_nothing_moves(h, r):
     """Start at exactly 0: stays exactly 0, and nothing is nan."""
     eqs = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=r, n2=4.0)
-    moments = Ensemble(eqs, 64, SEED, h, np.zeros(3)).run(100.0)
+    moments = Trajectories(eqs, 64, SEED, h, np.zeros(3)).run(100.0)
     assert not any(values.any() for values in vars(moments).values())
     assert not trace(eqs, np.ones(1000), h).readings.any()
 
@@ -362,7 +363,7 @@ def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
 )
 def test_growth_without_bound_is_a_named_error(eqs, h):
     with pytest.raises(UnboundedResponseError, match="grows without bound") as caught:
-        Ensemble(eqs, 64, SEED, h).settle()
+        burn_in(Trajectories(eqs, 64, SEED, h))
     assert "nan" not in str(caught.value)
 
 
@@ -370,27 +371,27 @@ def test_growth_without_bound_is_a_named_error(eqs, h):
 def test_a_step_that_feeds_energy_is_named(h):
     """The step's own instability (h w > 2) is not blamed on the scene, which is bounded."""
     with pytest.raises(UnboundedResponseError, match="the step itself feeds energy: give a `dt` below 2/w0"):
-        Ensemble(Equations(c1=-0.05, n1=0.01), 64, SEED, h).settle()
+        burn_in(Trajectories(Equations(c1=-0.05, n1=0.01), 64, SEED, h))
 
 
 @pytest.mark.parametrize("n1", [1e-6, 1e-12, 1e-20])
 def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     """From a noise however weak to the limit cycle c3 A^4/8 = c1: many decades, but bounded."""
-    many = Ensemble(Equations(c1=0.02, c3=0.1, n1=n1), 64, SEED, 0.05)
-    assert many.settle() == []
+    many = Trajectories(Equations(c1=0.02, c3=0.1, n1=n1), 64, SEED, 0.05)
+    assert burn_in(many) == []
     assert 2 * many.run(200.0).mean("x2")[0] == pytest.approx(np.sqrt(8 * 0.02 / 0.1), rel=0.01)
 
 
 def test_bounded_but_too_slow_is_not_called_unbounded(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 1e3)
     with pytest.raises(SimulationError, match="no stationary response was seen") as caught:
-        Ensemble(Equations(c1=-1e-6, n1=0.01), 64, SEED).settle()
+        burn_in(Trajectories(Equations(c1=-1e-6, n1=0.01), 64, SEED))
     assert not isinstance(caught.value, UnboundedResponseError)
 
 
 def test_start_behind_the_stop_is_refused():
     for call in (
-        lambda: Ensemble(PAPER, 64, SEED, 0.1, np.array([-1e-9, 0.0, 0.0])),
+        lambda: Trajectories(PAPER, 64, SEED, 0.1, np.array([-1e-9, 0.0, 0.0])),
         lambda: trace(PAPER, np.zeros(4), 0.1, 1, (-1e-9, 0.0, 0.0)),
     ):
         with pytest.raises(InputError, match="start must have x of at least 0"):
@@ -446,7 +447,7 @@ def test_removing_an_effect_equals_never_having_it(name):
     others = {"n1": {"n12": None}, "c3": {"c2": None}}.get(name, {})  # that cannot be without it
     base = changed(PAPER, **{name: None}, **others)
     zeroed = equations(scene(changed(base, **{name: 0.0})))
-    a, b = (Ensemble(e, 64, SEED, 0.1).run(50.0) for e in (zeroed, base))
+    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (zeroed, base))
     assert all((getattr(a, k) == getattr(b, k)).all() for k in vars(a))
 
 
@@ -454,7 +455,7 @@ def test_removing_an_effect_equals_never_having_it(name):
 def test_absent_effect_is_one_of_no_strength(name):
     """The code without an effect does what the code with it does at strength zero, up to rounding."""
     base = changed(PAPER, **{name: None}, **({"c2": None} if name == "c3" else {}))
-    a, b = (Ensemble(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **{name: 0.0}), base))
+    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **{name: 0.0}), base))
     assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a))
 
 

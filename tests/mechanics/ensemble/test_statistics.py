@@ -6,10 +6,12 @@ from scipy.integrate import quad
 from scipy.stats import chi2, norm
 
 from harvester.equations.scaling import Equations
-from harvester.mechanics.ensemble.trajectories import Ensemble
-from harvester.mechanics.kernels.moments import correlation_time, from_path, mean_and_error
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.moments import correlation_time, from_path
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
+from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, z
 
 SEED = np.random.SeedSequence(20261123)
@@ -17,7 +19,7 @@ PLATE = changed(linear(1.25, 1.0, c=0.008), restitution=0.96)
 
 
 def averages(eqs, trajectories, h, burn_in, duration, seed=SEED):
-    many = Ensemble(eqs, trajectories, seed, h)
+    many = Trajectories(eqs, trajectories, seed, h)
     many.run(burn_in)
     return many.run(duration)
 
@@ -155,8 +157,8 @@ def test_burn_in_forgets_the_start(name):
     eqs, moment, exact, memory = SLOW[name]
     values, times = [], []
     for seed in range(16):
-        many = Ensemble(eqs, 128, np.random.SeedSequence([seed, 7]))
-        assert many.settle() == []
+        many = Trajectories(eqs, 128, np.random.SeedSequence([seed, 7]))
+        assert burn_in(many) == []
         times.append(many.time)
         values.append(many.run(many.time).mean(moment)[0])
     mean, error = mean_and_error(np.array(values))
@@ -195,8 +197,8 @@ def test_intervals_cover_after_a_burn_in_found_from_the_data():
     eqs = linear(0.05, 1.0, c=0.1)
     inside = []
     for seed in range(200):
-        many = Ensemble(eqs, 64, np.random.SeedSequence([seed, 13]), 0.05)
-        assert many.settle() == []
+        many = Trajectories(eqs, 64, np.random.SeedSequence([seed, 13]), 0.05)
+        assert burn_in(many) == []
         value, error = many.run(many.time).mean("V2")
         inside.append(abs(value - linear_v2(eqs)) < 1.96 * error)
     assert 0.90 <= np.mean(inside) <= 0.98
@@ -217,8 +219,8 @@ def test_batches_of_one_path_cover():
 
 
 def settled_densities(eqs, h, edges, snapshots=40, trajectories=8192):
-    many = Ensemble(eqs, trajectories, SEED, h)
-    many.settle()
+    many = Trajectories(eqs, trajectories, SEED, h)
+    burn_in(many)
     return many.densities(snapshots, 10.0, **edges)
 
 
@@ -261,7 +263,7 @@ def test_density_of_the_voltage():
 
 def test_densities_count_what_numpy_counts():
     """Compiled counts of a snapshot against numpy's, and what lies outside the edges."""
-    many = Ensemble(PAPER, 256, SEED, 0.1)
+    many = Trajectories(PAPER, 256, SEED, 0.1)
     many.run(100.0)
     edges = np.linspace(0.1, 0.7, 8)
     found = many.densities(1, 0.4, x=edges)["x"]
@@ -269,9 +271,9 @@ def test_densities_count_what_numpy_counts():
     counts = np.histogram(x, edges)[0]
     assert found.value == pytest.approx(counts / (256 * (edges[1] - edges[0])))
     assert found.entries.shape == (4, 7)
-    assert found.at == pytest.approx(0.5 * (edges[1:] + edges[:-1]))
+    assert found.centres == pytest.approx(0.5 * (edges[1:] + edges[:-1]))
     assert counts.sum() < 256
-    assert np.isinf(Ensemble(PAPER, 64, SEED, 0.1).densities(1, 1.0, V=edges)["V"].stderr).all()
+    assert np.isinf(Trajectories(PAPER, 64, SEED, 0.1).densities(1, 1.0, V=edges)["V"].stderr).all()
 
 
 def test_density_errors_are_the_real_ones():
@@ -279,7 +281,7 @@ def test_density_errors_are_the_real_ones():
     edges = np.linspace(0, 1.2, 13)
     runs = []
     for seed in range(40):
-        many = Ensemble(PAPER, 1024, np.random.SeedSequence([seed, 19]), 0.1)
+        many = Trajectories(PAPER, 1024, np.random.SeedSequence([seed, 19]), 0.1)
         many.run(300.0)
         runs.append(many.densities(8, 5.0, x=edges)["x"])
     scatter = np.std([run.value for run in runs], axis=0, ddof=1)
@@ -289,7 +291,7 @@ def test_density_errors_are_the_real_ones():
 
 def test_snapshot_is_the_reading_half_a_step_later():
     """`snapshot` against the same drift on paper: free flight, and the exact decay of V; the state stays as it is."""
-    many = Ensemble(changed(PAPER, restitution=None), 128, SEED, 0.1)
+    many = Trajectories(changed(PAPER, restitution=None), 128, SEED, 0.1)
     many.run(50.0)
     x, v, V = np.moveaxis(many.state, 1, 0).reshape(3, -1)
     decay = np.exp(-0.05 * 0.05)
@@ -300,7 +302,7 @@ def test_snapshot_is_the_reading_half_a_step_later():
 def test_start_of_every_trajectory():
     """A start each: trajectories keep their places, x = x0 cos t + v0 sin t and V - x = V0 - x0 without a load."""
     x0, v0, V0 = start = np.random.default_rng(1).uniform(0.1, 1.0, (3, 128))
-    many = Ensemble(Equations(n1=1e-12), 128, SEED, 1e-3, start)
+    many = Trajectories(Equations(n1=1e-12), 128, SEED, 1e-3, start)
     many.run(1.0)
     x, v, V = many.snapshot()
     t = many.time

@@ -9,17 +9,18 @@ import pytest
 from harvester.equations.scaling import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
-from harvester.mechanics.kernels.moments import mean_and_error
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, lyapunov, z
 
 SEED = np.random.SeedSequence(20261121)
 
 
 def settled(eqs, trajectories=8192, h=None, factor=4):
-    many = Ensemble(eqs, trajectories, SEED, h)
-    many.settle()
+    many = Trajectories(eqs, trajectories, SEED, h)
+    burn_in(many)
     return many.run(factor * many.time)
 
 
@@ -115,8 +116,8 @@ def test_richardson_bias_is_the_real_one():
     """The stated bias of a coarse step covers the true one, on the scene where it is largest."""
     eqs = changed(linear(1.25, 1.0, c=0.008), restitution=0.96)
     fine = settled(eqs, 16384, 0.02)
-    many = Ensemble(eqs, 16384, SEED, 0.2)
-    pair = StepPair(many, 800.0)
+    many = Trajectories(eqs, 16384, SEED, 0.2)
+    pair = RichardsonPair(many, 800.0)
     true = pair.mean("V2")[0] - fine.mean("V2")[0]
     bias, error = pair.bias("V2")
     assert true == pytest.approx(bias, abs=4 * error + 0.2 * bias)
@@ -127,7 +128,7 @@ def test_richardson_bias_is_the_real_one():
 def test_the_same_noise_at_twice_the_step():
     """Two variates of the fine ensemble make one of the coarse one: the paths stay together."""
     eqs = linear(0.5, 1.0, c=0.05)
-    many = Ensemble(eqs, 256, SEED, 0.02)
+    many = Trajectories(eqs, 256, SEED, 0.02)
     coarse = many.coarser()
     for one in (many, coarse):
         one.run(100.0)
@@ -139,7 +140,7 @@ def test_the_same_noise_at_twice_the_step():
 
 def test_a_shared_noise_makes_the_bias_precise():
     """Without a stop the paths of both steps stay together: the bias has a smaller error than either mean."""
-    pair = StepPair(Ensemble(linear(1.25, 1.0, c=0.05), 4096, SEED, 0.1), 400.0)
+    pair = RichardsonPair(Trajectories(linear(1.25, 1.0, c=0.05), 4096, SEED, 0.1), 400.0)
     assert pair.bias("V2")[1] < 0.1 * pair.mean("V2")[1]
     exact = linear_v2(linear(1.25, 1.0, c=0.05))
     assert abs(z(pair.extrapolated("V2"), exact)) < 4
@@ -147,13 +148,13 @@ def test_a_shared_noise_makes_the_bias_precise():
 
 
 def test_a_resting_pair_keeps_its_bias():
-    pair = StepPair(Ensemble(PAPER, 512, SEED, 0.1), 50.0)
+    pair = RichardsonPair(Trajectories(PAPER, 512, SEED, 0.1), 50.0)
     pair.extend(50.0)
     before, steps = pair.bias("V2"), pair.steps
-    pair.rest()
+    pair.stop_coarse()
     assert pair.steps == steps
     pair.extend(50.0)
-    assert pair.resting
+    assert pair.coarse_is_stopped
     assert pair.bias("V2") == before
     assert pair.steps == pytest.approx(steps + 512 * 50.0 / 0.1, rel=0.01)
     assert pair.duration == pytest.approx(150.0, rel=0.01)
@@ -161,8 +162,8 @@ def test_a_resting_pair_keeps_its_bias():
 
 def test_a_mean_of_windows_of_different_length():
     """One long run, and the same in pieces."""
-    whole = Ensemble(PAPER, 64, SEED, 0.1).run(120.0)
-    many = Ensemble(PAPER, 64, SEED, 0.1)
+    whole = Trajectories(PAPER, 64, SEED, 0.1).run(120.0)
+    many = Trajectories(PAPER, 64, SEED, 0.1)
     first, second = many.run(40.0), many.run(80.0)
     for name in ("V2", "impacts", "impact_loss"):
         assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(getattr(whole, name), rel=1e-12)
@@ -172,21 +173,21 @@ def test_answer_does_not_depend_on_threads(monkeypatch):
     answers = []
     for cores in (1, 2, 3):
         monkeypatch.setattr(os, "cpu_count", lambda: cores)  # noqa: B023
-        answers.append(Ensemble(PAPER, 300, SEED, 0.1).run(20.0).V2)
+        answers.append(Trajectories(PAPER, 300, SEED, 0.1).run(20.0).V2)
     assert (answers[0] == answers[1]).all()
     assert (answers[0] == answers[2]).all()
 
 
 def test_many_at_once_do_not_disturb_each_other():
     with ThreadPoolExecutor(4) as pool:
-        answers = list(pool.map(lambda _: Ensemble(PAPER, 128, SEED, 0.1).run(20.0).V2, range(4)))
+        answers = list(pool.map(lambda _: Trajectories(PAPER, 128, SEED, 0.1).run(20.0).V2, range(4)))
     assert all((a == answers[0]).all() for a in answers)
 
 
 def test_removing_an_effect_equals_never_having_it():
     with_zero = changed(PAPER, n12=0.0, restitution=1.0)
     without = changed(PAPER, n12=None, restitution=1.0)
-    a, b = (Ensemble(e, 64, SEED, 0.1).run(50.0) for e in (with_zero, without))
+    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (with_zero, without))
     assert pytest.approx(b.V2, rel=1e-12) == a.V2
 
 
@@ -204,7 +205,7 @@ def test_removing_an_effect_equals_never_having_it():
 def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e4)
     with pytest.raises(UnboundedResponseError, match="grows without bound"):
-        Ensemble(eqs, 256, SEED).settle()
+        burn_in(Trajectories(eqs, 256, SEED))
 
 
 @pytest.mark.parametrize("step", [0.5, 0.05])
@@ -224,7 +225,7 @@ def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
     ids=["r.05", "r0", "mu1e4", "open", "quiet", "stiff-damping", "collapse", "beta10", "beta10mu100"],
 )
 def test_hard_scenes_stay_finite_and_positive(eqs, step):
-    moments = Ensemble(eqs, 256, SEED, step).run(200.0)
+    moments = Trajectories(eqs, 256, SEED, step).run(200.0)
     assert all(np.isfinite(values).all() for values in vars(moments).values())
     assert (moments.x2 > 0).all()
     if eqs.restitution is not None:
@@ -234,8 +235,8 @@ def test_hard_scenes_stay_finite_and_positive(eqs, step):
 def test_high_load_rate_gives_the_quasi_static_voltage():
     """mu = 1e4: V -> x'/mu, and the step does not shrink with 1/mu."""
     eqs = changed(linear(0.05, 1e4), restitution=0.96)
-    many = Ensemble(eqs, 2048, SEED)
-    many.settle()
+    many = Trajectories(eqs, 2048, SEED)
+    burn_in(many)
     moments = many.run(many.time)
     assert many.h > 0.05
     assert moments.mean("V2")[0] * 1e8 == pytest.approx(moments.mean("v2")[0], rel=0.02)
@@ -243,23 +244,23 @@ def test_high_load_rate_gives_the_quasi_static_voltage():
 
 def test_step_adapts_to_a_stiff_spring():
     """alpha = 1e6 against the Gibbs law."""
-    many = Ensemble(Equations(alpha=1e6, c1=-0.05, n1=0.01), 4096, SEED)
-    many.settle()
+    many = Trajectories(Equations(alpha=1e6, c1=-0.05, n1=0.01), 4096, SEED)
+    burn_in(many)
     moments = many.run(many.time)
     assert many.h < 0.01
     assert abs(z(moments.mean("v2"), 0.2)) < 4
 
 
 def test_no_noise_dies_out_with_a_word():
-    many = Ensemble(Equations(c1=-0.05, mu=1.0, beta=0.05), 64, SEED)
-    assert "dies out" in many.settle()[0]
+    many = Trajectories(Equations(c1=-0.05, mu=1.0, beta=0.05), 64, SEED)
+    assert "dies out" in burn_in(many)[0]
 
 
 def test_limit_cycle_without_noise():
     """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
     c1, c2, c3 = 0.02, 0.01, 0.1
-    many = Ensemble(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 64, SEED, 0.02)
-    many.settle()
+    many = Trajectories(Equations(c1=c1, c2=c2, c3=c3, restitution=1.0), 64, SEED, 0.02)
+    burn_in(many)
     moments = many.run(500.0)
     a2 = (c2 / 4 + np.sqrt(c2**2 / 16 + c3 * c1 / 2)) / (c3 / 4)
     assert moments.mean("x2")[0] == pytest.approx(a2 / 2, rel=0.01)

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 import harvester as hv
 from harvester.equations.scaling import Equations
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from tests.support.systems import changed, scene, z
 
@@ -92,7 +92,7 @@ def test_stability_limit():
 def test_ensemble_finds_the_orbit():
     """One impact in a period from every start, and the loss of one of that speed, within twice the step's bias."""
     frequency = 2.1
-    many = Ensemble(driven(frequency), 64, np.random.SeedSequence(1), 0.01)
+    many = Trajectories(driven(frequency), 64, np.random.SeedSequence(1), 0.01)
     many.run(2000.0)
     moments = many.run(100.0)
     loss = 0.5 * (1 - R * R) * orbit(frequency)[1] ** 2 * frequency / (2 * math.pi)

@@ -1,19 +1,21 @@
 """The load resistor by ngspice's rule: ngspice's path to rounding, a lane's path, the exact update's mean."""
 
+import re
+
 import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.circuit.ngspice.deck import trapezoid_share
+from harvester.circuit.ngspice.deck import integration
 from harvester.engines import Spice
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import from_path
-from harvester.mechanics.kernels.ngspice_rule import trace_ruled, weight
-from harvester.mechanics.kernels.noise import _three_point_grid, three_point_grid
+from harvester.mechanics.kernels.ngspice_rule import rule_weight, trace_by_ngspice_rule
+from harvester.mechanics.kernels.noise import fill_three_point, three_point_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.scene.toml import load
 from tests.support.systems import changed, z
@@ -32,7 +34,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
     device = prepare(Problem(scene), Spice()).device
     noise = three_point_grid(SEED, round(600.0 / device.h / device.stride) * device.stride // 2 * 2)
     theirs = worker.path_in_worker(device, noise)
-    ours = trace_ruled(device.eqs, noise, device.h, device.stride)
+    ours = trace_by_ngspice_rule(device.eqs, noise, device.h, device.stride)
     late = slice(len(ours.t) * 4 // 5, None)
     assert np.std(ours.V[late] - theirs.V[late]) < 1e-8 * np.std(ours.V)
     exact = trace(device.eqs, noise, device.h, device.stride)
@@ -42,22 +44,24 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
 
 
 @pytest.mark.parametrize("z", [1e-6, 0.01, 1.0, 50.0, 1e4])
-def test_rule_weight_is_that_of_the_deck(z):
-    assert weight.py_func(z) == pytest.approx(trapezoid_share(z, 1.0), rel=1e-12)
+def test_deck_has_the_weight_of_the_compiled_steps(z):
+    """The options card's xmu is the weight that the kernels compute, to rounding."""
+    xmu = re.search(r"xmu=(\S+)", integration(z, 1.0, 1.0, 1.0, 1e-4))
+    assert float(xmu[1]) == pytest.approx(rule_weight(z), rel=1e-12)
 
 
 @pytest.mark.parametrize("r", [None, 0.9])
 def test_a_lane_with_ngspices_rule_is_its_path(r):
     """Readings are landings: the state goes on from mid-drift, over calls of `run` too."""
     eqs, h = changed(PLATE, restitution=r, mu=1.0), 0.07
-    many = Ensemble(eqs, 64, SEED, h, ruled=True)
+    many = Trajectories(eqs, 64, SEED, h, ngspice_rule=True)
     words = many.words[0].copy()
     first, second = many.run(12.0), many.run(24.0)
     moments = first.mixed(second, 24.0 / 36.0)
     for lane in (0, 63):
         noise = np.empty(round(many.time / h))
-        _three_point_grid(noise, *words[:, lane])
-        path = trace_ruled(eqs, noise, h, many.stride)
+        fill_three_point(noise, *words[:, lane])
+        path = trace_by_ngspice_rule(eqs, noise, h, many.stride)
         same = from_path(eqs, path, 0.0, 1)
         for name in ("V2", "load", "x2", "impacts"):
             assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=0.01), name
@@ -67,6 +71,6 @@ def test_a_lane_with_ngspices_rule_is_its_path(r):
 def test_the_rule_costs_what_the_step_costs():
     """The exact update and ngspice's rule have the same E[V^2] within the step's bias."""
     eqs = changed(PLATE, mu=1.0, restitution=0.96)
-    exact = StepPair(Ensemble(eqs, 4096, SEED, 0.05), 400.0)
-    other = StepPair(Ensemble(eqs, 4096, SEED, 0.05, ruled=True), 400.0)
+    exact = RichardsonPair(Trajectories(eqs, 4096, SEED, 0.05), 400.0)
+    other = RichardsonPair(Trajectories(eqs, 4096, SEED, 0.05, ngspice_rule=True), 400.0)
     assert abs(z(other.extrapolated("V2"), *exact.extrapolated("V2"))) < 4

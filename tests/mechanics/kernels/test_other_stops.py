@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from harvester.equations.scaling import Equations
 from harvester.errors import InputError
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import relaxation
 from harvester.mechanics.kernels.other_stops import between, in_contact, kick_at_stops, move, stops_of
 from harvester.mechanics.kernels.path import trace
@@ -248,8 +249,8 @@ def test_preload_without_restitution():
     quiet = trace(eqs, np.zeros(1000), 0.05, 1, (0.8, 0.0, 0.0))
     assert len(quiet.impacts) == 1
     assert (quiet.x[quiet.t > quiet.impacts[0, 0] + 0.1] == 0.2).all()
-    many = Ensemble(changed(eqs, n1=0.01), 256, SEED)
-    many.settle()
+    many = Trajectories(changed(eqs, n1=0.01), 256, SEED)
+    burn_in(many)
     x, _, _ = many.snapshot()
     assert x.min() >= 0.2
     assert (x > 0.2).mean() > 0.5
@@ -262,7 +263,7 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
     """However near the stops, and strong the noise and the voltage: inside, and finite."""
     eqs = changed(PAPER, n1=1.0, c1=-0.1, beta=2.0, restitution=r, gap=0.3, opposite_gap=room - 0.3)
     for r_high in (0.0, 1.0):
-        many = Ensemble(changed(eqs, opposite_restitution=r_high), 64, SEED, h)
+        many = Trajectories(changed(eqs, opposite_restitution=r_high), 64, SEED, h)
         moments = many.run(100 * h)
         x, _, _ = many.snapshot()
         assert -0.3 <= x.min() <= x.max() <= room - 0.3
@@ -297,7 +298,7 @@ def test_a_start_behind_a_stop_is_refused():
         with pytest.raises(InputError, match=line):
             trace(eqs, np.zeros(4), 0.1, 1, (x, 0.0, 0.0))
         with pytest.raises(InputError, match=line):
-            Ensemble(eqs, 64, SEED, 0.1, np.array([x, 0.0, 0.0]))
+            Trajectories(eqs, 64, SEED, 0.1, np.array([x, 0.0, 0.0]))
 
 
 def test_compiled_and_interpreted_agree():

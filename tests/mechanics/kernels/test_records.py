@@ -13,8 +13,8 @@ import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.equations.scaling import Equations, equations, scales
 from harvester.errors import CannotServeError, InputError
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge, read_density, read_record
 from tests.support.lockstep import device, rms_difference
@@ -106,7 +106,7 @@ def test_ensemble_runs_whole_periods():
     """Linear: E[V^2] from every start is the sum over the lines of the series, and nothing is random."""
     record = table(0.1, 597)
     eqs = Equations(beta=0.6, mu=0.4, c1=-0.2, record=record)
-    pair = StepPair(Ensemble(eqs, 64, SEED, 0.02), 100.0)
+    pair = RichardsonPair(Trajectories(eqs, 64, SEED, 0.02), 100.0)
     lines = np.fft.rfft(record.values) / len(record.values)
     s = 2j * math.pi * np.arange(len(lines)) / record.period
     voltage = s / (s + eqs.mu)
@@ -164,7 +164,7 @@ def test_variance_under_a_tabulated_density(c):
     exact = quad(weighted, 0.01, 2.0, limit=500, points=[0.1, 0.159, 0.3])[0]
     scores = []
     for seed in range(5):
-        pair = StepPair(Ensemble(eqs, 1024, np.random.SeedSequence(seed), 0.05), 100.0)
+        pair = RichardsonPair(Trajectories(eqs, 1024, np.random.SeedSequence(seed), 0.05), 100.0)
         found = pair.extrapolated("x2")
         assert found[1] < 0.03 * exact
         scores.append(z(found, exact))

@@ -10,10 +10,12 @@ import pytest
 import harvester as hv
 from harvester.equations.scaling import Equations, Scales, effects, equations, physical
 from harvester.errors import CannotServeError, InputError
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import deviation, forcing, is_shaken, period, shaker, whole_steps
+from harvester.mechanics.kernels.shaking import deviation, forcing, is_shaken, period, shaker
+from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, linear, scene, z
 
 SEED = np.random.SeedSequence(20261121)
@@ -67,13 +69,13 @@ def test_discrete_response_converges_to_the_continuum_at_second_order(frequency)
 def test_ensemble_of_the_linear_scene(frequency):
     """E[x^2], E[V^2] and the power, extrapolated to h = 0, are |X|^2/2, |V|^2/2 and beta mu |V|^2/2, to 1e-6."""
     eqs = changed(DRIVEN, drive_frequency=frequency)
-    pairs = [StepPair(Ensemble(eqs, 64, SEED, h), 60.0) for h in (0.01, 0.02)]
+    pairs = [RichardsonPair(Trajectories(eqs, 64, SEED, h), 60.0) for h in (0.01, 0.02)]
     x, voltage = continuum(eqs)
     for name, exact in (("x2", 0.5 * abs(x) ** 2), ("V2", 0.5 * abs(voltage) ** 2)):
         fine, coarse = (one.extrapolated(name)[0] for one in pairs)
         assert (16.0 * fine - coarse) / 15.0 == pytest.approx(exact, rel=1e-6)
         assert pairs[0].mean(name)[1] < 1e-9 * exact  # every trajectory's windows are whole periods
-    assert abs(pairs[0].fine.balance(eqs)).max() < 2e-4
+    assert abs(pairs[0].moments.balance(eqs)).max() < 2e-4
 
 
 def test_engine_states_that_nothing_is_random():
@@ -97,7 +99,7 @@ def test_several_responses_are_told():
 def test_white_noise_beside_a_drive():
     """Linear: E[V^2] is the sum of both."""
     eqs = changed(DRIVEN, n1=0.05)
-    found = StepPair(Ensemble(eqs, 8192, SEED, 0.05), 800.0).extrapolated("V2")
+    found = RichardsonPair(Trajectories(eqs, 8192, SEED, 0.05), 800.0).extrapolated("V2")
     c = -eqs.c1
     noise = eqs.n1 / (c * (1 + eqs.beta + eqs.mu**2 + c * eqs.mu) + eqs.beta * eqs.mu)
     exact = 0.5 * abs(continuum(eqs)[1]) ** 2 + noise
@@ -137,7 +139,7 @@ NOISES = [
 def test_variances_under_filtered_noise(eqs):
     """E[x^2], E[x'^2], E[V^2], E[xV] and E[a x'], extrapolated to h = 0, within four standard errors."""
     h = 0.05 if eqs.bandwidth is None else 0.05 / max(1.3, eqs.centre + eqs.bandwidth)
-    pair = StepPair(Ensemble(eqs, 4096, SEED, h), 400.0)
+    pair = RichardsonPair(Trajectories(eqs, 4096, SEED, h), 400.0)
     exact = stationary(eqs)
     for name, (i, j) in {"x2": (0, 0), "v2": (1, 1), "V2": (2, 2), "xV": (0, 2), "driven": (1, 3)}.items():
         found = pair.extrapolated(name)
@@ -151,7 +153,7 @@ def test_short_correlation_time_is_white_noise(h):
     """The kicks of tau = 1e-4 are those of white noise of the same intensity, at every step: the same variance."""
     white = linear(0.6, 0.5, 0.1, 0.02)
     short = changed(white, n1=None, coloured=0.02, correlation_time=1e-4)
-    (a, da), (b, db) = (StepPair(Ensemble(eqs, 4096, SEED, h), 400.0).mean("V2") for eqs in (white, short))
+    (a, da), (b, db) = (RichardsonPair(Trajectories(eqs, 4096, SEED, h), 400.0).mean("V2") for eqs in (white, short))
     assert abs(a - b) < 4.0 * math.hypot(da, db)
     assert db < 0.01 * b
 
@@ -176,7 +178,7 @@ def test_filter_keeps_its_stationary_law(eqs, h):
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
     """Means of p^2, q^2 and p q over trajectories and times, at a step where the noise of p and q is correlated."""
-    many, found = Ensemble(eqs, 2048, SEED, 0.8), []
+    many, found = Trajectories(eqs, 2048, SEED, 0.8), []
     for _ in range(40):
         many.run(16.0)
         p, q = np.moveaxis(many.filter, 1, 0).reshape(2, -1)
@@ -205,15 +207,15 @@ def test_forcing_of_a_path_has_the_law_of_the_filter(eqs):
 def test_coarse_and_fine_ensembles_are_shaken_alike():
     """The difference of a pair of steps has a far smaller error than either mean."""
     for eqs in (changed(COLOURED, correlation_time=5.0), BAND):
-        pair = StepPair(Ensemble(eqs, 1024, SEED, 0.05), 200.0)
+        pair = RichardsonPair(Trajectories(eqs, 1024, SEED, 0.05), 200.0)
         assert pair.bias("V2")[1] < 0.02 * pair.mean("V2")[1]
 
 
 def test_filtered_noise_with_a_stop_closes_its_power_balance():
     for extra in ({"coloured": 0.05, "correlation_time": 1.0}, {"coloured": 0.05, "centre": 1.5, "bandwidth": 0.5}):
         eqs = changed(PAPER, n1=None, n2=None, **extra)
-        moments = Ensemble(eqs, 1024, SEED, 0.02)
-        moments.settle()
+        moments = Trajectories(eqs, 1024, SEED, 0.02)
+        burn_in(moments)
         balance = moments.run(400.0).balance(eqs)
         assert abs(balance.mean()) < 4 * balance.std() / 32 + 2e-3
         assert moments.run(100.0).impacts.mean() > 0.05
@@ -291,7 +293,7 @@ def test_steps_divide_the_period(h, frequency):
     assert found <= h
     assert parts == pytest.approx(64 * round(parts / 64), rel=1e-12)
     assert whole_steps(eqs, 2.0 * found) == 2.0 * found  # of the coarse ensemble of a pair
-    many = Ensemble(eqs, 1, SEED, h)
+    many = Trajectories(eqs, 1, SEED, h)
     assert round(parts) % many.stride == 0
     assert many.stride * 16 <= parts * (1 + 1e-9)
 

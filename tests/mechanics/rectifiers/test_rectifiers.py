@@ -14,12 +14,11 @@ from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations, equations, scales
 from harvester.errors import InputError
-from harvester.mechanics.ensemble.burn_in import CHARGINGS
-from harvester.mechanics.ensemble.richardson import StepPair
-from harvester.mechanics.ensemble.trajectories import Ensemble
+from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift
-from harvester.mechanics.kernels.moments import mean_and_error
-from harvester.mechanics.kernels.noise import _three_point_grid, child, gaussian_grid
+from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
 from harvester.mechanics.rectifiers.circuit import (
     Coil,
     Flyback,
@@ -33,6 +32,7 @@ from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_i
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.scene.toml import load
+from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import changed, z
 
 SEED = np.random.SeedSequence(20261121)
@@ -270,12 +270,12 @@ def test_switch_waits_for_one_and_a_half_plays():
 @pytest.mark.parametrize("kind", KINDS)
 def test_lane_and_path_are_the_same_trajectory(kind, r):
     eqs, h, time = changed(PLATE, restitution=r), 0.07, 12.0 if r else 60.0
-    many = Ensemble(eqs, 64, SEED, h, circuit=circuit(kind))
+    many = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind))
     moments = many.run(time)
-    words = Ensemble(eqs, 64, SEED, h, circuit=circuit(kind)).words[0]
+    words = Trajectories(eqs, 64, SEED, h, circuit=circuit(kind)).words[0]
     for lane in (0, 63):
         noise = np.empty(round(many.time / h))
-        _three_point_grid(noise, *words[:, lane])
+        fill_three_point(noise, *words[:, lane])
         same = ideal_moments(eqs, circuit(kind), noise, h, many.stride, 0.0)
         path = trace_ideal(eqs, circuit(kind), noise, h, many.stride)
         for name in ("V2", "load", "x2", "impacts", "impact_loss"):
@@ -286,8 +286,8 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
 
 def test_power_balance():
     """Without drops the load gets all that the damping leaves of N1."""
-    many = Ensemble(changed(PLATE, c1=-0.05), 1024, SEED, 0.05, circuit=without_drop("bridge", 0.5, 10.0))
-    many.settle()
+    many = Trajectories(changed(PLATE, c1=-0.05), 1024, SEED, 0.05, circuit=without_drop("bridge", 0.5, 10.0))
+    burn_in(many)
     moments = many.run(many.time)
     assert abs(z(mean_and_error(moments.damped + PLATE.beta * moments.load), PLATE.n1)) < 4
     assert PLATE.beta * moments.load.mean() > 0.5
@@ -295,7 +295,7 @@ def test_power_balance():
 
 def test_step_pair_sees_an_error_of_second_order():
     """The bias of the load's power at h is a quarter of that at 2 h, and is the difference from 2 h over 3."""
-    pairs = [StepPair(Ensemble(PLATE, 1024, SEED, h, circuit=circuit()), 400.0) for h in (0.2, 0.1)]
+    pairs = [RichardsonPair(Trajectories(PLATE, 1024, SEED, h, circuit=circuit()), 400.0) for h in (0.2, 0.1)]
     (coarse, coarse_error), (fine, fine_error) = (pair.bias("load") for pair in pairs)
     assert abs(coarse) > 8 * coarse_error
     assert abs(z((coarse, coarse_error), 4 * fine, 4 * fine_error)) < 4
@@ -303,13 +303,13 @@ def test_step_pair_sees_an_error_of_second_order():
 
 def test_settling_waits_for_the_capacitor():
     slow = circuit(mu=0.1, kappa=200.0)
-    many = Ensemble(PLATE, 128, SEED, 0.1, circuit=slow)
-    assert many.settle() == []
-    assert many.time >= CHARGINGS * slow.memory == 12000.0
+    many = Trajectories(PLATE, 128, SEED, 0.1, circuit=slow)
+    assert burn_in(many) == []
+    assert many.time >= CHARGING_TIMES * slow.memory == 12000.0
 
 
 def test_detection_begins_at_the_start():
-    many = Ensemble(PLATE, 64, SEED, 0.1, start=np.array([0.7, 0.0, 0.0]), circuit=circuit("sece"))
+    many = Trajectories(PLATE, 64, SEED, 0.1, start=np.array([0.7, 0.0, 0.0]), circuit=circuit("sece"))
     assert (many.state[:, 4] == 0.7).all()
     assert (many.with_step(0.2).state[:, 4] == 0.7).all()
 
@@ -317,7 +317,7 @@ def test_detection_begins_at_the_start():
 def test_noise_is_needed_and_no_resistor():
     for eqs in (changed(PLATE, n1=None, n2=0.1), changed(PLATE, mu=1.0)):
         with pytest.raises(InputError, match="beside a load circuit"):
-            Ensemble(eqs, 64, SEED, 0.1, circuit=circuit())
+            Trajectories(eqs, 64, SEED, 0.1, circuit=circuit())
     with pytest.raises(InputError, match="where the stop is"):
         trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0))
 
@@ -329,7 +329,8 @@ def test_noise_is_needed_and_no_resistor():
 def test_hard_circuits(kind, mu, kappa, r):
     """From a short to an open load, from no capacitor to a farad, steps of .5, a stop of r = 0, no play."""
     play = {"play": 0.0} if kind in SWITCHED else {}
-    many = Ensemble(changed(PLATE, restitution=r), 64, SEED, 0.5, circuit=circuit(kind, mu, kappa, loss=1.4e-3, **play))
+    load = circuit(kind, mu, kappa, loss=1.4e-3, **play)
+    many = Trajectories(changed(PLATE, restitution=r), 64, SEED, 0.5, circuit=load)
     moments = many.run(100.0)
     assert np.isfinite(moments.load).all()
     assert (many.state[:, 3] >= 0.0).all()
