@@ -17,14 +17,14 @@ from harvester.errors import SimulationError
 T = TypeVar("T")
 
 
-def given(coefficient: float | None) -> Floats:
+def or_zero(coefficient: float | None) -> Floats:
     """A coefficient, or 0 where its effect is absent."""
     return np.asarray(0.0 if coefficient is None else coefficient, dtype=np.float64)
 
 
-def deeper(coefficient: float | None) -> Floats:
+def or_zero_by_point(coefficient: float | None) -> Floats:
     """A coefficient with one more axis at its end, for arrays over the points of each orbit; 0 where absent."""
-    return given(coefficient)[..., None]
+    return or_zero(coefficient)[..., None]
 
 
 def stacked(scenes: Sequence[Equations]) -> Equations:
@@ -36,7 +36,7 @@ def stacked(scenes: Sequence[Equations]) -> Equations:
     return Equations(**columns)
 
 
-def alike(scenes: Sequence[Equations], most: int) -> list[list[int]]:
+def groups_of_same_effects(scenes: Sequence[Equations], most: int) -> list[list[int]]:
     """Places of the scenes that have the same effects, in groups of at most ``most``."""
     groups: dict[tuple[bool, ...], list[list[int]]] = {}
     for place, scene in enumerate(scenes):
@@ -54,13 +54,13 @@ def noisy_stacks(
     solve: Callable[[list[Equations]], list[T | SimulationError]],
     without_noise: str,
 ) -> list[T | SimulationError]:
-    """``solve`` for groups of scenes of the same effects, the answers in the order of the scenes.
+    """Apply ``solve`` to groups of scenes of the same effects; the answers are in the order of the scenes.
 
     A scene without external noise has no stationary law: the error ``without_noise``.
     """
     answers: list[T | SimulationError] = [SimulationError(without_noise) for _ in scenes]
     noisy = [place for place, eqs in enumerate(scenes) if eqs.n1 is not None]
-    for group in alike([scenes[place] for place in noisy], most):
+    for group in groups_of_same_effects([scenes[place] for place in noisy], most):
         places = [noisy[k] for k in group]
         with np.errstate(all="ignore"):  # amplitudes of no weight may overflow
             for place, answer in zip(places, solve([scenes[place] for place in places]), strict=True):

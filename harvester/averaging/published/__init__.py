@@ -1,1 +1,1 @@
-"""The paper's averaging, its misprints corrected: harmonic decoupling of the voltage."""
+"""The paper's averaging, with its misprints corrected: the voltage of a harmonic motion, the law of the amplitude."""

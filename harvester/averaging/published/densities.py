@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import given
+from harvester.averaging.grids import or_zero
 from harvester.averaging.published.ito import stiffness
 from harvester.averaging.published.orbit import G, G_inverse, frequency
 from harvester.averaging.published.stationary import Stationary
@@ -20,25 +20,19 @@ from harvester.averaging.published.voltage import K, amplitude_through, dK_dA
 from harvester.equations.scaling import Equations
 
 
-def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
-    """H and p(H) = p(A) dA/dH at the amplitudes of ``law``, each of shape (n,) (Eq. 27)."""
-    k, _ = stiffness(law.A, eqs)
-    return G(law.A, given(eqs.alpha), k - 1.0), law.p / (law.A * _rise(law.A, np.asarray(0.0), eqs))
-
-
 def transformed_density(y: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:
-    """p(y, y') = p(H)/T(H) at the orbit through (y, y') (Eq. 28); arguments broadcast."""
+    """Density p(y, y') = p(H)/T(H) at the orbit through (y, y') (Eq. 28); arguments broadcast."""
     return _on_orbit(amplitude_through(y, v, *_symbols(eqs)), y, law, eqs)
 
 
 def state_density(x: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:
-    """p(x, x') = 2 p(y, y') for x >= 0, else 0 (Eq. 29); without a stop p(y, y') itself."""
+    """Density p(x, x') = 2 p(y, y') for x >= 0, else 0 (Eq. 29); without a stop p(y, y') itself."""
     p = transformed_density(x, v, law, eqs)
     return p if eqs.restitution is None else np.where(np.asarray(x) < 0.0, 0.0, 2.0 * p)
 
 
 def displacement_density(x: Floats, law: Stationary, eqs: Equations) -> Floats:
-    """p(x) = int p(x, x') dx' at x of shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1b, 2b)."""
+    """Density p(x) = int p(x, x') dx' at x, shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1b, 2b)."""
     y = np.abs(x)[:, None]
     alpha, beta, mu = _symbols(eqs)
     k = K(law.A, alpha, beta, mu)
@@ -48,7 +42,7 @@ def displacement_density(x: Floats, law: Stationary, eqs: Equations) -> Floats:
 
 
 def velocity_density(v: Floats, law: Stationary, eqs: Equations) -> Floats:
-    """p(x') = int p(x, x') dx at x' of shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1c, 2c).
+    """Density p(x') = int p(x, x') dx at x', shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1c, 2c).
 
     The same with and without a stop: int_0^inf 2 p(y, y') dy.
     """
@@ -60,7 +54,7 @@ def velocity_density(v: Floats, law: Stationary, eqs: Equations) -> Floats:
 
 
 def _on_orbit(A: Floats, y: Floats, law: Stationary, eqs: Equations) -> Floats:
-    """p(A)/(T J) at displacement y of the orbit of amplitude A; p/A, interpolated in ln A, is flat towards 0."""
+    """Density p(A)/(T J) at y on the orbit of amplitude A; p/A, interpolated in ln A, is flat towards 0."""
     A = np.maximum(A, law.A[0])
     per_A = np.exp(np.interp(np.log(A), np.log(law.A), np.log(law.p / law.A), right=-np.inf))
     alpha, beta, mu = _symbols(eqs)
@@ -68,9 +62,10 @@ def _on_orbit(A: Floats, y: Floats, law: Stationary, eqs: Equations) -> Floats:
 
 
 def _rise(A: Floats, y: Floats, eqs: Equations) -> Floats:
-    """J(A, y)/A, of which Q = 1 + K + alpha A^2 is the most."""
+    """The ratio J(A, y)/A, of which Q = 1 + K + alpha A^2 is the most."""
     return stiffness(A, eqs)[1] + 0.5 * dK_dA(A, *_symbols(eqs)) * (A - y**2 / A)
 
 
 def _symbols(eqs: Equations) -> tuple[Floats, Floats, Floats]:
-    return given(eqs.alpha), given(eqs.beta), given(eqs.mu)
+    """The coefficients alpha, beta and mu of the equations, 0 where absent."""
+    return or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)

@@ -1,4 +1,4 @@
-"""Orbits of the equivalent oscillator: potential, frequency, period, the mirrored coordinate (paper, Eqs. 3, 8-15).
+"""Orbits of the equivalent oscillator: potential, amplitude, frequency and period (paper, Eqs. 3, 8-15).
 
 On an orbit of amplitude A the load's stiffness K = K(A) is a constant, so that
 
@@ -18,11 +18,6 @@ def G(y: Floats, alpha: Coefficient, K: Floats) -> Floats:
     return 0.5 * (1.0 + K) * y**2 + 0.25 * alpha * y**4
 
 
-def g(y: Floats, alpha: Coefficient, K: Floats) -> Floats:
-    """Restoring force g(y) = dG/dy = (1 + K) y + alpha y^3 (paper, below Eq. 8)."""
-    return (1.0 + K) * y + alpha * y**3
-
-
 def G_inverse(H: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Displacement y >= 0 at which G(y) = H >= 0; it does not cancel for small alpha H."""
     k = 1.0 + K
@@ -32,17 +27,6 @@ def G_inverse(H: Floats, alpha: Coefficient, K: Floats) -> Floats:
 def amplitude(x: Floats, v: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """Amplitude of the orbit through (x, v): G(A) = v^2/2 + G(x)."""
     return G_inverse(0.5 * v**2 + G(x, alpha, K), alpha, K)
-
-
-def nu2_coupled(A: Floats, Phi: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
-    """Square of the instantaneous frequency with the load's stiffness at nu itself (Eq. 9).
-
-        nu^2 = [G1 + sqrt(G1^2 + 4 G0)]/2,   G1 = s + beta - mu^2,   G0 = mu^2 s,
-        s = 1 + 3/4 alpha A^2 + 1/4 alpha A^2 cos 2 Phi
-
-    the positive root of nu^2 = s + beta nu^2/(mu^2 + nu^2).  Printed G0 lacks mu^2 in its last term.
-    """
-    return closed(nu2(A, Phi, alpha, np.asarray(0.0)), beta, mu)
 
 
 def closed(s: Floats, beta: Coefficient, mu: Coefficient) -> Floats:
@@ -64,7 +48,7 @@ def nu(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> Floats:
 
 
 def frequency(A: Floats, alpha: Coefficient, K: Floats) -> Floats:
-    """2 pi/T(A), with T the time that the orbit takes, T = int_0^2pi dPhi/nu (Gauss).
+    """Frequency 2 pi/T(A) of an orbit, T = int_0^2pi dPhi/nu the time that it takes (Gauss).
 
         2 pi/T = agm[nu(A, 0), nu(A, pi/2)] = agm[sqrt(1 + K + alpha A^2), sqrt(1 + K + alpha A^2/2)]
 
@@ -72,13 +56,3 @@ def frequency(A: Floats, alpha: Coefficient, K: Floats) -> Floats:
     """
     k = 1.0 + K
     return np.asarray(agm(np.sqrt(k + alpha * A**2), np.sqrt(k + 0.5 * alpha * A**2)))
-
-
-def on_orbit(A: Floats, Phi: Floats, alpha: Coefficient, K: Floats) -> tuple[Floats, Floats]:
-    """The point y = A cos Phi, y' = -A nu sin Phi (Eq. 3)."""
-    return A * np.cos(Phi), -A * nu(A, Phi, alpha, K) * np.sin(Phi)
-
-
-def folded(y: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """The mirror x = |y|, x' = y' sgn y (Eq. 11): x' -> -r x' at the stop is y' -> r y' through it (Eq. 12)."""
-    return np.abs(y), v * np.sign(y)

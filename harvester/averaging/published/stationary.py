@@ -1,4 +1,4 @@
-"""Stationary density of the amplitude, mean square voltage and power (paper, Eqs. 26-31)."""
+"""Stationary density of the amplitude, and the mean square voltage (paper, Eqs. 25, 26 and 30)."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from harvester.arrays import Coefficient, Floats
-from harvester.averaging.grids import around_the_mass, given, noisy_stacks, stacked
+from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, stacked
 from harvester.averaging.published.ito import diffusion, drift
 from harvester.averaging.published.orbit import nu2
 from harvester.averaging.published.voltage import K, omega2
@@ -33,7 +33,7 @@ _NO_NOISE = (
 
 @dataclass(frozen=True)
 class Stationary:
-    """p(A) on a grid: ``A`` and ``p`` of shape (n,), weights of the integral over ln A in ``mass``.
+    """The stationary density p(A) on a grid: ``A`` and ``p`` of shape (n,), and the probability ``mass`` of each point.
 
     A stack of scenes has them in rows, shape (scenes, n).
     """
@@ -43,12 +43,12 @@ class Stationary:
     mass: Floats
 
     def mean(self, values: Floats) -> Floats:
-        """E[values(A)]."""
+        """The mean E[values(A)] over the stationary law."""
         return np.asarray((self.mass * values).sum(axis=-1))
 
 
 def density(eqs: Equations) -> Stationary:
-    """p(A) = C sigma^-2 exp(int_A0^A 2 b/sigma^2 du), the law of the averaged FPK equation (paper, Eqs. 25, 26).
+    """Stationary density p(A) = C sigma^-2 exp(int_A0^A 2 b/sigma^2 du) of the averaged FPK equation (Eqs. 25, 26).
 
         0 = -d(b p)/dA + 1/2 d^2(sigma^2 p)/dA^2,   p finite at 0, p -> 0 at infinity
 
@@ -73,7 +73,7 @@ def density(eqs: Equations) -> Stationary:
 
 
 def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, Any]:
-    """The laws of a stack, and which of them do not fall off."""
+    """Densities of a stack of scenes, and which of them do not fall off."""
     low, high = (np.full(scenes, end) for end in _WIDEST)
     unbounded = np.zeros(scenes, dtype=bool)
     for _ in range(6):  # zoom in on where the mass is
@@ -90,7 +90,7 @@ def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, An
 
 
 def _log_mass(u: Floats, eqs: Equations) -> Floats:
-    """ln(p A) at A = e^u, up to a constant."""
+    """Logarithm of p A at A = e^u, up to a constant."""
     A = np.exp(u)
     s = sum(diffusion(A, eqs))
     slope = 2.0 * drift(A, eqs) * A / s
@@ -99,7 +99,7 @@ def _log_mass(u: Floats, eqs: Equations) -> Floats:
 
 
 def mean_square_voltage(eqs: Equations) -> float:
-    """E[V^2] of Eq. 30: the decoupled V of Eq. 6 averaged over orbits and over p(A).
+    """The mean square voltage E[V^2]: the decoupled V of Eq. 6 averaged over orbits and over p(A) (Eq. 30).
 
     The plane (x, x') is covered orbit by orbit: p(x, x') dx dx' = p(A) dA dt/T(A).  On an orbit the
     average is over time (weight 1/nu); <x x'> = 0, so that
@@ -121,11 +121,12 @@ def mean_square_voltage(eqs: Equations) -> float:
 
 
 def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
-    """`mean_square_voltage` for a grid of scenes, many at once; the error of each without one stands in its place."""
+    """Mean square voltages of many scenes at once; where one has no answer, its error stands in its place."""
     return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
 
 
 def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationError]:
+    """Mean square voltages of a stack of scenes with the same effects."""
     eqs = stacked(scenes)
     law, unbounded = _densities(eqs, len(scenes), _ENOUGH)
     V2 = voltage_on_orbit(law.A, eqs)
@@ -138,16 +139,11 @@ def _mean_square_voltages(scenes: list[Equations]) -> list[float | SimulationErr
 
 
 def voltage_on_orbit(A: Floats, eqs: Equations) -> Floats:
-    """<V^2> of the decoupled V (Eq. 6) over the orbit of amplitude A, averaged over time."""
-    alpha, beta, mu = given(eqs.alpha), given(eqs.beta), given(eqs.mu)
+    """Time average <V^2> of the decoupled V (Eq. 6) over the orbit of amplitude A."""
+    alpha, beta, mu = or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)
     w2 = omega2(A, alpha, beta, mu)
     x2, v2 = orbit_means(A, alpha, K(A, alpha, beta, mu))
     return np.asarray((w2**2 * x2 + mu**2 * v2) / (mu**2 + w2) ** 2)
-
-
-def mean_power(eqs: Equations) -> float:
-    """E[P] = beta mu E[V^2], in units of M w0^3 l^2 (paper, Eq. 31)."""
-    return float(given(eqs.beta) * given(eqs.mu)) * mean_square_voltage(eqs)
 
 
 def orbit_means(A: Floats, alpha: Coefficient, K: Floats) -> tuple[Floats, Floats]:

@@ -14,23 +14,13 @@ from harvester.arrays import Coefficient, Floats
 from harvester.averaging.published.orbit import amplitude, closed
 
 
-def earlier_velocity(x: Floats, v: Floats, w: Floats, s: Floats) -> Floats:
-    """x'(t - s) = x' cos(w s) + w x sin(w s) of a harmonic x of frequency w (Eq. 4)."""
-    return v * np.cos(w * s) + w * x * np.sin(w * s)
-
-
-def on_harmonic(A: Floats, Phi: Floats, w: Floats, mu: Coefficient) -> Floats:
-    """V = A w (w cos Phi - mu sin Phi)/(mu^2 + w^2) (Eq. 5, with mu where beta is printed)."""
-    return A * w * (w * np.cos(Phi) - mu * np.sin(Phi)) / (mu**2 + w**2)
-
-
 def decoupled(x: Floats, v: Floats, w2: Floats, mu: Coefficient) -> Floats:
-    """V = (omega^2 x + mu x')/(mu^2 + omega^2) (paper, Eq. 6, with mu for the misprinted beta of Eq. 5)."""
+    """Decoupled voltage V = (omega^2 x + mu x')/(mu^2 + omega^2) (Eq. 6, with mu for the misprinted beta of Eq. 5)."""
     return (w2 * x + mu * v) / (mu**2 + w2)
 
 
 def omega2(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
-    """Square of the averaged frequency, omega^2(A) = 1 + K + 3/4 alpha A^2.
+    """Square of the averaged frequency, omega^2(A) = 1 + K + 3/4 alpha A^2 (Eq. 10, corrected).
 
     Printed Eq. 10 has 1 + beta + alpha A^2; K = beta omega^2/(mu^2 + omega^2) makes it a
     quadratic in omega^2, with s = 1 + 3/4 alpha A^2:
@@ -38,11 +28,6 @@ def omega2(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) ->
         omega^2 = [(s + beta - mu^2) + sqrt((s + beta - mu^2)^2 + 4 mu^2 s)]/2
     """
     return closed(1.0 + 0.75 * alpha * A**2, beta, mu)
-
-
-def omega(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
-    """Averaged frequency omega(A) (Eq. 10, corrected)."""
-    return np.sqrt(omega2(A, alpha, beta, mu))
 
 
 def C(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
@@ -57,7 +42,7 @@ def K(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floa
 
 
 def dK_dA(A: Floats, alpha: Coefficient, beta: Coefficient, mu: Coefficient) -> Floats:
-    """K'(A) = beta mu^2 (omega^2)'/(mu^2 + omega^2)^2, as the drift (Eq. 23) needs.
+    """Slope K'(A) = beta mu^2 (omega^2)'/(mu^2 + omega^2)^2, which the drift (Eq. 23) needs.
 
     (omega^2)' = 3/2 alpha A (mu^2 + omega^2)/(2 omega^2 + mu^2 - s - beta), from the quadratic of
     `omega2`; its denominator is the root there.

@@ -6,12 +6,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from harvester.arrays import Floats
-from harvester.averaging.stability.linearised import Given, coupled, given_or, load, log, matrix, modes
+from harvester.averaging.stability.linearised import Override, coupled, load, log, matrix, modes, with_overrides
 from harvester.equations.scaling import Equations
 
 
-def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Given = None) -> Floats:
-    """Lambda of x'' - c1 x' + W^2 x = x noise, with or without a stop: exact for any noise and restitution.
+def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None) -> Floats:
+    """Exponent lambda of x'' - c1 x' + W^2 x = x noise, with a stop or without, exact for any noise and restitution.
 
         lambda = c1/2 + I_(1/2)/(2 I_(-1/2)) + J ln r,   J = s/(sqrt(2 pi) I_(-1/2)) impacts in a unit of time,
         I_k = int_0^inf u^k exp[-(2/s^2)(q u + u^3/12)] du,   q = W^2 - c1^2/4,   s^2 = 2 N2
@@ -35,13 +35,13 @@ def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float,
 
 
 def noiseless(eqs: Equations) -> float | None:
-    """Lambda without noise, exact: the fixed point of the map from one impact to the next.
+    """The exact exponent lambda without noise: from the fixed point of the map from one impact to the next.
 
     From (x, x', V) = (0, 1, q) the linear flow leads to the next impact after a time T, and it back
     to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
     None where the mass leaves the stop for good, or q settles on nothing.
     """
-    m, _, r = given_or(eqs, None, 0.0, None)
+    m, _, r = with_overrides(eqs, None, 0.0, None)
     if not coupled(eqs, None):
         w2, damping = load(eqs, m, r)
         return float(decoupled(damping, w2, 0.0, r))

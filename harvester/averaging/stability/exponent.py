@@ -18,40 +18,34 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.averaging.stability.exact import decoupled, noiseless
-from harvester.averaging.stability.linearised import Given, coupled, given_or, load, log, m_coth, modes
+from harvester.averaging.stability.linearised import Override, coupled, load, log, m_coth, modes, with_overrides
 from harvester.equations.scaling import Equations
 
 DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brings a warning
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough
 
 
-def published(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
-    """Lambda of the paper's Eq. 38, misprints corrected.
+def published(eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None) -> Floats:
+    """The exponent lambda of the paper's Eq. 38, misprints corrected.
 
     lambda = c1/2 - C0/2 - (1 - r)/pi sqrt(1 + K0) + N2/(4 (1 + K0)),
     C0 = beta mu/(mu^2 + 1 + beta),   1 + K0 = (mu^2 + (1 + beta)^2)/(mu^2 + 1 + beta)
     """
-    m, n2, r = given_or(eqs, mu, n2, restitution)
+    m, n2, r = with_overrides(eqs, mu, n2, restitution)
     k, rest = _published_parts(eqs, m, r)
     return rest + n2 / (4.0 * k)
 
 
-def as_printed(eqs: Equations) -> float:
-    """Lambda of Eq. 38 as it stands: the noise's factor upside down, with beta for 2 beta.  For the audit only."""
-    m, n2, r = given_or(eqs, None, None, None)
-    beta = eqs.beta or 0.0
-    return float(_published_parts(eqs, m, r)[1] + n2 * (1 + m**2 + beta + beta**2) / (4 * (m**2 + 1 + beta)))
-
-
 def _published_parts(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
+    """1 + K0 of Eq. 38, and its exponent without noise."""
     beta = eqs.beta or 0.0
     k = (m**2 + (1.0 + beta) ** 2) / (m**2 + 1.0 + beta)
     rest = 0.5 * ((eqs.c1 or 0.0) - beta * m / (m**2 + 1.0 + beta))
     return k, rest if r is None else rest - (1.0 - r) / math.pi * np.sqrt(k)
 
 
-def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
-    """Lambda by impact-aware averaging: exact at beta = 0, else to first order in beta and N2 beta.
+def averaged(eqs: Equations, mu: Override = None, n2: Override = None, restitution: Override = None) -> Floats:
+    """The exponent lambda by impact-aware averaging: exact at beta = 0, else to first order in beta and N2 beta.
 
     With a stop, with n = N2/(4 w^2), m = mu/w and g = 4 beta/(pi^2 w^2),
 
@@ -69,7 +63,7 @@ def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Gi
     oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with right
     vectors (x_i, ...) and left ones (..., l_v, ...) of unit product.
     """
-    m, n2, r = given_or(eqs, mu, n2, restitution)
+    m, n2, r = with_overrides(eqs, mu, n2, restitution)
     if not coupled(eqs, mu):
         w2, damping = load(eqs, m, r)
         return decoupled(damping, w2, n2, r)
@@ -83,7 +77,7 @@ def averaged(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Gi
 
 
 def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tuple[Floats, Floats]:
-    """Lambda with a stop and a load, and how far the slow voltage moves the centre of the orbits, g p."""
+    """The exponent with a stop and a load, and how far the slow voltage moves the centre of the orbits, g p."""
     w2, damping = load(eqs, m, r)
     beta, ratio2, n = eqs.beta or 0.0, m**2 / w2, n2 / (4.0 * w2)
     log_r, g = np.sqrt(w2) / math.pi * log(r), 4.0 * beta / (math.pi**2 * w2)
@@ -109,7 +103,7 @@ def _with_slow_voltage(eqs: Equations, m: Floats, n2: Floats, r: Floats) -> tupl
 
 
 def pushed(ratio2: Floats) -> Floats:
-    """Eta(m^2): the push of the fast voltage's even part on the orbit makes what noise brings N2/4 (1 - beta eta).
+    """The number eta(m^2) by which the fast voltage's even part bends the orbit: noise then brings N2/4 (1 - beta eta).
 
     From <x^2>/E - <x^2 x'^2>/E^2 at equal energy E at the stop, to first order in beta.
     """
@@ -117,25 +111,20 @@ def pushed(ratio2: Floats) -> Floats:
     return np.asarray((1.0 + offset) / (1.0 + ratio2))
 
 
-def simple(eqs: Equations, mu: Given = None, n2: Given = None, restitution: Given = None) -> Floats:
-    """Lambda = (c1 - C)/2 + (w/pi) ln r + N2/(4 w^2): the load as one damping C and one stiffness w^2 - 1."""
-    m, n, r = given_or(eqs, mu, n2, restitution)
-    w2, damping = load(eqs, m, r)
-    value = 0.5 * damping + n / (4.0 * w2)
-    return value if r is None else value + np.sqrt(w2) / math.pi * log(r)
-
-
 class Boundary(NamedTuple):
-    """N2 at which lambda = 0 (eps2 = 1: D22), shape of mu: 0 where rest is unstable without noise, inf if none."""
+    """The stability boundary: N2 at which lambda = 0, at each mu (for eps2 = 1, N2 is D22).
+
+    0 where rest is unstable without noise, infinite where no noise makes it unstable.
+    """
 
     mu: Floats
     published: Floats
     averaged: Floats
 
 
-def boundary(eqs: Equations, mu: Floats, restitution: Given = None) -> Boundary:
+def boundary(eqs: Equations, mu: Floats, restitution: Override = None) -> Boundary:
     """The stability boundary in the plane (mu, D22), with N2 and mu of ``eqs`` left aside (paper, Figure 9)."""
-    m, needed, r = given_or(eqs, mu, 0.0, restitution)
+    m, needed, r = with_overrides(eqs, mu, 0.0, restitution)
     k, rest = _published_parts(eqs, m, r)
     w2, _ = load(eqs, m, r)
     for _ in range(400):  # lambda rises with N2, nowhere much faster than by 1/(4 w^2)
@@ -158,7 +147,7 @@ class Doubts:
 
 def doubts(eqs: Equations) -> Doubts:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
-    m, n2, r = given_or(eqs, None, None, None)
+    m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
     texts, error = [], 0.0
     if coupled(eqs, None):

@@ -10,24 +10,24 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.scaling import Equations
 
-Given = Floats | float | None
+Override = Floats | float | None  # an argument in place of the equations' own; None: theirs
 
 
-def given_or(eqs: Equations, mu: Given, n2: Given, r: Given) -> tuple[Floats, Floats, Floats | None]:
-    """Mu, N2 and r as arrays of one shape: given, or those of the equations; no load is mu = 0."""
+def with_overrides(eqs: Equations, mu: Override, n2: Override, r: Override) -> tuple[Floats, Floats, Floats | None]:
+    """The arguments mu, N2 and r as arrays of one shape; None: that of the equations, where no load is mu = 0."""
     mu, n2 = eqs.mu or 0.0 if mu is None else mu, eqs.n2 or 0.0 if n2 is None else n2
     r = eqs.restitution if r is None else r
     m, n, stop = np.broadcast_arrays(mu, n2, 1.0 if r is None else r)
     return 1.0 * m, 1.0 * n, None if r is None else 1.0 * stop
 
 
-def coupled(eqs: Equations, mu: Given) -> bool:
+def coupled(eqs: Equations, mu: Override) -> bool:
     """Whether there is a load, so that V acts on the mass with a memory of its own."""
     return bool(eqs.beta) and (bool(eqs.mu) or (mu is not None and bool(np.any(mu))))
 
 
 def load(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
-    """(w^2, c1 - C) with w^2 = 1 + K: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)) with a stop, else 1."""
+    """The load's stiffness and damping, as (w^2, c1 - C) with w^2 = 1 + K, weakened by the stop (`share`)."""
     beta, c1 = eqs.beta or 0.0, eqs.c1 or 0.0
     if not beta:
         return np.ones_like(m), np.full_like(m, c1)
@@ -39,23 +39,23 @@ def load(eqs: Equations, m: Floats, r: Floats | None) -> tuple[Floats, Floats]:
 
 
 def share(m: Floats, r: Floats | None) -> Floats:
-    """What the stop leaves of the harmonic voltage, chi(m); 1 without one."""
+    """What a stop leaves of the harmonic voltage: chi = 1 - 4 m coth(pi m/2)/(pi (1 + m^2)); 1 without one."""
     return np.ones_like(m) if r is None or not np.any(m) else 1.0 - 4.0 * m_coth(m) / (math.pi * (1.0 + m * m))
 
 
 def m_coth(m: Floats) -> Floats:
-    """M coth(pi m/2), 2/pi at 0."""
+    """The product m coth(pi m/2), 2/pi at m = 0."""
     m = np.maximum(m, 1e-150)
     return np.asarray(m / np.tanh(0.5 * math.pi * m))
 
 
 def log(r: Floats) -> Floats:
-    """Ln r, large and negative but finite for r = 0."""
+    """The logarithm ln r, large and negative but finite for r = 0."""
     return np.asarray(np.log(np.maximum(r, 1e-300)))
 
 
 def matrix(eqs: Equations, m: Floats) -> Floats:
-    """Of the flow of (x, x', V), shape (..., 3, 3)."""
+    """Matrix of the flow of (x, x', V), shape (..., 3, 3)."""
     a = np.zeros((*m.shape, 3, 3))
     a[..., 0, 1] = a[..., 2, 1] = 1.0
     a[..., 1, 0], a[..., 1, 1], a[..., 1, 2], a[..., 2, 2] = -1.0, eqs.c1 or 0.0, -(eqs.beta or 0.0), -m

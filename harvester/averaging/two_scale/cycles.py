@@ -25,7 +25,7 @@ from functools import cache
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import deeper, given
+from harvester.averaging.grids import or_zero, or_zero_by_point
 from harvester.equations.scaling import Equations
 
 _SOFTEST = 1e-3  # the voltage may take all but this share of the spring's potential
@@ -99,7 +99,7 @@ class Orbits:
     def __init__(self, A: Floats, eqs: Equations, points: int = 16, harmonics: int = 4) -> None:
         self.eqs, self.A, self.q = eqs, A, quarter(points, harmonics)
         self._sin, self._cos = np.sin(self.q.phi), np.cos(self.q.phi)
-        bend = 0.5 * given(eqs.alpha) * A**2
+        bend = 0.5 * or_zero(eqs.alpha) * A**2
         self._bare = 1.0 + bend[..., None] * (1.0 + self._cos**2)
         self._bare_end = 1.0 + bend
         self._even = np.zeros_like(self._bare)
@@ -115,7 +115,7 @@ class Orbits:
         if self.eqs.beta is not None:
             pushed = (offset / self.A)[..., None]
             work = (self._even * self._sin) @ q.integral + pushed * (1.0 - self._cos)
-            nu2 = np.maximum(nu2 + 2.0 * deeper(self.eqs.beta) * work / self._sin**2, _SOFTEST * nu2)
+            nu2 = np.maximum(nu2 + 2.0 * or_zero_by_point(self.eqs.beta) * work / self._sin**2, _SOFTEST * nu2)
             work_end = (self._even * self._sin) @ q.weights + pushed[..., 0]
             self._end = np.maximum(self._end + 2.0 * self.eqs.beta * work_end, _SOFTEST * self._end)
         self.nu = np.sqrt(nu2)
@@ -128,14 +128,14 @@ class Orbits:
         q, stop = self.q, self.eqs.restitution is not None
         matrix = self.nu @ q.stiff
         if self.eqs.mu is not None:
-            matrix = matrix + deeper(self.eqs.mu) ** 2 * (self._dt / q.weights) @ q.mass
+            matrix = matrix + or_zero_by_point(self.eqs.mu) ** 2 * (self._dt / q.weights) @ q.mass
         a = _first_column(matrix, len(q.ends)) * (0.25 * np.pi)
         square = 0.25 * np.pi * a[..., 0]
         if self.eqs.beta is not None:
             self._even = (a @ q.slopes) * self.nu
         if stop:
             end = a @ q.ends
-            square = square - _mu_coth(given(self.eqs.mu), self.tau) * end**2
+            square = square - _mu_coth(or_zero(self.eqs.mu), self.tau) * end**2
             if self.eqs.beta is not None:
                 self._even = self._even - end[..., None] * self._layer()
         self._V2 = self.A**2 * square / self.tau
@@ -144,7 +144,7 @@ class Orbits:
         """The layer mu cosh(mu t)/sinh(mu tau) at the points."""
         if self.eqs.mu is None:
             return np.asarray((1.0 / self.tau)[..., None])
-        mu = deeper(self.eqs.mu)
+        mu = or_zero_by_point(self.eqs.mu)
         z, whole = mu * ((1.0 / self.nu) @ self.q.integral), mu * self.tau[..., None]
         return np.asarray(mu * (np.exp(z - whole) + np.exp(-z - whole)) / -np.expm1(-2.0 * whole))
 
@@ -156,7 +156,7 @@ class Orbits:
     def averages(self) -> Cycles:
         """The time averages over the present orbits."""
         eqs, A = self.eqs, self.A
-        alpha, beta = given(eqs.alpha), given(eqs.beta)
+        alpha, beta = or_zero(eqs.alpha), or_zero(eqs.beta)
         share = self._dt / self.tau[..., None]
         c2, s2 = self._cos**2, (self._sin * self.nu) ** 2  # x^2 and x'^2, over A^2
 
@@ -165,7 +165,7 @@ class Orbits:
 
         x2, v2, x4 = A**2 * (share @ c2), A**2 * mean(s2), A**4 * (share @ c2**2)
         x2v2 = A**4 * mean(c2 * s2)
-        damped = -given(eqs.c1) * v2 - given(eqs.c2) * x2v2
+        damped = -or_zero(eqs.c1) * v2 - or_zero(eqs.c2) * x2v2
         if eqs.c3 is not None:
             damped = damped + eqs.c3 * A**6 * mean(c2**2 * s2)
         stored = x2 + 0.5 * alpha * x4 + beta * (self._V2 + self._offset**2)

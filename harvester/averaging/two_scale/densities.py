@@ -24,7 +24,7 @@ _POINTS = 240  # of the integrals over displacement and velocity
 
 
 def amplitude_density(A: Floats, law: TwoScale) -> Floats:
-    """p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
+    """Density p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
     if law.spread is not None:
         return distant_densities.amplitude_density(A, law.spread, law.period)
     u, at = np.log(law.A), np.log(A)
@@ -33,7 +33,7 @@ def amplitude_density(A: Floats, law: TwoScale) -> Floats:
 
 
 def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
-    """p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
+    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
 
 
 def displacement_density(x: Floats, law: TwoScale, stop: bool) -> Floats:
-    """p(x) = int p(x, x') dx' at x of shape (m,)."""
+    """Density p(x) = int p(x, x') dx' at x of shape (m,)."""
     if law.spread is not None:
         return distant_densities.displacement_density(x, law.spread)
     v, dv = _velocities(law)
@@ -72,7 +72,7 @@ def displacement_density(x: Floats, law: TwoScale, stop: bool) -> Floats:
 
 
 def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
-    """p(x') = int p(x, x') dx at x' of shape (m,)."""
+    """Density p(x') = int p(x, x') dx at x' of shape (m,)."""
     if law.spread is not None:
         return distant_densities.velocity_density(v, law.spread)
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
@@ -89,7 +89,7 @@ def _velocities(law: TwoScale) -> tuple[Floats, float]:
 
 
 def _kinetic(x: Floats, law: TwoScale) -> Floats:
-    """k(A, x) = A^2 sin^2 Phi nu^2/2, shape (m, n); negative, and smooth in A, where an orbit ends before x."""
+    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, where an orbit ends before x."""
     q = quarter(law.nu.shape[1], 1)
     points = np.concatenate([[0.0], q.phi, [0.5 * np.pi]])
     even = ((1, np.zeros(len(law.A))), "not-a-knot")  # nu^2 is even about the turning point

@@ -7,15 +7,15 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import given
+from harvester.averaging.grids import or_zero
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.equations.scaling import Equations
 
 
 def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
-    """b(E) at each amplitude; ``slow`` is the square of the slow voltage that the mass pays for there."""
-    b = -cycle.damped - given(eqs.beta) * given(eqs.mu) * (cycle.V2 + slow)
-    b = b + given(eqs.n1) + given(eqs.n2) * cycle.x2 + 2.0 * given(eqs.n12) * cycle.x
+    """Drift b(E) of the energy at each amplitude; ``slow`` is the square of the slow voltage that it pays for."""
+    b = -cycle.damped - or_zero(eqs.beta) * or_zero(eqs.mu) * (cycle.V2 + slow)
+    b = b + or_zero(eqs.n1) + or_zero(eqs.n2) * cycle.x2 + 2.0 * or_zero(eqs.n12) * cycle.x
     if eqs.restitution is not None:
         r2 = eqs.restitution**2
         b = b - 2.0 * (1.0 - r2) / (1.0 + r2) * cycle.wall / cycle.period
@@ -23,13 +23,13 @@ def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
 
 
 def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
-    """sigma^2(E) at each amplitude."""
-    n1, n2, n12 = given(eqs.n1), given(eqs.n2), given(eqs.n12)
+    """Diffusion sigma^2(E) of the energy at each amplitude."""
+    n1, n2, n12 = or_zero(eqs.n1), or_zero(eqs.n2), or_zero(eqs.n12)
     return 2.0 * n1 * cycle.v2 + 2.0 * n2 * cycle.x2v2 + 4.0 * n12 * cycle.xv2
 
 
 def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equations) -> Floats:
-    """ln(p(E) dE/du) up to a constant; the integral by the trapezoidal rule with its end correction."""
+    """Logarithm of p(E) dE/du up to a constant; its integral is by the trapezoidal rule with an end correction."""
     s = diffusion(cycle, eqs)
     rate = 2.0 * drift(cycle, slow, eqs) / s * slope
     du, bend = u[..., 1:] - u[..., :-1], slope_on_grid(u, rate)
@@ -50,7 +50,7 @@ def slope_on_grid(u: Floats, values: Floats) -> Floats:
 
 
 def rising(u: Floats, energy: Floats) -> Floats:
-    """dE/du, kept positive where the slow voltage would turn it around."""
+    """Slope dE/du, kept positive where the slow voltage would turn it around."""
     return np.asarray(energy * np.maximum(slope_on_grid(u, np.log(energy)), 0.1))
 
 
@@ -71,19 +71,19 @@ def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equ
     flow = diffusion(cycle, eqs) * mass / slope**2 / (u[:, 1:2] - u[:, :1]) ** 2
     flow = 0.5 * np.sqrt(flow[:, 1:] * flow[:, :-1])
     # Slower than rounding lets L be told from nothing, y is its mean, 0, all the same.
-    mu = np.maximum(given(eqs.mu), 1e-13 * flow.sum(axis=-1, keepdims=True))
+    mu = np.maximum(or_zero(eqs.mu), 1e-13 * flow.sum(axis=-1, keepdims=True))
     y = _resolvent(mu, mu * xt, flow, mass)
     y2 = _resolvent(2.0 * mu, 2.0 * mu * xt * y, flow, mass)
     return xt - y, np.maximum(xt**2 - 2.0 * xt * y + y2, (xt - y) ** 2)
 
 
 def paid(square: Floats, cycle: Cycles, eqs: Equations) -> Floats:
-    """What of the slow voltage's mean square the mass pays for: nothing slow is faster than the cycle."""
-    return np.asarray(square / (1.0 + (given(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
+    """The part of the slow voltage's mean square that the mass pays for: nothing slow is faster than the cycle."""
+    return np.asarray(square / (1.0 + (or_zero(eqs.mu) * cycle.period / (2.0 * np.pi)) ** 2))
 
 
 def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Floats:
-    """(rate - L)^-1 right, with L the averaged generator.
+    """Solve (rate - L) y = right for y, with L the averaged generator.
 
     L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
     ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal matrix.

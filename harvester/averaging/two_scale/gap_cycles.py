@@ -30,7 +30,7 @@ from functools import cache
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import deeper, given
+from harvester.averaging.grids import or_zero, or_zero_by_point
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.equations.scaling import Equations
 
@@ -77,8 +77,8 @@ def half_cycle(points: int, polynomials: int) -> HalfCycle:
 
 
 def potential(x: Floats, alpha: float | None) -> Floats:
-    """U(x) = x^2/2 + alpha x^4/4."""
-    return np.asarray(0.5 * x**2 * (1.0 + 0.5 * given(alpha) * x**2))
+    """Potential U(x) = x^2/2 + alpha x^4/4 of the spring."""
+    return np.asarray(0.5 * x**2 * (1.0 + 0.5 * or_zero(alpha) * x**2))
 
 
 class DistantOrbits:
@@ -100,8 +100,8 @@ class DistantOrbits:
         ``offset`` is the slow part of the voltage on each orbit, constant over a cycle, and ``rest`` the rest position
         that it gives free orbits: A is about B + 2 rest.
         """
-        q, alpha, beta = self.q, given(self.eqs.alpha), given(self.eqs.beta)
-        self.B, self._offset, self.left = B, offset, -np.minimum(B, given(self.eqs.gap))
+        q, alpha, beta = self.q, or_zero(self.eqs.alpha), or_zero(self.eqs.beta)
+        self.B, self._offset, self.left = B, offset, -np.minimum(B, or_zero(self.eqs.gap))
         push, energy = beta * (offset + self._mean_even), potential(B, self.eqs.alpha)
         A = B + 2.0 * np.maximum(-push, 0.0)  # not below the solution, to which Newton's steps go down from there
         for _ in range(5 if self.eqs.beta is not None else 0):
@@ -114,7 +114,7 @@ class DistantOrbits:
         self._sin, a, right = np.sin(phi), self.a[..., None], A[..., None]
         self.x = self.c[..., None] + a * np.cos(phi)
         # 2 [U(A) - U(x)]/(a sin Phi)^2 = pull/(1 + cos Phi): no difference of large numbers at either end
-        pull = (right + self.x) / a * (1.0 + 0.5 * deeper(self.eqs.alpha) * (right**2 + self.x**2))
+        pull = (right + self.x) / a * (1.0 + 0.5 * or_zero_by_point(self.eqs.alpha) * (right**2 + self.x**2))
         if self.eqs.beta is not None:
             pulse, whole = self._even * self._sin, 2.0 * np.sin(0.5 * self.end) ** 2
             work = self.end * (pulse @ q.weights) + offset / self.a * whole
@@ -124,7 +124,7 @@ class DistantOrbits:
         nu2 = pull / (2.0 * np.cos(0.5 * phi) ** 2)
         if self.eqs.beta is not None:
             so_far = self.end[..., None] * (pulse @ q.integral)
-            nu2 = np.maximum(nu2 + 2.0 * deeper(self.eqs.beta) * so_far / self._sin**2, _SOFTEST)
+            nu2 = np.maximum(nu2 + 2.0 * or_zero_by_point(self.eqs.beta) * so_far / self._sin**2, _SOFTEST)
         self.nu = np.sqrt(nu2)
         self.v = a * self._sin * self.nu
         self._dt = self.end[..., None] * q.weights / self.nu
@@ -133,10 +133,10 @@ class DistantOrbits:
 
     def _solve_voltage(self) -> None:
         """P by Galerkin's method, then <V^2> and the even part of the voltage."""
-        q, mu, end = self.q, given(self.eqs.mu), self.end[..., None]
+        q, mu, end = self.q, or_zero(self.eqs.mu), self.end[..., None]
         matrix = self.nu @ q.stiff / end
         if self.eqs.mu is not None:
-            matrix = matrix + deeper(self.eqs.mu) ** 2 * end * ((1.0 / self.nu) @ q.mass)
+            matrix = matrix + or_zero_by_point(self.eqs.mu) ** 2 * end * ((1.0 / self.nu) @ q.mass)
         nu2 = (self.nu @ q.last) ** 2
         slope = np.cos(self.end) * nu2 / (nu2 + mu**2)
         load = end * ((q.weights * self._sin) @ q.polynomials.T) + slope[..., None]
@@ -162,17 +162,17 @@ class DistantOrbits:
 
     def averages(self) -> Cycles:
         """The time averages over the present orbits; ``wall`` is 0 on free ones."""
-        eqs, gap = self.eqs, given(self.eqs.gap)
+        eqs, gap = self.eqs, or_zero(self.eqs.gap)
         share = self._dt / self.tau[..., None]
         x2, v2 = self.x**2, self.v**2
 
         def mean(values: Floats) -> Floats:
             return np.asarray((share * values).sum(axis=-1))
 
-        damped = -given(eqs.c1) * mean(v2) - given(eqs.c2) * mean(x2 * v2)
+        damped = -or_zero(eqs.c1) * mean(v2) - or_zero(eqs.c2) * mean(x2 * v2)
         if eqs.c3 is not None:
             damped = damped + eqs.c3 * mean(x2**2 * v2)
-        stored = mean(x2) + 0.5 * given(eqs.alpha) * mean(x2**2) + given(eqs.beta) * (self.V2 + self._offset**2)
+        stored = mean(x2) + 0.5 * or_zero(eqs.alpha) * mean(x2**2) + or_zero(eqs.beta) * (self.V2 + self._offset**2)
         meeting = potential(self.B, eqs.alpha) - potential(gap, eqs.alpha)
         return Cycles(
             A=self.A,

@@ -21,7 +21,7 @@ _POINTS = 240  # of the integrals over displacement and velocity
 
 
 def amplitude_density(A: Floats, spread: Spread, period: Floats) -> Floats:
-    """p(A) = p(E) dE/dA at right turning points of any shape; 0 outside those that matter."""
+    """Density p(A) = p(E) dE/dA at right turning points of any shape; 0 outside those that matter."""
     up = _rising(spread.A, spread)
     rise = PchipInterpolator(spread.A[up], spread.energy[up], extrapolate=False)(A, 1)
     log_p = PchipInterpolator(spread.A[up], np.log(spread.level * period)[up], extrapolate=False)(A)
@@ -29,7 +29,7 @@ def amplitude_density(A: Floats, spread: Spread, period: Floats) -> Floats:
 
 
 def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
-    """p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
+    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
 
     Raises
     ------
@@ -77,14 +77,14 @@ def _turning_there(x: Floats, spread: Spread) -> Floats:
 
 
 def displacement_density(x: Floats, spread: Spread) -> Floats:
-    """p(x) = int p(x, x') dx' at x of shape (m,)."""
+    """Density p(x) = int p(x, x') dx' at x of shape (m,)."""
     dv = np.sqrt(2.0 * _kinetic(_places(spread)[0], spread).max()) / _POINTS
     v = (np.arange(_POINTS) + 0.5) * dv
     return np.asarray(2.0 * dv * state_density(x, v, spread).sum(axis=1))
 
 
 def velocity_density(v: Floats, spread: Spread) -> Floats:
-    """p(x') = int p(x, x') dx at x' of shape (m,)."""
+    """Density p(x') = int p(x, x') dx at x' of shape (m,)."""
     x, weights = _places(spread)
     return np.asarray(weights @ state_density(x, np.abs(v), spread))
 

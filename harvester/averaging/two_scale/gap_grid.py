@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import around_the_mass, given
+from harvester.averaging.grids import around_the_mass, or_zero
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import diffusion, drift, log_mass, normalised, slope_on_grid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits
@@ -69,13 +69,13 @@ def panels() -> Panels:
 
 
 def half_width(z: Floats, g: Floats) -> tuple[Floats, Floats]:
-    """b(z) and its slope."""
+    """The half-width b(z) and its slope."""
     size, below = np.abs(g), np.abs(g) * np.exp(np.minimum(z, 0.0))
     return np.where(z > 0.0, size * np.cosh(z), below), np.where(z > 0.0, size * np.sinh(z), below)
 
 
 def place(b: Floats, g: Floats) -> Floats:
-    """z(b)."""
+    """The variable z of a half-width b."""
     ratio = b / np.abs(g)
     return np.where(ratio > 1.0, np.arccosh(np.maximum(ratio, 1.0)), np.log(np.minimum(ratio, 1.0)))
 
@@ -87,7 +87,7 @@ class Grid:
     """
 
     def __init__(self, low: Floats, high: Floats, rest: Floats, eqs: Equations) -> None:
-        g = given(eqs.gap) + rest
+        g = or_zero(eqs.gap) + rest
         first, last = place(low, g), place(high, g)
         seam = np.where((first < 0.0) & (last > 0.0), 0.0, 0.5 * (first + last))
         p, self._eqs = panels(), eqs
@@ -98,7 +98,7 @@ class Grid:
         self._bare = rise * _force(b, eqs)
 
     def rising(self, energy: Floats) -> Floats:
-        """dE/dz, kept positive where the slow voltage would turn it around."""
+        """Slope dE/dz, kept positive where the slow voltage would turn it around."""
         return np.maximum(energy @ panels().slope.T / self._width, self._bare / _STEEPEST)
 
     def mass(self, cycle: Cycles, slope: Floats, slow: Floats) -> Floats:
@@ -115,7 +115,7 @@ class Grid:
         xt = cycle.x - (mass * cycle.x).sum(axis=-1, keepdims=True)
         if self._eqs.mu is None:
             return xt, xt**2
-        p, mu = panels(), given(self._eqs.mu)
+        p, mu = panels(), or_zero(self._eqs.mu)
         held = np.maximum(mass, 1e-20)  # where nothing ever is, any value will do, but one there must be
         current = 0.5 * diffusion(cycle, self._eqs) * held / (slope * self._width) ** 2
         memory = (p.basis * held[:, None]) @ p.basis.T
@@ -144,7 +144,7 @@ def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats
 
     With a preload the search is in ln sinh z: how little the mass leaves the stop is not known beforehand.
     """
-    g = given(eqs.gap)
+    g = or_zero(eqs.gap)
     pressed = g < 0.0
     high = place(np.full((scenes, 1), _WIDEST), g)
     low = np.where(pressed, math.log(_GRAZING), place(np.minimum(_NARROWEST, np.abs(g)), g))[:, 0]
@@ -173,4 +173,5 @@ def _unfolded(s: Floats, pressed: Any) -> Floats:
 
 
 def _force(x: Floats, eqs: Equations) -> Floats:
-    return np.asarray(x * (1.0 + given(eqs.alpha) * x**2))
+    """The spring's force at x, towards rest."""
+    return np.asarray(x * (1.0 + or_zero(eqs.alpha) * x**2))

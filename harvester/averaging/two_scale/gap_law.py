@@ -1,4 +1,4 @@
-"""Two-scale averaging where the stop is at a distance from rest, or preloaded: `law` for it.
+"""Two-scale averaging where the stop is at a distance from rest, or preloaded.
 
 Orbits below the stop's energy do not meet it, those above lose (1 - r^2) times their kinetic energy there:
 
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import given
+from harvester.averaging.grids import or_zero
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import paid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits, potential
@@ -56,13 +56,13 @@ class Spread:
     gap: Floats  # ()
 
     def of(self, scene: int, length: float) -> "Spread":
-        """That of one scene of a stack, from its unit of x."""
+        """The spread of one scene of a stack, with x in units of the equations: ``length`` is the stack's own unit."""
         powers = {"A": 1, "B": 1, "left": 1, "nu": 0, "energy": 2, "mass": 0, "level": -2, "gap": 1}
         return Spread(**{name: getattr(self, name)[scene] * length**power for name, power in powers.items()})
 
 
 def solve_distant(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, Floats], Spread, Any]:
-    """Moments and small parameters, shape (scenes,), of a stack of scenes; their orbits; which are unbounded."""
+    """Solve a stack of scenes: moments and small parameters, shape (scenes,), orbits, and which are unbounded."""
     low, high, unbounded = half_widths_that_matter(eqs, scenes)
     rest = np.zeros((scenes, 1))
     orbits = DistantOrbits(Grid(low, high, rest, eqs).B, eqs)
@@ -75,7 +75,7 @@ def solve_distant(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[
         slope = grid.rising(cycle.energy)
         mass = grid.mass(cycle, slope, slow)
         memory, square = grid.slow_voltage(cycle, slope, mass)
-        offset = offset + (memory - offset) / (1.0 + given(eqs.beta))  # a free orbit's mean gives way by beta V
+        offset = offset + (memory - offset) / (1.0 + or_zero(eqs.beta))  # a free orbit's mean gives way by beta V
         slow, rest = paid(square, cycle, eqs), _rest(offset[:, :1], eqs)
         before, size = size, (mass * (cycle.V2 + slow)).sum(axis=-1)
     parts = _summary(eqs, orbits, cycle, mass, memory)
@@ -85,23 +85,23 @@ def solve_distant(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[
     parts["bias"] = np.where(lost, math.nan, parts["bias"] + unsettled)
     arrays = {"A": orbits.A, "mass": mass, "period": cycle.period, "nu": orbits.nu}
     level, above = density / (slope * cycle.period), cycle.energy - _least(eqs)
-    spread = Spread(orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, given(eqs.gap)[:, 0])
+    spread = Spread(orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, or_zero(eqs.gap)[:, 0])
     return parts, arrays, spread, unbounded
 
 
 def _least(eqs: Equations) -> Floats:
     """The least energy: that of the spring at the stop with a preload, else 0."""
-    return potential(np.minimum(given(eqs.gap), 0.0), eqs.alpha)
+    return potential(np.minimum(or_zero(eqs.gap), 0.0), eqs.alpha)
 
 
 def _rest(offset: Floats, eqs: Equations) -> Floats:
     """Where c + alpha c^3 = -beta V for free orbits under the slow voltage V, by Newton's method; 0 with a preload."""
-    alpha, force = given(eqs.alpha), -given(eqs.beta) * offset
+    alpha, force = or_zero(eqs.alpha), -or_zero(eqs.beta) * offset
     c = force
     for _ in range(8):
         c = (force + 2.0 * alpha * c**3) / (1.0 + 3.0 * alpha * c**2)
     # Not more than half of the way to the stop; with a preload there are no free orbits, or too few to be told.
-    return np.where(given(eqs.gap) > 0.0, np.maximum(c, -0.5 * given(eqs.gap)), 0.0)
+    return np.where(or_zero(eqs.gap) > 0.0, np.maximum(c, -0.5 * or_zero(eqs.gap)), 0.0)
 
 
 def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats, memory: Floats) -> dict[str, Floats]:
@@ -121,10 +121,10 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     # A free orbit has one harmonic, whose share is all: the formula says so just short of pi.
     end = np.minimum(orbits.end, math.pi - 1e-6)
     w, n = end / orbits.tau, _HARMONICS * math.pi / end
-    share, narrow = (n / (n**2 - 1.0)) ** 2, (n * w) ** 2 + given(eqs.mu) ** 2
+    share, narrow = (n / (n**2 - 1.0)) ** 2, (n * w) ** 2 + or_zero(eqs.mu) ** 2
     # With a preload, where the frequency falls with the amplitude, the lines are narrower: a factor from ensembles.
     dying = _HARMONICS * np.minimum(math.pi / end, 4.0 * end / math.pi)
-    lines = (share / (narrow + dying * c * given(eqs.mu))).sum(axis=0) / (share / narrow).sum(axis=0)
+    lines = (share / (narrow + dying * c * or_zero(eqs.mu))).sum(axis=0) / (share / narrow).sum(axis=0)
     fast = mean(cycle.V2 * lines)
     slow = slow / (1.0 + (0.5 * mu / mean(w)) ** 2)
     total, least = mean(cycle.energy), _least(eqs)[:, 0]

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import around_the_mass, given, noisy_stacks, stacked
+from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, stacked
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
 from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
@@ -47,7 +47,7 @@ _NO_NOISE = (
 
 @dataclass(frozen=True)
 class TwoScale:
-    """What the averaged theory says of a scene; nondimensional.
+    """The answer of two-scale averaging for a scene; nondimensional.
 
     ``mean_square_voltage`` = fast + slow; ``bias`` is a rough size of its relative model error (see
     `solve`); ``exchange`` the energy that noise brings in a cycle over the mean energy, the
@@ -101,7 +101,7 @@ def solve(eqs: Equations) -> TwoScale:
 
 
 def solve_many(scenes: Sequence[Equations]) -> list[TwoScale | SimulationError]:
-    """`solve` for a grid of scenes, many at once; the error of each that has no answer stands in its place."""
+    """Solve many scenes at once; where one has no answer, its error stands in its place."""
     at_rest = [replace(eqs, gap=None) if eqs.gap == 0.0 else eqs for eqs in scenes]
     return noisy_stacks(at_rest, _TOGETHER, _solve, _NO_NOISE)
 
@@ -114,8 +114,8 @@ def _in_units_of(length: float, eqs: Equations) -> Equations:
 
 
 def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
-    """All scenes of a stack: arrays are (scenes, amplitudes)."""
-    lengths = [math.sqrt(given(eqs.n1)) for eqs in scenes]
+    """Solve a stack of scenes with the same effects: arrays are (scenes, amplitudes)."""
+    lengths = [math.sqrt(or_zero(eqs.n1)) for eqs in scenes]
     eqs = stacked([_in_units_of(length, one) for length, one in zip(lengths, scenes, strict=True)])
     spread = None
     if eqs.gap is None:
@@ -141,7 +141,7 @@ def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
 
 
 def _at_rest(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, Floats], Any]:
-    """Without a stop, or with one at rest: moments and small parameters, orbits, and which scenes are unbounded."""
+    """Moments and small parameters, orbits, and which scenes are unbounded; for no stop, or one at rest."""
     u, unbounded = _where_the_mass_is(eqs, scenes)
     A = np.exp(u)
     orbits = Orbits(A, eqs)

@@ -10,10 +10,12 @@ import pytest
 import sympy as sp
 from scipy.integrate import quad, solve_ivp
 
-from harvester.averaging.published import fourier, orbit, voltage
-from harvester.averaging.published.densities import energy_density, state_density, transformed_density
-from harvester.averaging.published.ito import diffusion, drift, impact, m1, m2, noise_drift, sigma, stiffness
+from harvester.averaging.published import orbit, voltage
+from harvester.averaging.published.densities import state_density, transformed_density
+from harvester.averaging.published.ito import diffusion, drift, noise_drift, stiffness
 from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
+from tests.support import paper
+from tests.support.paper import energy_density, impact, m1, m2, sigma
 from tests.support.systems import PAPER, changed
 
 A, alpha, beta, mu, k, w, x, v, V, t, s = sp.symbols("A alpha beta mu k omega x v V t s", positive=True)
@@ -86,7 +88,7 @@ def test_4_the_earlier_velocity():
     phase = sp.symbols("theta")
     X, Xd = A * sp.cos(phase), -A * w * sp.sin(phase)
     assert zero(sp.expand_trig(-A * w * sp.sin(phase - w * s) - Xd * sp.cos(w * s) - X * w * sp.sin(w * s)))
-    got = voltage.earlier_velocity(np.float64(1.3), np.float64(-0.4), np.float64(1.1), np.float64(0.7))
+    got = paper.earlier_velocity(np.float64(1.3), np.float64(-0.4), np.float64(1.1), np.float64(0.7))
     assert got == pytest.approx(-0.4 * np.cos(0.77) + 1.1 * 1.3 * np.sin(0.77), rel=1e-14)
 
 
@@ -99,7 +101,7 @@ def test_5_the_voltage_forgets_at_the_rate_mu_not_beta(rate, right):
     assert zero(sp.diff(Volt, t) + mu * Volt - xd) is right
     if right:
         grid = np.linspace(0, 6, 13)
-        by_code = voltage.on_harmonic(np.float64(1.3), grid, np.float64(0.9), 0.4)
+        by_code = paper.on_harmonic(np.float64(1.3), grid, np.float64(0.9), 0.4)
         assert by_code == pytest.approx(sp.lambdify((t, A, w, mu), Volt)(grid / 0.9, 1.3, 0.9, 0.4), rel=1e-12)
     numbers = {"beta": 0.3, "mu": 0.7}
     integral = quad(lambda u: np.exp(-numbers[str(rate)] * u) * -np.sin(0.4 - u), 0, 150, limit=1000)[0]
@@ -128,7 +130,7 @@ def test_6_the_decoupling_is_not_for_a_mirrored_orbit(mu, ratio):
     x_n = np.fft.fft(np.abs(np.cos(phase)))
     rate = 1j * np.fft.fftfreq(n, 1 / n)
     exact = np.fft.ifft(rate / (mu + rate) * x_n).real
-    mirrored = orbit.folded(np.cos(phase), -np.sin(phase))
+    mirrored = paper.folded(np.cos(phase), -np.sin(phase))
     published = voltage.decoupled(*mirrored, np.float64(1.0), mu)
     assert np.mean(exact) == pytest.approx(0.0, abs=1e-12)
     assert np.mean(published) == pytest.approx(2 / np.pi / (1 + mu**2), rel=1e-6)
@@ -157,13 +159,13 @@ def test_9_the_last_term_of_gamma_0_has_mu_squared():
 
     assert error(0.5 * (g1 + np.sqrt(g1**2 + 4 * printed))) > 0.05
     assert error(0.5 * (g1 + np.sqrt(g1**2 + 4 * corrected))) < 1e-13
-    assert error(orbit.nu2_coupled(a, phi, al, be, m)) < 1e-13
+    assert error(paper.nu2_coupled(a, phi, al, be, m)) < 1e-13
 
 
 def test_8_the_load_stiffens_g_at_one_frequency():
     """g below Eq. 8 has omega^2 over mu^2 + nu^2; Eq. 7, and Eq. 9 which follows, have nu^2 in both places."""
     al, be, m, a = 0.5, 1.25, 1.0, 1.5
-    n2 = orbit.nu2_coupled(np.float64(a), PHI, al, be, m)
+    n2 = paper.nu2_coupled(np.float64(a), PHI, al, be, m)
     bare = orbit.nu2(np.float64(a), PHI, al, np.float64(0.0))
     w2 = voltage.omega2(np.float64(a), al, be, m)
     assert np.abs(bare + be * w2 / (m**2 + n2) - n2).max() > 0.05
@@ -174,12 +176,12 @@ def test_10_the_averaged_frequency():
     """1 + beta + alpha A^2: the mean of Eq. 9 has 3/4 alpha A^2, and 1 + beta is only the limit of small mu."""
     ratio = orbit.frequency(GRID, 1.0, np.float64(0.0))  # of orbits without a load
     assert np.abs(np.sqrt(1 + GRID**2) / ratio - 1).max() > 0.15
-    assert np.abs(voltage.omega(GRID, 1.0, 0.0, 0.3) / ratio - 1).max() < 0.023
+    assert np.abs(paper.omega(GRID, 1.0, 0.0, 0.3) / ratio - 1).max() < 0.023
     for be, m in ((0.2, 1.0), (0.05, 3.0)):  # without stiffening: the frequency of the coupled linear equations
         system = np.array([[0, 1, 0], [-1, 0, -be], [0, 1, -m]])
         exact = np.linalg.eigvals(system).imag.max()
         assert abs(np.sqrt(1 + be) / exact - 1) > 0.02
-        assert voltage.omega(np.float64(0), 0.0, be, m) == pytest.approx(exact, rel=0.003)
+        assert paper.omega(np.float64(0), 0.0, be, m) == pytest.approx(exact, rel=0.003)
 
 
 # Section 4: the mirror, the impulse, the orbit, the averages
@@ -188,13 +190,13 @@ def test_10_the_averaged_frequency():
 def test_11_12_the_mirror_turns_the_impact_into_a_loss():
     """Right as printed: y' -> r y' through 0 is x' -> -r x', a jump of 1 - r instead of 1 + r."""
     r, before = 0.7, -1.9
-    x_before = orbit.folded(np.float64(1e-9), np.float64(before))[1]  # y falls through zero
-    x_after = orbit.folded(np.float64(-1e-9), np.float64(r * before))[1]
+    x_before = paper.folded(np.float64(1e-9), np.float64(before))[1]  # y falls through zero
+    x_after = paper.folded(np.float64(-1e-9), np.float64(r * before))[1]
     assert x_after == pytest.approx(-r * x_before)
     assert abs(x_after - x_before) == pytest.approx((1 + r) * abs(before))
     # N(y) = (eps1 sgn y)^2 ..., and the product of both noises: sgn y times y is |y|
     eps1, eps2, y = 0.3, 0.4, np.array([-1.2, 1.2])
-    in_x = orbit.folded(y, eps1 * np.sign(y) + eps2 * y)[1]
+    in_x = paper.folded(y, eps1 * np.sign(y) + eps2 * y)[1]
     assert in_x == pytest.approx(eps1 + eps2 * np.abs(y))
 
 
@@ -219,7 +221,7 @@ def test_13_the_impulse_loses_only_one_minus_r_to_first_order(strength, right):
 def test_14_the_energy_has_the_velocity_squared(kinetic, right):
     """y'/2 + G(y), below Eq. 14 and again in Eq. 28, is not constant on the orbits of Eq. 3."""
     a, phi, kk, al = 1.4, PHI[::499], 0.3, 0.5
-    y, speed = orbit.on_orbit(np.float64(a), phi, al, np.float64(kk))
+    y, speed = paper.on_orbit(np.float64(a), phi, al, np.float64(kk))
     H = kinetic(speed) + orbit.G(y, al, np.float64(kk))
     assert (np.ptp(H) < 1e-12) == right
 
@@ -235,7 +237,7 @@ def test_16_the_error_of_the_series_is_not_below_003_per_cent():
     """It is .078 % at eta = 1/3, the strongest cubic force; .03 % is its root mean square there."""
     a = np.geomspace(1e-2, 1e4, 200)[:, None]
     n = orbit.nu(a, PHI[::20], 1.0, np.float64(0.0))
-    series = fourier.nu(fourier.coefficients(a, np.float64(1.0), 1.0), PHI[::20])
+    series = paper.nu_series(paper.nu_coefficients(a, np.float64(1.0), 1.0), PHI[::20])
     error = np.abs(series / n - 1)
     assert error.max() > 2.5 * 0.0003
     assert error.max() < 0.00078
@@ -252,9 +254,9 @@ def test_17_the_coefficients_with_b4_negative(sign, right):
     rest = sp.expand(squared**2 - 1 - eta * cos(2))
     assert all(zero(rest.coeff(eta, n)) for n in (0, 1, 2, 3)) is right
     if right:
-        b = fourier.coefficients(np.float64(1.7), np.float64(1.3), 0.5)
+        b = paper.nu_coefficients(np.float64(1.7), np.float64(1.3), 0.5)
         by_sympy = sp.lambdify((eta, z), squared)(0.125 * 1.7**2 / (1.3 + 0.375 * 1.7**2), np.exp(1j * PHI[::999]))
-        assert fourier.nu(b, PHI[::999]) == pytest.approx(np.sqrt(1.3 + 0.375 * 1.7**2) * by_sympy.real, rel=1e-13)
+        assert paper.nu_series(b, PHI[::999]) == pytest.approx(np.sqrt(1.3 + 0.375 * 1.7**2) * by_sympy.real, rel=1e-13)
 
 
 def push(y, speed, al, kk):
@@ -274,7 +276,7 @@ def test_19_an_acceleration_moves_amplitude_and_phase():
     eqs, a, phi = changed(PAPER, beta=None), 1.4, np.linspace(0.2, 6.1, 24)
     al, kk = eqs.alpha, np.float64(0.0)
     n = orbit.nu(np.float64(a), phi, al, kk)
-    y, speed = orbit.on_orbit(np.float64(a), phi, al, kk)
+    y, speed = paper.on_orbit(np.float64(a), phi, al, kk)
     dA, dPhi = push(y, speed, al, kk)
     friction = -(eqs.c3 * y**4 - eqs.c2 * y**2 - eqs.c1) * speed
     assert m1(np.float64(a), phi, eqs) == pytest.approx(dA * friction, rel=1e-6, abs=1e-9)
@@ -300,7 +302,7 @@ def test_19_impacts_lose_energy_whichever_way_y_goes():
     printed = corrected * np.sign(np.sin(walls))
     assert printed.sum() == pytest.approx(0.0, abs=1e-12)
     k0, _ = stiffness(a, PAPER)
-    at_wall = orbit.on_orbit(a, walls, PAPER.alpha, k0 - 1.0)[1]
+    at_wall = paper.on_orbit(a, walls, PAPER.alpha, k0 - 1.0)[1]
     dA = push(np.zeros(2), at_wall, PAPER.alpha, k0 - 1.0)[0]
     # dA/dt = (dA/dy') y'' with the impulse of Eq. 13
     assert corrected == pytest.approx(-dA * (1 - PAPER.restitution) * at_wall * np.abs(at_wall), rel=1e-6)
@@ -434,14 +436,14 @@ def test_23_the_noise_drift_of_the_program(eqs):
 
     def rows(a, phi):
         kk, q = stiffness(a, eqs)
-        n = fourier.nu(fourier.coefficients(a, kk, eqs.alpha), phi)
+        n = paper.nu_series(paper.nu_coefficients(a, kk, eqs.alpha), phi)
         y = a * np.cos(phi)
         return [(n * np.sin(phi) / q * one, n * np.cos(phi) / (a * q) * one) for one in (np.ones_like(y), y)]
 
     for i, (noisy, intensity, series) in enumerate(
         (
-            (changed(eqs, n2=None), eqs.n1, fourier.external_drift),
-            (changed(eqs, n1=None), eqs.n2, fourier.parametric_drift),
+            (changed(eqs, n2=None), eqs.n1, paper.external_drift),
+            (changed(eqs, n1=None), eqs.n2, paper.parametric_drift),
         )
     ):
         s1, s2 = rows(a, phi)[i]
@@ -483,8 +485,8 @@ def test_27_the_energy_of_neighbouring_orbits_differs_by_more_than_g():
     law = density(STRONG)
     H, p = energy_density(law, STRONG)
     k0, q = stiffness(law.A, STRONG)
-    printed = law.p / orbit.g(law.A, STRONG.alpha, k0 - 1)
-    assert law.A * q == pytest.approx(orbit.g(law.A, STRONG.alpha, k0 - 1), rel=1e-12)
+    printed = law.p / paper.g(law.A, STRONG.alpha, k0 - 1)
+    assert law.A * q == pytest.approx(paper.g(law.A, STRONG.alpha, k0 - 1), rel=1e-12)
     assert np.trapezoid(printed, H) > 1.05
     assert np.trapezoid(p, H) == pytest.approx(1.0, rel=1e-3)
 
@@ -507,7 +509,7 @@ def test_28_the_period_is_that_of_the_orbit():
     exact = orbit.frequency(a, al, voltage.K(a, al, be, m))
     assert right.sum() * cell == pytest.approx(1.0, rel=1e-3)
     assert (right * np.sqrt(1 + be + al * a**2) / exact).sum() * cell > 1.15
-    assert (right * voltage.omega(a, al, be, m) / exact).sum() * cell > 1.015
+    assert (right * paper.omega(a, al, be, m) / exact).sum() * cell > 1.015
     for amount in (0.1, 1.0, 10.0):
         n = orbit.nu(np.float64(amount), PHI, al, np.float64(0.3))
         assert 2 * np.pi / np.sum(1 / n) / (PHI[1] - PHI[0]) == pytest.approx(

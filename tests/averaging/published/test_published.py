@@ -6,24 +6,21 @@ from scipy.integrate import quad
 
 from harvester.averaging.published.densities import (
     displacement_density,
-    energy_density,
     state_density,
     transformed_density,
     velocity_density,
 )
 from harvester.averaging.published.ito import (
-    damping,
     diffusion,
     diffusion_slope,
     drift,
-    m1,
     noise_drift,
-    sigma,
 )
-from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2, nu2_coupled, on_orbit
-from harvester.averaging.published.stationary import density, mean_power, mean_square_voltage, orbit_means
-from harvester.averaging.published.voltage import C, K, amplitude_through, decoupled, dK_dA, omega, omega2
+from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2
+from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
+from harvester.averaging.published.voltage import C, K, amplitude_through, decoupled, dK_dA, omega2
 from harvester.errors import SimulationError, UnboundedResponseError
+from tests.support.paper import damping, energy_density, m1, mean_power, nu2_coupled, omega, on_orbit, sigma
 from tests.support.systems import PAPER, changed, linear, linear_v2
 
 PHI = (np.arange(20000) + 0.5) * 2 * np.pi / 20000
