@@ -158,6 +158,8 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
     """p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
+    from harvester.mechanics.ensemble.histograms import Histogram
+
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
@@ -170,15 +172,13 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
         for panel, values in sampled.items():
             low = -3.0 if panel.startswith("velocity") else 0.0
             edges = np.linspace(low, 3.0 if low else 2.4, 41)
-            at, width = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
+            histogram = Histogram(edges, 64)  # groups of trajectories: snapshots of one are not independent
+            histogram.add(values.ravel())
+            counted = histogram.density()
+            at = counted.centres
             published = _published_density(panel, at, law, eqs)
             averaged = _averaged_density(panel, at, ours, eqs)
-            # Each trajectory is one sample of the histogram: its snapshots are not independent.
-            each = np.stack([np.histogram(row, edges)[0] for row in values.reshape(64, -1)]) / (
-                values.size / 64 * width
-            )
-            error = each.std(axis=0, ddof=1) / 8.0
-            for row in zip(at, published, averaged, each.mean(axis=0), error, strict=True):
+            for row in zip(at, published, averaged, counted.value, counted.stderr, strict=True):
                 yield Point(f"p({panel})", curve, *(float(v) for v in row))
 
 

@@ -50,7 +50,10 @@ def _count(values, low, per_unit, counts):  # type: ignore[no-untyped-def]
 
 
 class Histogram:
-    """Counts in bins of equal width between the first and the last of ``edges``, for m groups of trajectories."""
+    """Counts in bins of equal width between the first and the last of ``edges``, for m groups of trajectories.
+
+    Groups are independent, so that the errors of the density need no correlation time.
+    """
 
     def __init__(self, edges: Floats, groups: int) -> None:
         self.edges = np.linspace(edges[0], edges[-1], len(edges))

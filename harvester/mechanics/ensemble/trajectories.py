@@ -15,7 +15,6 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
-from harvester.mechanics.ensemble.histograms import Histogram, HistogramDensity
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
@@ -198,20 +197,6 @@ class Trajectories:
             lanes = out[:, k * LANES : (k + 1) * LANES]
             mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k))
         return out
-
-    def densities(self, snapshots: int, spacing: float, **edges: Floats) -> dict[str, HistogramDensity]:
-        """Densities of x, v and V (the keywords: edges of bins of equal width, nondimensional).
-
-        Counts ``snapshots`` snapshots ``spacing`` apart; each block of `LANES` trajectories is one independent
-        entry, so that standard errors need no correlation time.
-        """
-        histograms = {name: Histogram(values, self.blocks) for name, values in edges.items()}
-        for _ in range(snapshots):
-            self.run(spacing)
-            for name, values in zip("xvV", self.snapshot(), strict=True):
-                if name in histograms:
-                    histograms[name].add(values)
-        return {name: histogram.density() for name, histogram in histograms.items()}
 
     def shaker(self, k: int) -> tuple[Any, ...] | None:
         """What shakes block k beside white noise, as the kernels take it (`harvester.mechanics.kernels.shaking`)."""

@@ -31,7 +31,7 @@ from harvester.mechanics.kernels.compiled import inlined
 
 @inlined
 def decayed(z):
-    """1 - exp(-z) for z >= 0 to 1e-10, without a library call, so that loops over lanes vectorise.
+    """The function 1 - exp(-z) for z >= 0 to 1e-10, without a library call, so that loops over lanes vectorise.
 
     Taylor series of q = 1 - exp(-z/16) in pairs of terms that do not wait for each other, then
     q <- q (2 - q) four times, which keeps the relative precision of a small z; beyond z = 32 the
@@ -148,7 +148,7 @@ def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None)
 
 @inlined
 def friction(x, c1, c2, c3):
-    """f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
+    """Friction f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
     f = 0.0
     if c1 is not None:
         f -= c1
@@ -161,7 +161,7 @@ def friction(x, c1, c2, c3):
 
 @inlined
 def intensity(x, n1, n2, n12):
-    """N(x) = N1 + 2 N12 x + N2 x^2: the acceleration noise at x is sqrt(2 N) times white noise."""
+    """Noise intensity N(x) = N1 + 2 N12 x + N2 x^2: the acceleration noise at x is sqrt(2 N) times white noise."""
     n = 0.0
     if n1 is not None:
         n += n1
@@ -174,7 +174,7 @@ def intensity(x, n1, n2, n12):
 
 @inlined
 def spring(x, alpha, linear=None, alpha2=None):
-    """Force -(linear x + alpha2 x^2 + alpha x^3), of the terms present; linear None is 1."""
+    """Spring force -(linear x + alpha2 x^2 + alpha x^3), of the terms present; linear None is 1."""
     force = -x
     if linear is not None:
         force *= linear

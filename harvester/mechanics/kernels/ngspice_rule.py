@@ -36,13 +36,13 @@ def rule_weight(z):
 
 @inlined
 def stepped_voltage(V, v, t, mu, w):
-    """V after a step of length t at constant velocity v."""
+    """The voltage V after a step of length t at constant velocity v."""
     return ((1.0 - w * mu * t) * V + v * t) / (1.0 + (1.0 - w) * mu * t)
 
 
 @inlined
 def drift_by_ngspice_rule(x, v, V, t, mu, r, w):
-    """(x, v, V, speed of the impact or 0) after a drift of length t; without a branch, so that loops vectorise.
+    """Drift by t: (x, v, V, speed of the impact or 0), without a branch, so that loops vectorise.
 
     ngspice lands on the impact: one step to it and one beyond, of length 0 where there is none.
     """

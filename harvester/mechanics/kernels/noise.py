@@ -34,7 +34,7 @@ def gaussian_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
 
 
 def refined(noise: Floats, rng: np.random.Generator) -> Floats:
-    """The same path on a grid of half the step: shape (n,) -> (2 n,).
+    """Refine a noise path to a grid of half the step, shape (n,) -> (2 n,).
 
     W(t+h) - W(t) = sqrt(h) xi is kept; its halves are sqrt(h/2) (xi +- eta)/sqrt(2) with eta
     an independent standard normal variate (Brownian bridge).
@@ -52,7 +52,7 @@ def random_words(seed: np.random.SeedSequence, lanes: int) -> Words:
 
 @inlined
 def shuffle(s0, s1):
-    """xoroshiro128+ (Blackman and Vigna 2018): (64 random bits, new s0, new s1)."""
+    """Draw 64 random bits by xoroshiro128+ (Blackman and Vigna 2018): (bits, new s0, new s1)."""
     bits = s0 + s1
     s1 ^= s0
     s0 = ((s0 << uint64(24)) | (s0 >> uint64(40))) ^ s1 ^ (s1 << uint64(16))
@@ -62,7 +62,7 @@ def shuffle(s0, s1):
 
 @inlined
 def three_point(bits):
-    """0 with probability 2/3, +-sqrt(3) with 1/6 each, from 32 random bits."""
+    """A three-point variate from 32 random bits: 0 with probability 2/3, +-sqrt(3) with 1/6 each."""
     low = -_SQRT3 if bits < uint32(_SIXTH) else 0.0
     high = _SQRT3 if bits >= uint32(_FIVE_SIXTHS) else 0.0
     return low + high

@@ -41,7 +41,7 @@ def _number(_context: Any, bits: Any) -> Any:
 
 @forced
 def exponential(z):
-    """exp(z) to 1e-13 for z from -700 to 700; outside, the value at the end of that range."""
+    """The exponential exp(z) to 1e-13 for z from -700 to 700; outside, the value at the end of that range."""
     z = min(max(z, -700.0), 700.0)
     k = np.int32(z * _LOG2E + 1100.5) - np.int32(1100)  # rounded: the argument is positive
     r = (z - k * _LN2_HIGH) - k * _LN2_LOW
@@ -53,7 +53,7 @@ def exponential(z):
 
 @forced
 def logarithm(y):
-    """ln(y) for a normal y > 0, to 1e-13 (absolute).
+    """The logarithm ln(y) of a normal y > 0, to 1e-13 (absolute).
 
     ln(2^e m) = e ln 2 + ln sqrt(2) + 2 artanh((m - sqrt(2))/(m + sqrt(2))), 1 <= m < 2.
     """

@@ -12,6 +12,7 @@ from harvester.mechanics.kernels.moments import correlation_time, from_path
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
+from tests.support.histograms import densities
 from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, z
 
 SEED = np.random.SeedSequence(20261123)
@@ -221,7 +222,7 @@ def test_batches_of_one_path_cover():
 def settled_densities(eqs, h, edges, snapshots=40, trajectories=8192):
     many = Trajectories(eqs, trajectories, SEED, h)
     burn_in(many)
-    return many.densities(snapshots, 10.0, **edges)
+    return densities(many, snapshots, 10.0, **edges)
 
 
 def check(density, mass):
@@ -266,14 +267,14 @@ def test_densities_count_what_numpy_counts():
     many = Trajectories(PAPER, 256, SEED, 0.1)
     many.run(100.0)
     edges = np.linspace(0.1, 0.7, 8)
-    found = many.densities(1, 0.4, x=edges)["x"]
+    found = densities(many, 1, 0.4, x=edges)["x"]
     x = many.snapshot()[0]
     counts = np.histogram(x, edges)[0]
     assert found.value == pytest.approx(counts / (256 * (edges[1] - edges[0])))
     assert found.entries.shape == (4, 7)
     assert found.centres == pytest.approx(0.5 * (edges[1:] + edges[:-1]))
     assert counts.sum() < 256
-    assert np.isinf(Trajectories(PAPER, 64, SEED, 0.1).densities(1, 1.0, V=edges)["V"].stderr).all()
+    assert np.isinf(densities(Trajectories(PAPER, 64, SEED, 0.1), 1, 1.0, V=edges)["V"].stderr).all()
 
 
 def test_density_errors_are_the_real_ones():
@@ -283,7 +284,7 @@ def test_density_errors_are_the_real_ones():
     for seed in range(40):
         many = Trajectories(PAPER, 1024, np.random.SeedSequence([seed, 19]), 0.1)
         many.run(300.0)
-        runs.append(many.densities(8, 5.0, x=edges)["x"])
+        runs.append(densities(many, 8, 5.0, x=edges)["x"])
     scatter = np.std([run.value for run in runs], axis=0, ddof=1)
     stated = np.sqrt(np.mean([run.stderr**2 for run in runs], axis=0))
     assert np.mean(stated / scatter) == pytest.approx(1.0, abs=0.1)
