@@ -212,6 +212,7 @@ def told(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
     """Power in less power out over power in, and its standard error; zeros where nothing gives power."""
     from harvester.mechanics.kernels.shaking import is_random, is_shaken
+    from harvester.uncertainty.value import mean_and_error
 
     if not (is_shaken(eqs) or is_random(eqs)):
         return 0.0, 0.0
