@@ -41,7 +41,8 @@ def build_deck(
     has fewer of them.
 
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
-    its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to ngspice.
+    its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to
+    ngspice.
     """
     numbers = (capacitance, step, duration, start, volts)
     capacitance, step, duration, start, volts = map(float, numbers)  # a NumPy scalar prints its type

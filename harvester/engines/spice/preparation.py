@@ -113,7 +113,9 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
             pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.trajectories
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
-    device = CoupledDevice(eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule)
+    device = CoupledDevice(
+        eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule
+    )
     return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin)
 
 

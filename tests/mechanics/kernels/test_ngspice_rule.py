@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.circuit.ngspice.deck import integration
+from harvester.circuit.ngspice.deck import integration_options
 from harvester.engines import Spice
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
@@ -46,7 +46,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
 @pytest.mark.parametrize("z", [1e-6, 0.01, 1.0, 50.0, 1e4])
 def test_deck_has_the_weight_of_the_compiled_steps(z):
     """The options card's xmu is the weight that the kernels compute, to rounding."""
-    xmu = re.search(r"xmu=(\S+)", integration(z, 1.0, 1.0, 1.0, 1e-4))
+    xmu = re.search(r"xmu=(\S+)", integration_options(z, 1.0, 1.0, 1.0, 1e-4))
     assert float(xmu[1]) == pytest.approx(rule_weight(z), rel=1e-12)
 
 
