@@ -203,9 +203,9 @@ def told(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
     bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
     second = " s" if physical else ""
     return (
-        f"a step of {pair.trajectories.h / unit:.3g}{second}, whose bias is {bias:.2%} +- {NORMAL_QUANTILE * error:.2%}, "
-        f"measured against twice the step on the same noise, and {pair.duration / unit:.3g}{second} of "
-        f"{pair.trajectories.count} trajectories, for the spread of their means"
+        f"a step of {pair.trajectories.h / unit:.3g}{second}, whose bias is {bias:.2%} +- "
+        f"{NORMAL_QUANTILE * error:.2%}, measured against twice the step on the same noise, and "
+        f"{pair.duration / unit:.3g}{second} of {pair.trajectories.count} trajectories, for the spread of their means"
     )
 
 
