@@ -4,6 +4,7 @@ import contextlib
 import csv
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -73,10 +74,12 @@ def table(out):
 
 def rows(out):
     """How many rows are on disk in the journal; None where there is none."""
+    path = Path(out) / "sweep.journal"
     try:
-        return (Path(out) / "sweep.journal").read_bytes().count(b"\n") - 1
-    except OSError:
-        return None
+        with contextlib.closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True)) as journal:
+            return journal.execute("SELECT count(*) FROM rows").fetchone()[0]
+    except sqlite3.OperationalError:  # there is none, or it is just being made
+        return None if not path.exists() else 0
 
 
 def trial(arguments, out, who, least, rng, patience=5.0):

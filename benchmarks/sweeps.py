@@ -27,7 +27,8 @@ from common import report
 import harvester as hv
 from harvester.errors import HarvesterError
 from harvester.machine.cores import THREADS_VARIABLE
-from harvester.studies.sweep import sweep as sweeps
+from harvester.studies.sweep.points import read_axis
+from harvester.studies.sweep.sweep import sweep
 
 PLATE = hv.load("examples/plate_with_stop.toml")
 QUICK = hv.loads(kills.SCENE)
@@ -74,7 +75,7 @@ def swept(scene, axis, engine, **how):
     """A sweep's clock, its wall time and its processor time; that every point fails is no matter here."""
     clock, begin, used = Clock(), time.perf_counter(), processor()
     with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
-        sweeps.sweep(scene, [sweeps.axis(axis)], [engine], out, tick=clock, **how)
+        sweep(scene, [read_axis(axis)], engines=[engine], out=out, tick=clock, **how)
     return clock, time.perf_counter() - begin, processor() - used
 
 
@@ -139,8 +140,8 @@ def overhead(points):
         memory.clear()
         clock, used = Watching(), processor()
         with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
-            axis = sweeps.axis(f"load.parameters.R=1k:1M:{points}")
-            sweeps.sweep(netlist, [axis], [hv.Ensemble()], out, tick=clock, workers=workers)
+            axis = read_axis(f"load.parameters.R=1k:1M:{points}")
+            sweep(netlist, [axis], engines=[hv.Ensemble()], out=out, tick=clock, workers=workers)
         row = {"what": "overhead", "workers": workers, "points": points, "ms a point": 1e3 / clock.rate(100)}
         row |= {"processor ms a point": 1e3 * (processor() - used) / points}
         rows.append(row | {"MB at 1,000": memory[1], "MB at the end": memory[-1]})

@@ -34,7 +34,7 @@ from .studies.optimum.answer import Optimum as Optimum
 from .studies.optimum.optimise import optimise as optimise
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
-from .studies.sweep.public import sweep as sweep
+from .studies.sweep.sweep import sweep as sweep
 from .studies.sweep.table import Table as Table
 from .uncertainty.value import Value as Value
 

@@ -102,7 +102,8 @@ def sweep(
     from harvester.engines.selection import default_engine, default_engines
     from harvester.engines.selection import engines as engines_of
     from harvester.studies.sweep import printed_rows
-    from harvester.studies.sweep import sweep as sweeps
+    from harvester.studies.sweep.compute import compute_table
+    from harvester.studies.sweep.points import grid, read_axis, read_points
 
     if bool(varied) == (points is not None):
         found = "both are" if varied else "neither is"
@@ -112,13 +113,14 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise InputError("--workers must be left out where --scheduler is given, but both are given")
     given = loaded(scene)
-    where = sweeps.read_points(points) if points is not None else sweeps.grid([sweeps.axis(text) for text in varied])
+    where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     within = options["within"]
     names = engines or (default_engines(given) if within is None else [default_engine(given, within)])
     chosen = engines_of(names, **given_options(options))
     page = report_file(report, out)
     with progress_of_rows("sweep", {one.NAME: len(where) for one in chosen}) as bar:
-        table = sweeps.sweep(given, where, chosen, out, resume, bar.row, workers, scheduler, bar.skip, vector)
+        options = {"resume": resume, "workers": workers, "scheduler": scheduler, "vector": vector}
+        table = compute_table(given, where, chosen, out, tick=bar.row, skip=bar.skip, **options)
     echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *printed_rows.warnings(table.rows)]))
     click.echo(f"written: {Path(out) / 'sweep.csv'}, sweep.nc, {drawn('sweep', vector)}, provenance.json")
     save_report(page, lambda report: report.of_sweep(given, table))

@@ -7,7 +7,8 @@ from harvester.report.scenes import scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.printed_rows import warnings
-from harvester.studies.sweep.table import Row, Table
+from harvester.studies.sweep.rows import Row
+from harvester.studies.sweep.table import Table
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 MOST_ROWS = 400  # of the table on the page

@@ -1,14 +1,23 @@
-"""What every study writes beside its numbers: where they come from."""
+"""What a study leaves in a folder: a table (CSV), its figure, and where they come from (provenance.json)."""
 
-from typing import Any
+import csv
+import io
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from harvester.equations.problem import Problem
+from harvester.machine import files
 from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
 
+if TYPE_CHECKING:
+    from harvester.figures import Plot
+
 
 def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
-    """All of it, with ``what`` the command asked for."""
+    """Where a study's numbers come from: versions, machine, command and scene, and ``what`` the study was asked for."""
     problem = Problem.of(scene)
     circuit = None if problem.netlist is None else problem.circuit
     return origin() | {
@@ -17,3 +26,55 @@ def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
         "netlist": None if circuit is None else circuit.text,
         **what,
     }
+
+
+def named(name: str, unit: str) -> str:
+    """The head of a column: its name, and its unit in brackets where there is one."""
+    return f"{name} ({unit})" if unit else name
+
+
+def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
+    """The lines of a CSV file, its header first; numbers have nine digits, and None is an empty cell."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(heads)
+    for row in rows:
+        yield out.getvalue()
+        out.seek(0)
+        out.truncate()
+        writer.writerow([f"{cell:.9g}" if isinstance(cell, float) else cell for cell in row])
+    yield out.getvalue()
+
+
+def csv_text(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """The text of a CSV file, as `csv_lines`."""
+    return "".join(csv_lines(heads, rows))
+
+
+class OutputFolder:
+    """A folder that a study writes its files into, each whole or not at all; ``vector`` are forms of its figures.
+
+    Raises
+    ------
+    InputError
+        for a form that is neither svg nor pdf, a folder that cannot be made or written, and a file that the disk does
+        not take.
+    """
+
+    def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:
+        files.check_vector(vector)
+        self.path, self.vector = files.folder(out), vector
+
+    def table(self, name: str, lines: str | Iterable[str]) -> None:
+        """Write ``name``.csv from its text or lines."""
+        files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (one.encode() for one in lines))
+
+    def figure(self, name: str, figure: "Plot") -> None:
+        """Write a figure as ``name``.png, and in the vector forms asked for."""
+        from harvester import figures
+
+        figures.save(figure, self.path, name, self.vector)
+
+    def provenance(self, about: dict[str, Any]) -> None:
+        """Write provenance.json, such as from `provenance`."""
+        files.write(self.path / "provenance.json", json.dumps(about, indent=2, default=str) + "\n")

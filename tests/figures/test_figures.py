@@ -19,8 +19,9 @@ from harvester.studies.frequency_response.curve import Response
 from harvester.studies.motion import Motion
 from harvester.studies.paper import Point
 from harvester.studies.stability.region import Edge
-from harvester.studies.sweep import sweep
-from harvester.studies.sweep.table import COLUMNS, Table
+from harvester.studies.sweep.points import Axis
+from harvester.studies.sweep.rows import COLUMNS
+from harvester.studies.sweep.table import Table
 from harvester.studies.work_precision.cost_table import Row
 from harvester.uncertainty.value import Value
 
@@ -35,7 +36,7 @@ def row(power, engine="averaged", **cells):
 
 def table(axes, rows, listed=False, physical=True):
     about = {"scene": {"title": "A title"} | ({} if physical else {"nondimensional": {}})}
-    return Table(tuple(sweep.Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
+    return Table(tuple(Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
 
 
 def line(powers, engine="averaged", key=R, values=None, **cells):
@@ -246,7 +247,7 @@ def test_save(tmp_path):
 
 def test_another_form_is_refused_before_anything_is_computed(tmp_path):
     with pytest.raises(InputError, match="`vector` must be svg or pdf, but is 'eps'"):
-        sweep.sweep(hv.load("examples/plate.toml"), [sweep.axis(f"{R}=1k")], [hv.Averaged()], tmp_path, vector=["eps"])
+        hv.sweep("examples/plate.toml", {R: "1k"}, engines=["averaged"], out=tmp_path, vector=["eps"])
     assert list(tmp_path.iterdir()) == []
 
 

@@ -20,7 +20,7 @@ from harvester.errors import CannotServeError, InputError, invalid, names_argume
 from harvester.machine import files
 from harvester.studies.frequency_response.curve import Point, Response
 from harvester.studies.output_folder import provenance
-from harvester.studies.sweep.points import axis
+from harvester.studies.sweep.points import read_axis
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:
         raise invalid("`sweep`", f"be FROM:TO:COUNT with a COUNT from {LEAST} to {MOST}, such as 1Hz:10Hz:60", text)
     key = "excitation.frequency" if problem.physical else "nondimensional.drive_frequency"
-    found = sorted(axis(f"{key}={text}").values)
+    found = sorted(read_axis(f"{key}={text}").values)
     if found[0] == found[-1]:
         raise invalid("`sweep`", "be between two different frequencies", text)
     return tuple(found)

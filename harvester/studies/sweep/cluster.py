@@ -17,7 +17,7 @@ PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
 
 def dask(tasks: Iterator[Task], address: str) -> Done:
-    """By the workers of a scheduler, each of whose threads is one core's.
+    """Compute the tasks by the workers of a Dask scheduler, each of whose threads has one core.
 
     Dask gives a task whose worker died to another worker; a task that ended several is an error.
 
@@ -35,19 +35,19 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
         from distributed import as_completed
         from distributed.scheduler import KilledWorker
 
-        given: dict[str, Task] = {}
+        pending: dict[str, Task] = {}
 
         def submitted(some: Iterable[Task]) -> list[Any]:
-            futures = []
+            futures = []  # none of them pure: a point may be listed twice
             for task in some:
-                futures.append(client.submit(alone, task, pure=False))  # not pure: a point may be listed twice
-                given[futures[-1].key] = task
+                futures.append(client.submit(compute_on_one_core, task, pure=False))
+                pending[futures[-1].key] = task
             return futures
 
         ahead = max(AHEAD * sum(client.nthreads().values()), FEWEST)
         done = as_completed(submitted(itertools.islice(tasks, ahead)), with_results=True, raise_errors=False)
         for future, found in done:
-            task = given.pop(future.key)
+            task = pending.pop(future.key)
             done.update(submitted(itertools.islice(tasks, 1)))
             if future.status == "finished":
                 yield task, found
@@ -63,13 +63,14 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
         client.close(timeout=5)
 
 
-def alone(task: Task) -> list[Answer]:
-    """`compute` on one core, as a thread of a Dask worker is meant."""
+def compute_on_one_core(task: Task) -> list[Answer]:
+    """Compute a task on one core, as each thread of a Dask worker should."""
     os.environ.setdefault(THREADS_VARIABLE, "1")
     return compute(task)
 
 
 def _client(address: str) -> Any:
+    """The client of a scheduler that answers and has workers; raises as `dask`."""
     try:
         from distributed import Client
         from distributed.comm.addressing import get_address_host_port

@@ -1,16 +1,16 @@
-"""A sweep's table as a labelled dataset (xarray), and as a NetCDF file of it."""
+"""A sweep's table as a dataset with labels and units (xarray), and as a NetCDF file of it."""
 
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 import xarray
 
+from harvester.figures.shapes import SweepShape
 from harvester.scene.keys import unit_of
-
-if TYPE_CHECKING:
-    from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.rows import TEXTS
 
 MEANINGS = {
     "mean_square_voltage": ("mean square voltage of the piezo", "V2"),
@@ -20,13 +20,27 @@ MEANINGS = {
     "mean_power_bias": ("estimated error of step and model in the mean power", "W"),
     "seconds": ("time of the computation", "s"),
 }
-TEXTS = ("error", "warnings")
 
 
-def dataset(table: "Table") -> xarray.Dataset:
-    """Variables over (engine, key, key, ...), of a list of points over (engine, point); nan where there is no number.
+class TableShape(SweepShape, Protocol):
+    """What a dataset reads of a `harvester.Table`, beside what its figure does."""
 
-    Units are attributes, by udunits' names, "1" for a number; ``table.about`` is in the attributes, as JSON whole.
+    @property
+    def points(self) -> Sequence[int]:
+        """The number of each row's point."""
+        ...
+
+    @property
+    def about(self) -> Mapping[str, Any]:
+        """The provenance."""
+        ...
+
+
+def dataset(table: TableShape) -> xarray.Dataset:
+    """The table as variables over (engine, key, key, ...), or over (engine, point) for a list of points.
+
+    A variable is nan where there is no number.  Units are attributes with udunits' names, "1" for a pure number; the
+    whole of ``table.about`` is an attribute as JSON.
     """
     engines = list(dict.fromkeys(row["engine"] for row in table.rows))
     if table.listed:
@@ -53,21 +67,21 @@ def dataset(table: "Table") -> xarray.Dataset:
     return xarray.Dataset(found, labels, _attributes(table.about))
 
 
-def netcdf(table: "Table") -> bytes:
-    """The dataset as a file: NetCDF 3 (64-bit offsets), which SciPy writes and every reader of NetCDF knows."""
+def netcdf(table: TableShape) -> bytes:
+    """The dataset as the bytes of a NetCDF 3 file (64-bit offsets), which SciPy writes and every reader knows."""
     data = dataset(table)
     for name in TEXTS:
         data[name] = data[name].astype(str)
     return bytes(data.to_netcdf(engine="scipy"))
 
 
-def _attributes(about: dict[str, Any]) -> dict[str, str]:
-    """Where the numbers come from."""
-    given = {
+def _attributes(about: Mapping[str, Any]) -> dict[str, str]:
+    """The attributes of a dataset that say where its numbers come from."""
+    known = {
         "title": about.get("scene", {}).get("title", ""),
         "source": f"harvester {about.get('versions', {}).get('harvester', '')}".strip(),
         "history": f"{about.get('when', '')} harvester {' '.join(about.get('command', []))}".strip(),
         "scene_digest": str(about.get("scene_digest", "")),
         "provenance": json.dumps(about, default=str) if about else "",
     }
-    return {name: text for name, text in given.items() if text}
+    return {name: text for name, text in known.items() if text}

@@ -1,7 +1,8 @@
-"""What a sweep has done so far: a file that only grows, a line of JSON a row, until the table is whole.
+"""What a sweep has done so far: an SQLite database beside sweep.csv, until the table is whole.
 
-A line is written at once and stays what it is, so that whatever ends the program costs the points in flight only.
-The first line says which sweep it is.  The journal is beside sweep.csv for as long as the sweep is not finished.
+Each finished task is one transaction, so that whatever ends the program costs the points in flight only.  The database
+does not wait for the disk: a failure of the machine's power may damage it, and then costs what came after sweep.csv was
+last written.
 """
 
 import contextlib
@@ -9,31 +10,36 @@ import fcntl
 import hashlib
 import json
 import os
-import time
-from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError
-from harvester.machine import files
-from harvester.studies.sweep.table import COLUMNS, Row
+from harvester.studies.sweep.rows import COLUMNS, Row
 
 NAME = "sweep.journal"
-SYNC = 1.0  # seconds between two waits for the disk: what a failure of the machine's power may cost beyond the above
 SAME = ("scene_digest", "netlist", "points", "vary", "engines")  # of the provenance: what makes a sweep the same
 
-Kept = tuple[int, int, Row]  # point, place of the engine, row without the varied keys
+JournalRow = tuple[int, int, Row]  # point, place of the engine in the sweep, row without the varied keys
+
+_TABLES = {
+    "identity": "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)",
+    "rows": f"(point INTEGER, place INTEGER, {', '.join(f'{name} TEXT NOT NULL' for name in COLUMNS)}, "
+    "PRIMARY KEY (point, place)) WITHOUT ROWID",
+}
+_CACHE = 200  # KiB: a long sweep does not grow
 
 
-def identity(whence: Mapping[str, Any]) -> dict[str, str]:
-    """A hash of everything that makes a sweep the same."""
-    whence = {"points": "grid", **whence}  # which the files of earlier versions do not say
-    return {what: hashlib.sha256(json.dumps(whence.get(what), default=str).encode()).hexdigest()[:16] for what in SAME}
+def identity(about: Mapping[str, Any]) -> dict[str, str]:
+    """A hash of each thing in a sweep's provenance that makes it the same sweep."""
+    about = {"points": "grid", **about}  # which the files of earlier versions do not say
+    return {what: hashlib.sha256(json.dumps(about.get(what), default=str).encode()).hexdigest()[:16] for what in SAME}
 
 
 def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
-    """InputError, with what differs, where an earlier sweep's identity is another."""
+    """Raise InputError, with what differs, where the identity of the earlier sweep in a folder is not that of now."""
     for what in SAME:
         if not isinstance(before, dict) or before.get(what) != now[what]:
             raise InputError(
@@ -41,125 +47,123 @@ def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
             )
 
 
-def read(out: Path, now: Mapping[str, str]) -> Iterator[Kept] | None:
-    """The rows of the journal of the same sweep, damaged lines left out; None where there is none that can be read.
-
-    Raises
-    ------
-    InputError
-        where the journal is that of another sweep.
-    """
-    try:
-        with (out / NAME).open("rb") as file:
-            before = json.loads(file.readline())["sweep"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    check_same(out, before, now)
-    return _rows(out / NAME)
-
-
-def _rows(path: Path) -> Iterator[Kept]:
-    with path.open("rb") as file:
-        next(file)
-        for line in file:
-            with contextlib.suppress(ValueError, TypeError, KeyError):
-                yield _row(line)
-
-
-def _row(line: bytes) -> Kept:
-    if not line.endswith(b"\n"):
-        raise ValueError("cut off")
-    point, place, *cells = json.loads(line)
-    if not (isinstance(point, int) and isinstance(place, int) and all(isinstance(cell, str) for cell in cells)):
-        raise TypeError("not a row")
-    return point, place, dict(zip(COLUMNS, cells, strict=True))
-
-
 class Journal:
-    """The rows that are done, on disk; in memory only where each stands.
+    """The finished rows of the sweep that writes into a folder, on disk; one program at a time may hold it.
 
     Raises
     ------
     InputError
-        where the disk does not take it, or another program is at work in the folder.
+        where another program is at work in the folder.
     """
 
-    def __init__(self, out: Path, now: Mapping[str, str], points: int, engines: int, kept: Iterable[Kept]) -> None:
-        self.path, self.engines = out / NAME, engines
-        self._begins = array("q", [-1]) * (points * engines)
-        self.size, self._synced = 0, time.monotonic()
-        self._folder = os.open(out, os.O_RDONLY)
-        self._file = -1
+    def __init__(self, out: Path) -> None:
+        self.path = out / NAME
+        self._database: sqlite3.Connection | None = None
+        self._folder, self._locks = os.open(out, os.O_RDONLY), True
         try:
             fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._folder)
             raise InputError(f"`out` must be no folder that another sweep is writing, but {str(out)!r} is") from None
         except OSError:  # a file system without locks
-            pass
-        files.write(self.path, self._lines(now, kept, points))
-        self._file = os.open(self.path, os.O_RDWR | os.O_APPEND)
+            self._locks = False
 
-    def _lines(self, now: Mapping[str, str], kept: Iterable[Kept], points: int) -> Iterator[bytes]:
-        first = json.dumps({"sweep": now}).encode() + b"\n"
-        self.size = len(first)
-        yield first
-        for point, place, row in kept:
-            if 0 <= point < points and 0 <= place < self.engines:
-                line = self._line(point, place, row)
-                self.size += len(line)
-                yield line
+    def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
+        """The rows of an earlier run of the same sweep; None where there is no journal, or it is damaged.
 
-    def _line(self, point: int, place: int, row: Row) -> bytes:
-        self._begins[point * self.engines + place] = self.size
-        return (json.dumps([point, place, *(row[name] for name in COLUMNS)]) + "\n").encode()
+        Raises
+        ------
+        InputError
+            where the journal is that of another sweep.
+        """
+        if not self.path.exists():
+            return None
+        try:
+            if self._execute("PRAGMA quick_check").fetchone() != ("ok",):
+                return None
+            before, rows = dict(self._execute("SELECT what, hash FROM identity")), list(self.rows())
+        except sqlite3.DatabaseError:
+            return None
+        check_same(self.path.parent, before, now)
+        return rows
+
+    def begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
+        """Start the journal of a sweep with the rows of an earlier run that are kept; raises InputError as `add`."""
+        try:
+            self._begin(now, kept)
+        except sqlite3.DatabaseError:  # damaged, or no database: a new file in its place
+            self._disconnect()
+            for path in (self.path, self.path.with_name(f"{NAME}-journal")):
+                path.unlink(missing_ok=True)
+            self._begin(now, kept)
+
+    def _begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
+        with self._transaction():
+            for table, columns in _TABLES.items():
+                self._execute(f"DROP TABLE IF EXISTS {table}")
+                self._execute(f"CREATE TABLE {table} {columns}")
+            self._connected().executemany("INSERT INTO identity VALUES (?, ?)", now.items())
+            self._insert(kept)
 
     def has(self, point: int, place: int) -> bool:
         """Whether there is a row of an engine at a point."""
-        return self._begins[point * self.engines + place] >= 0
+        found = self._execute("SELECT 1 FROM rows WHERE point = ? AND place = ?", (point, place))
+        return found.fetchone() is not None
 
-    def add(self, rows: Sequence[Kept]) -> None:
+    def add(self, rows: Sequence[JournalRow]) -> None:
         """Write rows, all at once; InputError where the disk does not take them, and then none of them."""
-        whole = self.size
-        try:
-            for point, place, row in rows:
-                line = self._line(point, place, row)
-                self.size += len(line)
-                while line:
-                    line = line[os.write(self._file, line) :]
-            if time.monotonic() - self._synced > SYNC:
-                os.fsync(self._file)
-                self._synced = time.monotonic()
-        except OSError as error:
-            for point, place, _ in rows:
-                self._begins[point * self.engines + place] = -1
-            self.size = whole
-            with contextlib.suppress(OSError):
-                os.ftruncate(self._file, whole)
-            raise InputError(
-                f"`out` must take {NAME}, but writing failed: {error.strerror}; the points that are done are kept for "
-                "`resume`"
-            ) from None
+        with self._transaction():
+            self._insert(rows)
 
-    def rows(self) -> Iterator[Kept]:
+    def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk."""
-        with self.path.open("rb") as file:
-            for begin in self._begins:
-                if begin >= 0:
-                    file.seek(begin)
-                    yield _row(file.readline())
+        for point, place, *cells in self._execute("SELECT * FROM rows ORDER BY point, place"):
+            yield point, place, dict(zip(COLUMNS, cells, strict=True))
 
     def count(self) -> int:
         """How many rows there are."""
-        return sum(begin >= 0 for begin in self._begins)
+        return int(self._execute("SELECT count(*) FROM rows").fetchone()[0])
 
     def close(self) -> None:
         """Let go of the folder; the file stays."""
-        for one in (self._file, self._folder):
-            if one >= 0:
-                os.close(one)
-        self._file = self._folder = -1
+        self._disconnect()
+        if self._folder >= 0:
+            os.close(self._folder)
+        self._folder = -1
 
     def remove(self) -> None:
-        """The table is whole: the journal is not needed any more."""
+        """Delete the file of a sweep whose table is whole."""
+        self._disconnect()
         self.path.unlink(missing_ok=True)
+
+    def _connected(self) -> sqlite3.Connection:
+        if self._database is None:
+            address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
+            self._database = sqlite3.connect(address, uri=True, isolation_level=None)
+            self._database.executescript(f"PRAGMA synchronous = OFF; PRAGMA cache_size = -{_CACHE}")
+        return self._database
+
+    def _disconnect(self) -> None:
+        if self._database is not None:
+            self._database.close()
+        self._database = None
+
+    def _execute(self, statement: str, values: Sequence[int] = ()) -> sqlite3.Cursor:
+        return self._connected().execute(statement, values)
+
+    def _insert(self, rows: Sequence[JournalRow]) -> None:
+        marks = ", ".join("?" * (2 + len(COLUMNS)))
+        cells = ((point, place, *(row[name] for name in COLUMNS)) for point, place, row in rows)
+        self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", cells)
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        try:
+            with self._connected() as database:
+                database.execute("BEGIN IMMEDIATE")
+                yield
+        except sqlite3.OperationalError as error:
+            why = os.strerror(ENOSPC) if error.sqlite_errorcode == sqlite3.SQLITE_FULL else error
+            raise InputError(
+                f"`out` must take {NAME}, but writing failed: {why}; the points that are done are kept for `resume`"
+            ) from None

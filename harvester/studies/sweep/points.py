@@ -33,8 +33,10 @@ class Axis:
         return min(self.values) > 0.0 and max(self.values) >= 10.0 * min(self.values)
 
 
-def axis(text: str) -> Axis:
-    """``load.resistance=1k:10M:25`` (spaced evenly, by ratio where the ends differ tenfold) or ``=1k,2k,5k``.
+def read_axis(text: str) -> Axis:
+    """The axis that a text describes, such as ``load.resistance=1k:10M:25`` or ``load.resistance=1k,2k,5k``.
+
+    FROM:TO:COUNT is spaced evenly, by ratio where the ends differ tenfold.
 
     Raises
     ------
@@ -59,9 +61,9 @@ def axis(text: str) -> Axis:
 
 
 def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
-    """A key and its values: numbers in SI units, texts with their unit, or one text as of `axis`; raises as that."""
+    """The axis of a key and its values: numbers in SI units, texts with units, or one text; raises as `read_axis`."""
     if isinstance(values, str):
-        return axis(f"{key}={values}")
+        return read_axis(f"{key}={values}")
     split_key(key)
     if len(values) == 0:
         raise InputError(f"{key} must have values to take, but has none")
@@ -70,7 +72,9 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
 
 @dataclass(frozen=True)
 class Points:
-    """All combinations of the axes' values, the last axis fastest; or, ``listed``, their n-th values together.
+    """The points of a sweep: all combinations of the axes' values, the last axis fastest, or a list (``listed``).
+
+    The n-th point of a list takes the n-th value of each axis.
 
     Raises
     ------
@@ -92,7 +96,7 @@ class Points:
 
     @property
     def option(self) -> str:
-        """What the command line calls it."""
+        """The argument that the points come from, as errors name it."""
         return "`points`" if self.listed else "`vary`"
 
     @property
@@ -102,7 +106,7 @@ class Points:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the grid, or of the list."""
+        """The number of values along each axis; of a list, of points."""
         return (len(self.axes[0].values),) if self.listed else tuple(len(a.values) for a in self.axes)
 
     def __len__(self) -> int:
@@ -121,11 +125,11 @@ class Points:
         )
 
     def cells(self, point: int) -> dict[str, str]:
-        """The keys and their values as the table shows them."""
+        """The keys and their values at a point, as the table shows them."""
         return {key: repr(value) for key, value in zip(self.keys, self.values(point), strict=True)}
 
     def check(self, scene: Scene) -> None:
-        """InputError where there is a point that no scene can be; keeps none of them."""
+        """Raise InputError where the scene cannot be made at one of the points."""
         for point in range(len(self)):
             try:
                 Problem(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
@@ -136,7 +140,7 @@ class Points:
 
 
 def grid(axes: Sequence[Axis]) -> Points:
-    """All combinations of the axes' values."""
+    """The points that are all combinations of the axes' values."""
     return Points(tuple(Axis(a.key, tuple(map(float, a.values))) for a in axes))
 
 

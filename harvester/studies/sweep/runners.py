@@ -1,7 +1,7 @@
-"""Who computes the tasks of a sweep: this process, a pool of processes, or Dask.  The answers are the same.
+"""The ways to compute the tasks of a sweep: in this process, or in a pool of processes, with the same answers.
 
-Each yields tasks with their answers, in the order in which they are done, and leaves nothing running when it ends,
-by an error, because nobody asks on, or because the program died.
+Each yields tasks with their answers, in the order in which they are done, and leaves nothing running when it ends: by
+an error, because nobody asks for more, or because the program died.  Dask's workers are in `cluster`.
 """
 
 from collections import deque
@@ -18,13 +18,13 @@ Done = Generator[tuple[Task, list[Answer]], None, None]
 
 
 def here(tasks: Iterator[Task]) -> Done:
-    """One after the other in this process, which may use all cores."""
+    """Compute the tasks one after the other in this process, which may use all cores."""
     for task in tasks:
         yield task, compute(task)
 
 
 def pool(tasks: Iterator[Task], workers: int) -> Done:
-    """In so many processes, which share the cores.
+    """Compute the tasks in a number of worker processes, which share the cores.
 
     A process that dies is replaced; its task is tried once more, a batch then point by point, and is an error if
     that dies, too.

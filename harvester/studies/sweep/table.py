@@ -1,48 +1,31 @@
-"""The rows of a sweep: what an answer looks like in sweep.csv, and the table that they make."""
+"""The table that a sweep makes: its rows as texts, columns as numbers, labelled data and a figure."""
 
-import csv
-import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester.answers.estimate import Estimate
-from harvester.errors import HarvesterError, names_arguments
+from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.sweep.points import Axis
-from harvester.uncertainty.value import Value
+from harvester.studies.sweep.rows import COLUMNS, TEXTS, Row, lines
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from harvester.figures import Plot
-
-Row = dict[str, str]
-
-COLUMNS = (
-    "engine",
-    "mean_square_voltage",
-    "mean_square_voltage_stderr",
-    "mean_power",
-    "mean_power_stderr",
-    "seconds",
-    "error",
-    "mean_power_bias",  # estimated error of step and model, where the engine knows one
-    "warnings",
-)
-_ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
 
 
 @names_arguments
 @dataclass
 class Table:
-    """Rows of a sweep as they are written: the varied keys, then `COLUMNS`, all as text.
+    """The rows of a sweep as they are written: the varied keys, then `COLUMNS`, all as text.
 
-    ``points`` says which point each row is of, in the order of the grid (the last key fastest) or of the list;
-    ``listed``: the axes hold the n-th point's values together, and no grid; ``about`` is where the rows come from.
+    ``points`` are the numbers of the rows' points, in the order of the grid (the last key fastest) or of the list.
+    ``listed`` says that the points are no grid: each takes the n-th value of every axis.  ``about`` is the provenance.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -64,13 +47,29 @@ class Table:
     def column(self, name: str, engine: str) -> np.ndarray[Any, np.dtype[np.float64]]:
         """One column of one engine's rows as numbers; nan where a point failed."""
         values = [row[name] for row in self.rows if row["engine"] == engine]
-        return np.array([float(v) if v else math.nan for v in values])
+        return np.array([_number(v) for v in values])
 
     def to_xarray(self) -> "xarray.Dataset":
-        """As a labelled dataset with units over engine and varied keys; see `harvester.studies.sweep.dataset`."""
+        """The table as a dataset with labels and units, over engine and varied keys (`dataset`)."""
         from harvester.studies.sweep.dataset import dataset
 
         return dataset(self)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The table as a data frame: a row for each point and engine, numbers as numbers (nan where there is none).
+
+        >>> import harvester as hv
+        >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+        >>> frame = hv.sweep(scene, "nondimensional.mu", [0.5, 2.0], engines=[hv.Averaged()]).to_pandas()
+        >>> frame.loc[frame["mean_power"].idxmax(), "nondimensional.mu"]
+        2.0
+        """
+        import pandas
+
+        frame = pandas.DataFrame(self.rows, columns=[*(a.key for a in self.axes), *COLUMNS])
+        numbers = [name for name in frame if name not in ("engine", *TEXTS)]
+        frame[numbers] = frame[numbers].map(_number)
+        return frame
 
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
@@ -94,55 +93,5 @@ class Table:
         return figures.sweep(self, scene.get("title", "") if title == "" else title)
 
 
-def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:
-    """The CSV file line by line, its header first."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, [*keys, *COLUMNS], lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        yield out.getvalue()
-        out.seek(0)
-        out.truncate()
-        writer.writerow(row)
-    yield out.getvalue()
-
-
-def answered(estimate: Estimate) -> Row:
-    """What a row says of an answer."""
-
-    def text(value: float | None) -> str:
-        return "" if value is None else f"{value:.9g}"
-
-    return {
-        "engine": estimate.engine,
-        "mean_square_voltage": text(estimate.mean_square_voltage.value),
-        "mean_square_voltage_stderr": text(estimate.mean_square_voltage.stderr),
-        "mean_power": text(estimate.mean_power.value),
-        "mean_power_stderr": text(estimate.mean_power.stderr),
-        "seconds": f"{estimate.seconds:.4g}",
-        "error": "",
-        "mean_power_bias": text(_bias(estimate.mean_power)),
-        "warnings": "; ".join(estimate.warnings),
-    }
-
-
-def failed(engine: str, error: HarvesterError) -> Row:
-    """What a row says of a point that failed."""
-    return dict.fromkeys(COLUMNS, "") | {"engine": engine, "error": " ".join(str(error).split())}
-
-
-def holds_an_answer(row: Row) -> bool:
-    """Whether a row is whole and of a point that did not fail."""
-    return row["error"] == "" and all(_is_number(row[name]) for name in _ANSWER)
-
-
-def _bias(value: Value) -> float | None:
-    known = [error for error in (value.bias, value.model) if error is not None]
-    return sum(known) if known else None
-
-
-def _is_number(text: str | None) -> bool:
-    try:
-        return text is not None and math.isfinite(float(text))
-    except ValueError:
-        return False
+def _number(cell: str) -> float:
+    return float(cell) if cell else math.nan

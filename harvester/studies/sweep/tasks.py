@@ -4,22 +4,23 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.protocol import Engine, Vectorised
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Points
-from harvester.studies.sweep.table import Row, answered
+from harvester.studies.sweep.rows import Row, answered
 
 BATCH = 256  # points that an engine of formulas computes at once
 
-Answer = Row | HarvesterError  # a row without the varied keys, or why there is none
+Answer: TypeAlias = Row | HarvesterError  # a row without the varied keys, or why there is none
 
 
 @dataclass(frozen=True)
 class Task:
-    """Points of one engine, with all that a worker needs to know of them; ``place`` is the engine's in the sweep."""
+    """Points of one engine, with all that a worker needs to compute them; ``place`` is the engine's in the sweep."""
 
     scene: Scene
     engine: Engine
@@ -30,11 +31,11 @@ class Task:
     tries: int = 0  # how often its worker died
 
     def again(self) -> "list[Task]":
-        """What to do after its worker died: once more, then `split`."""
+        """The tasks that replace this one after its worker died: itself once more, then its points one by one."""
         return self.split() if self.tries else [dataclasses.replace(self, tries=1)]
 
     def split(self) -> "list[Task]":
-        """Point by point, for one of them may be to blame; nothing of a single point."""
+        """A task for each point, for one of them may have killed the worker; none for a single point."""
         if len(self.points) == 1:
             return []
         return [
@@ -43,7 +44,7 @@ class Task:
         ]
 
     def lost(self) -> list[Answer]:
-        """The answers where nothing can be done any more."""
+        """The answers, errors all, of a task whose worker died again and again."""
         return [SimulationError(LOST) for _ in self.points]
 
 
@@ -78,12 +79,12 @@ def tasks(
 
 
 def compute(task: Task) -> list[Answer]:
-    """An answer for each point of a task, wherever this runs.
+    """Compute an answer for each point of a task, in whatever process this runs.
 
     Raises
     ------
     MissingProgramError
-        which is no fault of the point.
+        where ngspice is not installed, which is no fault of the point.
     """
     answers: list[Estimate | HarvesterError] = []
     try:

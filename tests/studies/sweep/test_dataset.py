@@ -10,7 +10,8 @@ import xarray
 
 import harvester as hv
 from harvester import figures
-from harvester.studies.sweep import sweep
+from harvester.studies.sweep.points import Axis, Points, read_axis
+from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
 
 PLATE = hv.load(EXAMPLES / "plate_with_stop.toml")
@@ -23,8 +24,8 @@ def undrawn(monkeypatch):
 
 
 def test_a_grid(tmp_path):
-    axes = [sweep.axis("load.resistance=1k,1M,10k"), sweep.axis("stop.restitution=0.9,0.4")]
-    table = sweep.sweep(PLATE, axes, BOTH, tmp_path)
+    axes = [read_axis("load.resistance=1k,1M,10k"), read_axis("stop.restitution=0.9,0.4")]
+    table = sweep(PLATE, axes, engines=BOTH, out=tmp_path)
     for data in (table.to_xarray(), xarray.open_dataset(tmp_path / "sweep.nc")):
         assert data.mean_power.dims == ("engine", "load.resistance", "stop.restitution")
         assert len(table.rows) == data.mean_power.size == 12
@@ -48,8 +49,8 @@ def test_a_list_and_a_failure(tmp_path):
     """Points in the order of the list, the same one twice; a nondimensional scene; nan and a text where it failed."""
     scene = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
     keys = ("nondimensional.D11", "nondimensional.mu")
-    points = sweep.Points((sweep.Axis(keys[0], (0.02, 0.0, 0.02)), sweep.Axis(keys[1], (1.0, 2.0, 1.0))), listed=True)
-    table = sweep.sweep(scene, points, [hv.Published()], tmp_path)
+    points = Points((Axis(keys[0], (0.02, 0.0, 0.02)), Axis(keys[1], (1.0, 2.0, 1.0))), listed=True)
+    table = sweep(scene, points, engines=[hv.Published()], out=tmp_path)
     with xarray.open_dataset(tmp_path / "sweep.nc") as data:
         assert data.mean_power.dims == ("engine", "point")
         assert list(data[keys[0]].values) == [0.02, 0.0, 0.02]

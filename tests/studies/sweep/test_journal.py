@@ -1,17 +1,22 @@
-"""The journal: whatever is cut off or damaged, what is whole is kept; another sweep's is refused."""
+"""The journal: whatever ends the program or damages the file, what is whole is kept; another sweep's is refused."""
 
 import errno
+import fcntl
 import json
-import os
 import re
+import signal
+import sqlite3
+import subprocess
+import sys
 
 import pytest
 
 from harvester.errors import InputError
-from harvester.studies.sweep import journal
-from harvester.studies.sweep.table import COLUMNS
+from harvester.studies.sweep.journal import NAME, SAME, Journal, identity
+from harvester.studies.sweep.rows import COLUMNS
 
-NOW = journal.identity({"scene_digest": "a", "netlist": None, "vary": {"x": [1.0]}, "engines": {}})
+PARTS = {"scene_digest": "a", "netlist": None, "vary": {"x": [1.0]}, "engines": {}}
+NOW = identity(PARTS)
 
 
 def row(text):
@@ -19,55 +24,112 @@ def row(text):
 
 
 @pytest.fixture
-def held(tmp_path):
-    made = journal.Journal(tmp_path, NOW, 3, 2, ())
-    yield made
-    made.close()
+def journal(tmp_path):
+    with_nothing = Journal(tmp_path)
+    with_nothing.begin(NOW, [])
+    yield with_nothing
+    with_nothing.close()
 
 
-def test_rows_come_back_in_order(tmp_path, held):
+def earlier(folder, now=NOW):
+    """What a program that resumes finds."""
+    found = Journal(folder)
+    try:
+        return found.earlier(now)
+    finally:
+        found.close()
+
+
+def test_rows_come_back_in_order(tmp_path, journal):
     for point, place in ((2, 1), (0, 1), (2, 0)):
-        held.add([(point, place, row(f"{point}{place}"))])
-    assert [(p, e, r["mean_power"]) for p, e, r in held.rows()] == [(0, 1, "01"), (2, 0, "20"), (2, 1, "21")]
-    assert [held.has(p, e) for p, e in ((0, 0), (0, 1), (2, 0))] == [False, True, True]
-    assert held.count() == 3
-    assert sorted(journal.read(tmp_path, NOW), key=lambda k: k[:2]) == list(held.rows())
-    held.close()
-    again = journal.Journal(tmp_path, NOW, 3, 2, list(journal.read(tmp_path, NOW)))
-    assert next(iter(again.rows())) == (0, 1, row("01"))
+        journal.add([(point, place, row(f"{point}{place}"))])
+    expected = [(0, 1, row("01")), (2, 0, row("20")), (2, 1, row("21"))]
+    assert list(journal.rows()) == expected
+    assert [journal.has(p, e) for p, e in ((0, 0), (0, 1), (2, 0))] == [False, True, True]
+    assert journal.count() == 3
+    journal.close()
+    assert earlier(tmp_path) == expected
+    again = Journal(tmp_path)
+    again.begin(NOW, expected[1:])  # what is not kept is gone
+    assert list(again.rows()) == expected[1:]
+    again.close()
+    assert earlier(tmp_path) == expected[1:]
+
+
+WRITER = f"""
+import itertools, sys
+from pathlib import Path
+from harvester.studies.sweep.journal import Journal, identity
+from harvester.studies.sweep.rows import COLUMNS
+journal = Journal(Path(sys.argv[1]))
+journal.begin(identity({PARTS!r}), [])
+for point in itertools.count():
+    journal.add([(point, place, dict.fromkeys(COLUMNS, str(point))) for place in (0, 1)])
+    print(point, flush=True)
+"""
+
+
+@pytest.mark.parametrize("points", [1, 7, 40])
+def test_a_kill_costs_the_rows_in_flight_only(tmp_path, points):
+    """Every row that `add` returned for is there, in whole transactions; the program was writing when it was killed."""
+    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    for _ in range(points):
+        writer.stdout.readline()
+    writer.send_signal(signal.SIGKILL)
+    told = points + len(writer.communicate()[0].splitlines())
+    rows = earlier(tmp_path)
+    assert len(rows) in (2 * told, 2 * told + 2)
+    assert rows == [(p, e, dict.fromkeys(COLUMNS, str(p))) for p in range(len(rows) // 2) for e in (0, 1)]
+
+
+@pytest.mark.parametrize("cut", [0, 1, 50, 99, 100, 1000, 4096, 5000, 9000])
+def test_a_file_cut_off_is_no_journal(tmp_path, journal, cut):
+    """None, so that sweep.csv is read instead; a new one can be begun in its place."""
+    journal.add([(0, 0, row("1")), (1, 0, row("2"))])
+    journal.close()
+    whole = (tmp_path / NAME).read_bytes()
+    assert len(whole) > 9000
+    (tmp_path / NAME).write_bytes(whole[:cut])
+    assert earlier(tmp_path) is None
+    again = Journal(tmp_path)
+    again.begin(NOW, [(1, 0, row("2"))])
+    assert list(again.rows()) == [(1, 0, row("2"))]
     again.close()
 
 
-def test_any_cut_costs_the_last_row_only(tmp_path, held):
-    held.add([(0, 0, row("1")), (1, 0, row("2"))])
-    whole = held.path.read_bytes()
-    last = whole[: whole.rstrip(b"\n").rfind(b"\n") + 1]
-    for cut in range(len(last), len(whole)):
-        held.path.write_bytes(whole[:cut])
-        assert [p for p, _, _ in journal.read(tmp_path, NOW)] == [0]
-    held.path.write_bytes(whole)
-    assert [p for p, _, _ in journal.read(tmp_path, NOW)] == [0, 1]
+OLD = b'{"sweep": {"vary": "a"}}\n[0, 0, "averaged"]\n'  # as versions before the database wrote it
 
 
-@pytest.mark.parametrize("damage", [b"\n", b"[0]\n", b'[0, 0, "a"]\n', b"\xff\x00\n", b'["0", 0]\n', b"{}\n", b"7\n"])
-def test_a_damaged_line_is_left_out(tmp_path, held, damage):
-    held.path.write_bytes(held.path.read_bytes() + damage)
-    held.add([(1, 0, row("2"))])
-    assert [p for p, _, _ in journal.read(tmp_path, NOW)] == [1]
-
-
-@pytest.mark.parametrize("text", ["", "x", "{}\n", "[]\n", "7\n", '{"sweep"'])
+@pytest.mark.parametrize("text", [b"", b"x", b"{}\n", b"SQLite format 3\x00", b"\xff\x00" * 5000, OLD])
 def test_what_is_no_journal(tmp_path, text):
-    assert journal.read(tmp_path, NOW) is None
-    (tmp_path / journal.NAME).write_text(text)
-    assert journal.read(tmp_path, NOW) is None
+    assert earlier(tmp_path) is None
+    assert list(tmp_path.iterdir()) == []  # only asked
+    (tmp_path / NAME).write_bytes(text)
+    assert earlier(tmp_path) is None
+    begun = Journal(tmp_path)
+    begun.begin(NOW, [])
+    begun.add([(0, 0, row("1"))])
+    begun.close()
+    assert earlier(tmp_path) == [(0, 0, row("1"))]
 
 
-@pytest.mark.parametrize("what", journal.SAME)
-def test_another_sweep_is_refused(tmp_path, held, what):
+def test_a_database_of_something_else(tmp_path):
+    with sqlite3.connect(tmp_path / NAME) as database:
+        database.execute("CREATE TABLE rows (a, b)")
+    database.close()
+    assert earlier(tmp_path) is None
+    begun = Journal(tmp_path)
+    begun.begin(NOW, [(0, 0, row("1"))])
+    assert begun.count() == 1
+    begun.close()
+
+
+@pytest.mark.parametrize("what", SAME)
+def test_another_sweep_is_refused(tmp_path, journal, what):
+    journal.close()
     line = f"`resume` must continue the same sweep, but {what} in '{tmp_path}' is another: use another `out`"
     with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
-        journal.read(tmp_path, NOW | {what: "b"})
+        earlier(tmp_path, NOW | {what: "b"})
 
 
 def test_identity_knows_each_part():
@@ -75,32 +137,35 @@ def test_identity_knows_each_part():
     other = {"scene_digest": "b", "netlist": None, "points": "grid", "engines": {"spice": {}}}
     other["vary"] = {"y": [2.0], "x": [1.0]}  # another order of the points
     for what, value in other.items():
-        one, two = journal.identity(parts), journal.identity(parts | {what: value})
-        assert [k for k in journal.SAME if one[k] != two[k]] == [what]
-    assert journal.identity(json.loads(json.dumps(parts))) == journal.identity(parts)
+        one, two = identity(parts), identity(parts | {what: value})
+        assert [k for k in SAME if one[k] != two[k]] == [what]
+    assert identity(json.loads(json.dumps(parts))) == identity(parts)
 
 
-def test_one_sweep_a_folder(tmp_path, held):
+def test_one_sweep_a_folder(tmp_path, journal):
     with pytest.raises(InputError, match=r"^`out` must be no folder that another sweep is writing, but '.*' is$"):
-        journal.Journal(tmp_path, NOW, 3, 2, ())
-    held.close()
-    journal.Journal(tmp_path, NOW, 3, 2, ()).close()
+        Journal(tmp_path)
+    journal.close()
+    Journal(tmp_path).close()
 
 
-def test_a_full_disk_leaves_whole_rows(tmp_path, held, monkeypatch):
-    held.add([(0, 0, row("1"))])
-    before, write = held.path.read_bytes(), os.write
+def test_a_file_system_without_locks(tmp_path, monkeypatch):
+    """Where there are none, the journal works without them: two sweeps in one folder are then the user's to avoid."""
 
-    def half(file, data):
-        if len(data) < 50:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return write(file, data[: len(data) // 2])
+    def no_locks(*_):
+        raise OSError(errno.ENOTSUP, "no locks")
 
-    monkeypatch.setattr(os, "write", half)
-    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: No space left on dev"):
-        held.add([(1, 0, row("2")), (2, 0, row("3"))])
-    assert held.path.read_bytes() == before
-    assert list(held.rows()) == [(0, 0, row("1"))]
-    monkeypatch.undo()
-    held.add([(1, 0, row("2"))])
-    assert list(held.rows()) == [(0, 0, row("1")), (1, 0, row("2"))]
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    made = Journal(tmp_path)
+    made.begin(NOW, [])
+    made.add([(0, 0, row("1"))])
+    made.close()
+    assert earlier(tmp_path) == [(0, 0, row("1"))]
+
+
+def test_a_folder_in_its_place(tmp_path):
+    (tmp_path / NAME).mkdir()
+    made = Journal(tmp_path)
+    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: "):
+        made.begin(NOW, [])
+    made.close()

@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.errors import InputError
 from harvester.scene.keys import unit_of
-from harvester.studies.sweep.points import Axis, Points, axis, grid, read_points
+from harvester.studies.sweep.points import Axis, Points, grid, read_axis, read_points
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
@@ -21,7 +21,8 @@ def listed(folder, text):
 
 
 def test_a_grid_runs_over_its_last_key_first():
-    points = grid([axis("load.resistance=1k,2k"), axis("stop.restitution=.7,.8,.9"), axis("piezo.coupling=1,2")])
+    texts = ("load.resistance=1k,2k", "stop.restitution=.7,.8,.9", "piezo.coupling=1,2")
+    points = grid([read_axis(text) for text in texts])
     assert len(points) == 12
     assert [points.values(k) for k in range(12)] == list(itertools.product((1e3, 2e3), (0.7, 0.8, 0.9), (1.0, 2.0)))
     assert points.cells(1) == {"load.resistance": "1000.0", "stop.restitution": "0.7", "piezo.coupling": "2.0"}

@@ -17,12 +17,13 @@ from harvester import figures
 from harvester.engines.protocol import Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
-from harvester.studies.sweep import runners, sweep, tasks
-from harvester.studies.sweep.points import grid
+from harvester.studies.sweep import compute, runners, tasks
+from harvester.studies.sweep.points import grid, read_axis
+from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
 
 PLATE = hv.load(EXAMPLES / "plate.toml")
-LOADS = sweep.axis("load.resistance=100k:1M:6")
+LOADS = read_axis("load.resistance=100k:1M:6")
 ENGINES = [
     hv.Averaged(),
     hv.Ensemble(trajectories=300, duration=5.0),
@@ -44,7 +45,7 @@ def expected(tmp_path_factory):
     """In this process, one point after the other."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(figures, "save", lambda *_: None)
-        rows = bare(sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path_factory.mktemp("here"), workers=1))
+        rows = bare(sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1))
     assert [row["error"] for row in rows] == [""] * 18
     return rows
 
@@ -52,7 +53,7 @@ def expected(tmp_path_factory):
 def test_a_pool_gives_the_same(tmp_path, expected):
     """Three processes, whatever the machine has; ngspice in processes of theirs; nothing is left of any."""
     told = []
-    table = sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path, workers=3, tick=told.append)
+    table = sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path, workers=3, tick=told.append)
     assert bare(table) == expected
     assert sorted(told) == sorted(row["engine"] for row in expected)
     end = time.monotonic() + 10
@@ -87,7 +88,7 @@ def test_dask_gives_the_same(tmp_path, expected):
         while not file.exists() and time.monotonic() < end:
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]
-        table = sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path / "out", scheduler=address)
+        table = sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", scheduler=address)
     finally:
         for one in reversed(ran):
             one.terminate()
@@ -99,13 +100,13 @@ def test_dask_gives_the_same(tmp_path, expected):
 def test_no_scheduler(tmp_path, address):
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"):
-        sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path, scheduler=address)
+        sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path, scheduler=address)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1001])
 def test_no_workers(tmp_path, workers):
     with pytest.raises(InputError, match=f"^`workers` must be between 1 and 1000, but is {workers}$"):
-        sweep.sweep(PLATE, [LOADS], ENGINES, tmp_path / "out", workers=workers)
+        sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", workers=workers)
     assert not (tmp_path / "out").exists()
 
 
@@ -133,13 +134,13 @@ class DeadlyMany(Deadly):
 
 def test_a_worker_that_dies_is_tried_again(tmp_path):
     """Once: nobody notices.  Always: that point is an error, and the others of its batch are not."""
-    expected = bare(sweep.sweep(PLATE, [LOADS], [hv.Published()], tmp_path / "a", workers=1))
+    expected = bare(sweep(PLATE, [LOADS], engines=[hv.Published()], out=tmp_path / "a", workers=1))
     (tmp_path / "once").mkdir()
     first = LOADS.values[0]
-    table = sweep.sweep(PLATE, [LOADS], [Deadly(1.1 * first, str(tmp_path / "once"))], tmp_path / "b", workers=2)
+    table = sweep(PLATE, [LOADS], engines=[Deadly(1.1 * first, str(tmp_path / "once"))], out=tmp_path / "b", workers=2)
     assert [p.name for p in (tmp_path / "once").iterdir()] == [repr(first)]
     assert bare(table) == expected
-    table = sweep.sweep(PLATE, [LOADS], [DeadlyMany(1.1 * first)], tmp_path / "c", workers=2)
+    table = sweep(PLATE, [LOADS], engines=[DeadlyMany(1.1 * first)], out=tmp_path / "c", workers=2)
     assert table.rows[0]["error"] == tasks.LOST
     assert bare(table)[1:] == expected[1:]
 
@@ -152,13 +153,13 @@ class Broken(Deadly):
 def test_a_defect_of_ours_is_a_row(tmp_path, monkeypatch):
     monkeypatch.delenv("HARVESTER_TRACEBACK", raising=False)
     with pytest.raises(SimulationError, match=r"^internal error, please report it: ZeroDivisionError"):
-        sweep.sweep(PLATE, [LOADS], [Broken(0.0)], tmp_path, workers=1)
+        sweep(PLATE, [LOADS], engines=[Broken(0.0)], out=tmp_path, workers=1)
     assert len((tmp_path / "sweep.csv").read_text().splitlines()) == 7  # each row one line
 
 
 def test_tasks_are_whole_batches():
     """Also where some of a batch are done: its answers' last digits depend on what is computed together."""
-    points = grid([sweep.axis("load.resistance=1k:1M:600")])
+    points = grid([read_axis("load.resistance=1k:1M:600")])
     done = {(k, 0) for k in range(256)} | {(300, 0), (5, 1)}
     asked = list(tasks.tasks(PLATE, points, [hv.Averaged(), hv.Ensemble()], lambda p, e: (p, e) not in done))
     assert [t.points for t in asked if t.place == 0] == [tuple(range(256, 512)), tuple(range(512, 600))]
@@ -168,8 +169,8 @@ def test_tasks_are_whole_batches():
 
 def test_few_points_are_not_worth_a_process(tmp_path, monkeypatch):
     monkeypatch.setattr(runners, "pool", None)
-    monkeypatch.setattr(sweep, "pool", None)
-    assert len(sweep.sweep(PLATE, [LOADS], [hv.Averaged()], tmp_path).rows) == 6
+    monkeypatch.setattr(compute, "pool", None)
+    assert len(sweep(PLATE, [LOADS], engines=[hv.Averaged()], out=tmp_path).rows) == 6
 
 
 def test_cores(monkeypatch):

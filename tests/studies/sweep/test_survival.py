@@ -84,7 +84,7 @@ def test_a_full_disk(tmp_path):
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "harvester: --out must take sweep.journal, but writing failed: File too large; the points that are done are "
+        "harvester: --out must take sweep.journal, but writing failed: disk I/O error; the points that are done are "
         "kept for --resume\n"
     )
     assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.journal", "provenance.json"}
@@ -111,7 +111,8 @@ def test_memory_is_flat():
 import os, tempfile
 from pathlib import Path
 import harvester as hv
-from harvester.studies import sweep
+from harvester.studies.sweep.points import read_axis
+from harvester.studies.sweep.sweep import sweep
 from harvester.errors import CannotServeError
 memory = []
 def tick(_):
@@ -119,9 +120,9 @@ def tick(_):
     if len(memory) in (1000, 10000):
         memory[-1] = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 scene = hv.load({PLATE!r}).with_load(hv.Load(netlist="bridge"))
-axis = sweep.axis("load.parameters.R=1k:1M:10000")
+axis = read_axis("load.parameters.R=1k:1M:10000")
 try:
-    sweep.sweep(scene, [axis], [hv.Ensemble()], tempfile.mkdtemp(), tick=tick, workers=1)
+    sweep(scene, [axis], engines=[hv.Ensemble()], out=tempfile.mkdtemp(), tick=tick, workers=1)
 except CannotServeError:
     print(len(memory), memory[9999] - memory[999])
 """

@@ -9,12 +9,13 @@ import pytest
 import harvester as hv
 from harvester import engines, figures
 from harvester.errors import CannotServeError, InputError, SimulationError
-from harvester.studies.sweep import sweep
+from harvester.studies.sweep.points import read_axis
+from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
 
 PLATE = hv.load(EXAMPLES / "plate.toml")
 FIGURE = hv.load(EXAMPLES / "paper_figure3.toml")
-LOADS = sweep.axis("load.resistance=1k:10M:3")
+LOADS = read_axis("load.resistance=1k:10M:3")
 COLUMNS = (
     "engine,mean_square_voltage,mean_square_voltage_stderr,mean_power,mean_power_stderr,seconds,error,"  # the contract
     "mean_power_bias,warnings"  # added
@@ -35,7 +36,7 @@ COLUMNS = (
     ],
 )
 def test_axis(text, values):
-    axis = sweep.axis(text)
+    axis = read_axis(text)
     assert axis.key == text.partition("=")[0]
     assert axis.values == pytest.approx(values, rel=1e-12, abs=0)
 
@@ -61,7 +62,7 @@ COUNT = "`vary` must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 10000
 )
 def test_what_is_no_axis(text, line):
     with pytest.raises(InputError, match=f"^{re.escape(line)}"):
-        sweep.axis(text)
+        read_axis(text)
 
 
 def rows(out):
@@ -72,7 +73,7 @@ def rows(out):
 def test_table_and_provenance(tmp_path):
     """Columns as the contract says, values as the engine gives them, and where they come from."""
     told = []
-    table = sweep.sweep(PLATE, [LOADS], [hv.Published()], tmp_path, tick=told.append)
+    table = sweep(PLATE, [LOADS], engines=[hv.Published()], out=tmp_path, tick=told.append)
     assert (tmp_path / "sweep.csv").read_text().splitlines()[0] == "load.resistance," + COLUMNS
     assert rows(tmp_path) == table.rows
     assert told == ["published"] * 3
@@ -94,9 +95,9 @@ def test_table_and_provenance(tmp_path):
 
 
 def test_two_keys_two_engines(tmp_path):
-    axes = [sweep.axis("nondimensional.restitution=0.9,0.99"), sweep.axis("nondimensional.mu=0.1,1")]
+    axes = [read_axis("nondimensional.restitution=0.9,0.99"), read_axis("nondimensional.mu=0.1,1")]
     ensemble = hv.Ensemble(trajectories=64, duration=20.0, dt=0.05, seed=7)
-    table = sweep.sweep(FIGURE, axes, [hv.Published(), ensemble], tmp_path)
+    table = sweep(FIGURE, axes, engines=[hv.Published(), ensemble], out=tmp_path)
     keys = [(row["nondimensional.restitution"], row["nondimensional.mu"], row["engine"]) for row in rows(tmp_path)]
     assert keys == [(r, mu, e) for r in ("0.9", "0.99") for mu in ("0.1", "1.0") for e in ("published", "ensemble")]
     assert all(float(row["mean_power_stderr"]) > 0.0 for row in table.rows if row["engine"] == "ensemble")
@@ -105,14 +106,14 @@ def test_two_keys_two_engines(tmp_path):
     assert whence["engines"]["ensemble"]["seed"] == 7
 
 
-MIXED = sweep.axis("nondimensional.c2=0.05,0.06")
+MIXED = read_axis("nondimensional.c2=0.05,0.06")
 UNBOUNDED = hv.loads("[nondimensional]\nc1 = 0.01\nc2 = 0.05\nbeta = 0.05\nmu = 0.05\nD11 = 0.01\n")
 NO_NOISE = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
 
 
 def test_a_point_that_fails_is_a_row(tmp_path):
     """Without noise the published density does not exist; the other point is not touched by that."""
-    table = sweep.sweep(NO_NOISE, [sweep.axis("nondimensional.D11=0,0.01")], [hv.Published()], tmp_path)
+    table = sweep(NO_NOISE, [read_axis("nondimensional.D11=0,0.01")], engines=[hv.Published()], out=tmp_path)
     failed, fine = rows(tmp_path)
     assert "needs external noise" in failed["error"]
     assert failed["mean_power"] == failed["seconds"] == ""
@@ -123,7 +124,7 @@ def test_a_point_that_fails_is_a_row(tmp_path):
 
 def test_every_point_fails(tmp_path):
     with pytest.raises(SimulationError, match="grows without bound") as caught:
-        sweep.sweep(UNBOUNDED, [MIXED], [hv.Published()], tmp_path)
+        sweep(UNBOUNDED, [MIXED], engines=[hv.Published()], out=tmp_path)
     assert caught.value.exit_status == 3
     assert len(rows(tmp_path)) == 2
     assert all("grows without bound" in row["error"] for row in rows(tmp_path))
@@ -132,7 +133,7 @@ def test_every_point_fails(tmp_path):
 def test_no_engine_serves(tmp_path):
     bridge = PLATE.with_load(hv.Load(netlist="bridge"))
     with pytest.raises(CannotServeError, match="use engine 'spice'") as caught:
-        sweep.sweep(bridge, [sweep.axis("load.parameters.R=1k,2k")], [hv.Published()], tmp_path)
+        sweep(bridge, [read_axis("load.parameters.R=1k,2k")], engines=[hv.Published()], out=tmp_path)
     assert caught.value.exit_status == 2
 
 
@@ -148,7 +149,7 @@ def test_no_engine_serves(tmp_path):
 )
 def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
     with pytest.raises(InputError, match=f"^{re.escape(line)}"):
-        sweep.sweep(PLATE, [sweep.axis(a) for a in axes], [hv.Published()] * engines, tmp_path / "out")
+        sweep(PLATE, [read_axis(a) for a in axes], engines=[hv.Published()] * engines, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -173,7 +174,7 @@ def computed(monkeypatch, undrawn):
 
 
 def resumed(out, scene=PLATE, axis=LOADS, engine=None):
-    return sweep.sweep(scene, [axis], [engine or hv.Published()], out, resume=True)
+    return sweep(scene, [axis], engines=[engine or hv.Published()], out=out, resume=True)
 
 
 def test_resume_computes_what_is_missing_or_failed(tmp_path, computed):
@@ -216,7 +217,7 @@ def test_resume_over_damaged_files(tmp_path, computed, name, damage):
     ("other", "what"),
     [
         ({"scene": PLATE.vary("oscillator.mass", 0.05)}, "scene_digest"),
-        ({"axis": sweep.axis("load.resistance=1k:1M:3")}, "vary"),
+        ({"axis": read_axis("load.resistance=1k:1M:3")}, "vary"),
         ({"engine": hv.Ensemble(trajectories=2)}, "engines"),
     ],
 )
@@ -238,7 +239,7 @@ def test_an_interrupted_sweep_never_takes_rows_of_another(tmp_path, monkeypatch)
     other = PLATE.vary("oscillator.mass", 0.05)
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
         patched.setattr(engines.Published, "run_many", interrupt)
-        sweep.sweep(other, [LOADS], [hv.Published()], tmp_path)
+        sweep(other, [LOADS], engines=[hv.Published()], out=tmp_path)
     assert rows(tmp_path) == []
     assert resumed(tmp_path, scene=other).rows[0]["mean_power"] != resumed(tmp_path / "a").rows[0]["mean_power"]
 
@@ -261,11 +262,11 @@ def test_an_interrupted_resume_keeps_later_rows(tmp_path, monkeypatch):
 @pytest.mark.usefixtures("undrawn")
 def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
     """Rows bear the name of the engine that was chosen, and are found again under it."""
-    axis = sweep.axis("nondimensional.restitution=0.8,0.96")
+    axis = read_axis("nondimensional.restitution=0.8,0.96")
     options = {"within": 0.01, "trajectories": 512}
 
     def table():
-        return sweep.sweep(FIGURE, [axis], [engines.engine("cheapest", **options)], tmp_path, resume=True)
+        return sweep(FIGURE, [axis], engines=[engines.engine("cheapest", **options)], out=tmp_path, resume=True)
 
     first = table()
     assert [row["engine"] for row in first.rows] == ["ensemble", "averaged"]
