@@ -1,4 +1,4 @@
-"""The command line: the program and its help; errors in one line, exit status 0, 2 or 3."""
+"""The command line: the program and its help; errors in one line, exit status 0, 2, 3 or 130."""
 
 import os
 import sys
@@ -6,13 +6,24 @@ import warnings
 from typing import NoReturn
 
 import click
+import cloup
+from cloup.constraints import ConstraintViolated
 
 from harvester import __version__
-from harvester.commands.closer import cost, motion, response, stability
-from harvester.commands.help import WIDTH, Group, coloured, complain
+from harvester.commands.compare import compare
+from harvester.commands.cost import cost
+from harvester.commands.doctor import doctor
+from harvester.commands.help import SETTINGS
+from harvester.commands.keys import keys
+from harvester.commands.messages import coloured, complain
+from harvester.commands.motion import motion
 from harvester.commands.new import new
-from harvester.commands.other import doctor, keys, paper
-from harvester.commands.power import compare, optimise, run, sweep
+from harvester.commands.optimise import optimise
+from harvester.commands.paper import paper
+from harvester.commands.response import response
+from harvester.commands.run import run
+from harvester.commands.stability import stability
+from harvester.commands.sweep import sweep
 from harvester.errors import HarvesterError
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
@@ -30,16 +41,15 @@ A first session:
 """
 
 
-@click.group(
-    cls=Group,
+@cloup.group(
     help=HELP,
-    sections={
-        "Your device": ("new", "keys"),
-        "Its power": ("run", "sweep", "optimise", "compare"),
-        "A closer look": ("cost", "motion", "response", "stability"),
-        "The paper, this machine": ("paper", "doctor"),
-    },
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDTH},
+    sections=[
+        cloup.Section("Your device", [new, keys]),
+        cloup.Section("Its power", [run, sweep, optimise, compare]),
+        cloup.Section("A closer look", [cost, motion, response, stability]),
+        cloup.Section("The paper, this machine", [paper, doctor]),
+    ],
+    context_settings=SETTINGS,
     epilog="""\b
 Exit status: 0 done; 2 bad input, one line on stderr says what must be what; 3 a named simulation error;
 130 interrupted.  Colours and progress are for terminals; NO_COLOR=1: no colours.
@@ -50,20 +60,17 @@ def cli() -> None:
     """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is."""
 
 
-for one in (new, keys, run, sweep, optimise, compare, cost, motion, response, stability, paper, doctor):
-    cli.add_command(one)
-
-
 def main() -> NoReturn:
-    """Entry point: runs a command; any failure is one line on stderr and an exit status."""
-    if not sys.warnoptions:  # what a library has to say about its own numbers is no line of ours
+    """Run the program with the arguments of the process, and exit with its status."""
+    if not sys.warnoptions:  # warnings of NumPy and the like are no answer
         warnings.simplefilter("ignore")
-    sys.exit(_main())
+    sys.exit(exit_status(sys.argv[1:]))
 
 
-def _main() -> int:
+def exit_status(arguments: list[str]) -> int:
+    """Run a command line and return its exit status; any failure is one line on stderr."""
     try:
-        cli.main(sys.argv[1:] or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
+        cli.main(arguments or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
         return 0
     except HarvesterError as error:
         return _say(str(error), error.exit_status)
@@ -83,13 +90,15 @@ def _main() -> int:
         )
 
 
-_FILL = {"scene": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
+_FILL = {"path": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
 _FILL |= {"over": "such as --over load.resistance=1k:10M", "sweep": "such as --sweep 1Hz:10Hz:61"}
 
 
 def _hint(error: click.ClickException) -> str:
-    """What to type where click only says what is wrong."""
-    if not isinstance(error, click.UsageError) or "Did you mean" in error.format_message():
+    """What to type, where click only says what is wrong."""
+    if not isinstance(error, click.UsageError) or isinstance(error, ConstraintViolated):
+        return ""
+    if "Did you mean" in error.format_message():
         return ""
     if isinstance(error, click.MissingParameter) and error.param is not None and error.param.name in _FILL:
         return f" ({_FILL[error.param.name]})"
@@ -97,5 +106,6 @@ def _hint(error: click.ClickException) -> str:
 
 
 def _say(text: str, status: int) -> int:
+    """Print an error and return the exit status that goes with it."""
     complain(text)
     return status

@@ -1,26 +1,36 @@
 """The command `harvester new`."""
 
-import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import click
+import cloup
 
-from harvester.commands.help import command, echo, option
+from harvester.commands.help import command
+from harvester.commands.messages import echo, echo_json
+from harvester.commands.options import json_option
 from harvester.devices.flags import FLAGS, LOAD
 from harvester.errors import InputError, invalid
 
-OUTPUT = "File and output"
 
-
-def _flags(made: Any) -> Any:
-    for flag in reversed(FLAGS.values()):
-        made = option("--" + flag.name.replace("_", "-"), flag.name, group=flag.group, metavar="VALUE", help=flag.help)(
-            made
-        )
-    return made
+def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add an option for each field of a datasheet to a command, in the fields' groups."""
+    netlist = [
+        cloup.option("--netlist", metavar="NAME", help="Instead: a circuit of netlists/, such as bridge, or a path."),
+        cloup.option(
+            "--parameter", "parameters", multiple=True, metavar="NAME=VALUE", help="Of the netlist; repeatable."
+        ),
+    ]
+    for group in reversed(dict.fromkeys(flag.group for flag in FLAGS.values())):
+        options = [
+            cloup.option("--" + flag.name.replace("_", "-"), flag.name, metavar="VALUE", help=flag.help)
+            for flag in FLAGS.values()
+            if flag.group == group
+        ]
+        command = cloup.option_group(group, *options, *(netlist if group == LOAD else []))(command)
+    return command
 
 
 @command(
@@ -30,15 +40,14 @@ def _flags(made: Any) -> Any:
     "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
     "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
 )
-@click.argument("file", help="The scene file to write, such as mine.toml.")
-@_flags
-@option("--netlist", group=LOAD, metavar="NAME", help="Instead: a circuit of netlists/, such as bridge, or a path.")
-@option(
-    "--parameter", "parameters", group=LOAD, multiple=True, metavar="NAME=VALUE", help="Of the netlist; repeatable."
+@cloup.argument("file", help="The scene file to write, such as mine.toml.")
+@_datasheet_options
+@cloup.option_group(
+    "File and output",
+    cloup.option("--title", help="Of tables and plots."),
+    cloup.option("--force", is_flag=True, help="Overwrite FILE."),
+    json_option,
 )
-@option("--title", group=OUTPUT, help="Of tables and plots.")
-@option("--force", is_flag=True, group=OUTPUT, help="Overwrite FILE.")
-@option("--json", "as_json", is_flag=True, group=OUTPUT, help="Print one JSON object.")
 def new(
     file: str,
     netlist: str | None,
@@ -71,7 +80,7 @@ def new(
     found = meaning(scene, file)
     if as_json:
         whole = {"file": file, "scene": scene.tables(), **found.as_json()}
-        click.echo(json.dumps(whole, allow_nan=False))
+        echo_json(whole)
         return
     echo(f"written: {file}\n\n{found}")
 

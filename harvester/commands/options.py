@@ -1,113 +1,99 @@
-"""Options that several commands have."""
+"""The options that several commands have, and how their values are read."""
 
 from collections.abc import Callable
 from typing import Any
 
 import click
+import cloup
+from cloup.constraints import If, require_all
 
-from harvester.commands.help import option
 from harvester.errors import InputError, shown
 from harvester.scene.units import fraction, seconds
 
 
 def percent(text: str) -> float:
-    """1% or .01."""
+    """Read a share such as 1% or .01."""
     return _read("`within`", fraction, text)
 
 
 def duration(text: str) -> float:
-    """30s, 2min, 1h or a number of seconds."""
+    """Read a time such as 30s, 2min, 1h or a number of seconds."""
     return _read("`budget`", seconds, text)
 
 
 def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
+    """Read a text, with an error that names the argument."""
     try:
         return reader(text)
     except ValueError as error:
         raise InputError(f"{argument} {error}, but is {shown(text)}") from None
 
 
-ACCURACY, EFFORT, OUTPUT = "Accuracy", "Effort by hand (engines that sample)", "Output"
-WHAT, GRID, RUNNERS = "What to compute", "Where", "Who computes"
-SEED = click.IntRange(min=0)
-scene_argument = click.argument("scene", help="A scene file: 'harvester new FILE.toml' makes one.")
-seed_option = option(
-    "--seed", group=ACCURACY, type=SEED, default=0, show_default=True, help="The same seed, the same noise."
-)
-
-
-def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The options of the engines that sample."""
-    for one in (
-        option("--alone", is_flag=True, group=EFFORT, help="spice: ngspice runs only, not paired with a cheap model."),
-        option(
-            "--dt", type=float, group=EFFORT, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."
-        ),
-        option("--duration", type=float, group=EFFORT, help="Of a trajectory after its burn-in, in the unit of --dt."),
-        option("--trajectories", type=int, group=EFFORT, help="Independent ones.  Default: 4096 (spice: 16)."),
-        option(
-            "--seed", type=int, default=0, group=ACCURACY, show_default=True, help="The same seed, the same answer."
-        ),
-        option(
-            "--budget",
-            type=duration,
-            metavar="TIME",
-            group=ACCURACY,
-            help="Time that it may take, such as 30s: the burn-in, and reaching --within.  Default: what it takes.",
-        ),
-        option(
-            "--within",
-            type=percent,
-            metavar="PERCENT",
-            group=ACCURACY,
-            help="Error to reach in the mean power, such as 1%: sampling (95 %) plus bias.",
-        ),
-    ):
-        command = one(command)
-    return command
-
-
-def as_json_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """--json."""
-    made: Callable[..., Any] = option("--json", "as_json", is_flag=True, group=OUTPUT, help="Print one JSON object.")(
-        command
-    )
-    return made
-
-
 def _form(text: str) -> str:
-    """A form of a figure."""
+    """Check the form of a figure."""
     from harvester.machine import files
 
     files.check_vector([text])
     return text
 
 
-def _page(text: str) -> str:
-    """The name of a report, or ``HERE``: beside what else is written."""
-    if text != HERE and not text.endswith(".html"):
-        raise InputError(
-            f"--report must be followed by a name that ends in .html, or by nothing, but is followed by {shown(text)}: "
-            "put --report after SCENE or give it a name"
-        )
-    return text
-
-
-HERE = "."
-vector_option = option(
+scene_argument = cloup.argument("path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.")
+seed_option = cloup.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="The same seed, the same noise.",
+)
+json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+vector_option = cloup.option(
     "--vector",
-    group=OUTPUT,
     type=_form,
     multiple=True,
     metavar="FORM",
     help="svg or pdf: the figure in that form too; repeatable.",
 )
-report_option = option(
-    "--report",
-    group=OUTPUT,
-    is_flag=False,
-    flag_value=HERE,
-    type=_page,
-    metavar="[FILE.html]",
-    help="Write a report, one HTML file with all in it.  Default: report.html in --out, or here.",
-)
+
+
+def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Refuse --vector without --out, where ``others``, options by name, are set too: no figure would be written."""
+    error = "--vector must go with --out, where the figure is written, but --out is left out"
+    return cloup.constraint(If(["vector", *others], then=require_all).rephrased(error=error), ["out"])
+
+
+def figure(name: str, vector: tuple[str, ...]) -> list[str]:
+    """The names of the files of a figure."""
+    return [f"{name}.{form}" for form in ("png", *dict.fromkeys(vector))]
+
+
+def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of the engines that sample to a command, in two groups of its help."""
+    accuracy = cloup.option_group(
+        "Accuracy",
+        cloup.option(
+            "--within",
+            type=percent,
+            metavar="PERCENT",
+            help="Error to reach in the mean power, such as 1%: sampling (95 %) plus bias.",
+        ),
+        cloup.option(
+            "--budget",
+            type=duration,
+            metavar="TIME",
+            help="Time that it may take, such as 30s: the burn-in, and reaching --within.  Default: what it takes.",
+        ),
+        cloup.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
+    )
+    effort = cloup.option_group(
+        "Effort by hand (engines that sample)",
+        cloup.option("--trajectories", type=int, help="Independent ones.  Default: 4096 (spice: 16)."),
+        cloup.option("--duration", type=float, help="Of a trajectory after its burn-in, in the unit of --dt."),
+        cloup.option("--dt", type=float, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
+        cloup.option(
+            "--alone",
+            is_flag=True,
+            default=None,
+            help="spice: ngspice runs only, not paired with a cheap model.",
+        ),
+    )
+    return accuracy(effort(command))

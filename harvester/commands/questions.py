@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import click
 
-from harvester.commands.help import typed
+from harvester.commands.messages import typed
 from harvester.devices.device import missing, read
 from harvester.devices.flags import FLAGS, SHAKING, STOP
 from harvester.errors import InputError

@@ -20,12 +20,11 @@ PUBLISHED = ("--engine", "published")
 
 
 @pytest.fixture
-def harvester(monkeypatch, capsys):
+def harvester(capsys):
     """Runs the command line in this process: exit status, stdout, and the one line on stderr (none at status 0)."""
 
     def run(*args):
-        monkeypatch.setattr(sys, "argv", ["harvester", *map(str, args)])
-        status = cli._main()
+        status = cli.exit_status([*map(str, args)])
         out, err = capsys.readouterr()
         err = err.lstrip("\n")  # click ends the line of a ^C
         assert len(err.splitlines()) == (status != 0)

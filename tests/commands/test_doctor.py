@@ -35,5 +35,5 @@ def test_no_ngspice(monkeypatch, library, says):
 
 
 def test_a_package_that_is_missing(monkeypatch):
-    monkeypatch.setattr(doctor, "versions", lambda: {"numba": ""})
+    monkeypatch.setattr("harvester.machine.provenance.versions", lambda: {"numba": ""})
     assert lines()["numba"] == "MISSING  numba            run 'make setup'"

@@ -69,8 +69,7 @@ def test_help_of_a_command(harvester, name):
     for option in command.params:
         if isinstance(option, click.Option):
             assert option.help and option.help.endswith("."), option.name
-            assert option.group != "Options"
-            assert f"{option.group}:" in text
+            assert f"{option.group.title}:" in text
 
 
 def test_keys_are_those_of_the_dataclasses(harvester):

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from harvester.commands.progress import Bar, Rows
+from harvester.commands.progress import Bar, RowsBar
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
 
@@ -50,7 +50,7 @@ def test_time_left_of_a_fraction(clock):
 
 def test_time_left_of_rows(clock):
     """Each engine by its own rows: not known before each has one; rows of an earlier run cost nothing."""
-    with Rows("sweep", {"averaged": 100, "spice": 10}, Screen()) as bar:
+    with RowsBar("sweep", {"averaged": 100, "spice": 10}, Screen()) as bar:
         for _ in range(4):
             bar.skip("spice")
         for _ in range(100):

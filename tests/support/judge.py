@@ -5,8 +5,6 @@ import io
 import json
 import math
 import re
-import sys
-from unittest import mock
 
 from harvester import cli
 
@@ -16,9 +14,8 @@ LONGEST = 1500  # letters of an error
 def asked(*arguments):
     """Exit status, stdout and stderr of the command line, run in this process."""
     out, err = io.StringIO(), io.StringIO()
-    argv = mock.patch.object(sys, "argv", ["harvester", *map(str, arguments)])
-    with argv, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = cli._main()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = cli.exit_status([*map(str, arguments)])
     return status, out.getvalue(), err.getvalue()
 
 

@@ -65,9 +65,8 @@ def test_a_list_and_a_failure(tmp_path):
 def test_run_loads_none_of_it():
     code = f"""
 import sys
-from harvester.cli import _main
-sys.argv = ["harvester", "run", {str(EXAMPLES / "plate.toml")!r}, "--engine", "averaged"]
-assert _main() == 0
+from harvester.cli import exit_status
+assert exit_status(["run", {str(EXAMPLES / "plate.toml")!r}, "--engine", "averaged"]) == 0
 print(sorted({{"xarray", "pandas", "distributed", "loky", "matplotlib", "numba"}} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)

@@ -1,0 +1,39 @@
+"""The command `harvester cost`."""
+
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo, echo_written
+from harvester.commands.options import duration, figure, scene_argument, seed_option, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
+
+
+@command("harvester cost mine.toml --budget 30s --out cost")
+@scene_argument
+@cloup.option_group(
+    "Accuracy",
+    seed_option,
+    cloup.option(
+        "--budget", type=duration, metavar="TIME", default="60s", show_default=True, help="Time for all of it."
+    ),
+)
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", required=True, help="Folder for cost.csv, cost.png and provenance.json."),
+    vector_option,
+    report_option,
+)
+def cost(path: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
+    """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
+    from harvester.commands.progress import Bar
+    from harvester.scene.toml import load
+    from harvester.studies.work_precision import cost as study
+    from harvester.studies.work_precision.cost_table import report as table
+
+    scene = load(path)
+    file = report_file(report, out)
+    with Bar("cost") as bar:
+        answer = study.cost(scene, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
+    echo(table(answer))
+    echo_written(out, "cost.csv", *figure("cost", vector), "provenance.json")
+    save_report(file, lambda report: report.of_cost(scene, answer, seed, budget))

@@ -1,0 +1,52 @@
+"""What the commands print: answers, warnings and errors, with the library's `name` turned into --name."""
+
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import click
+
+_ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
+_WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
+
+
+def coloured() -> bool | None:
+    """What click calls ``color``: False where NO_COLOR is set to something, else None, which asks the terminal."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
+def typed(text: str) -> str:
+    """Turn the arguments in a text of the library, `name` in backticks, into options: --name."""
+    return _ARGUMENT.sub(lambda m: "--" + m[1].replace("_", "-"), text).replace("`FILE`", "FILE")
+
+
+def echo(text: str) -> None:
+    """Print a text of the library, with its warnings in colour on a terminal."""
+    text = typed(text)
+    click.echo(_WARNING.sub(lambda m: m[1] + click.style(m[2], fg="yellow", bold=True), text), color=coloured())
+
+
+def echo_json(answer: dict[str, Any]) -> None:
+    """Print one JSON object."""
+    click.echo(typed(json.dumps(answer, allow_nan=False)))
+
+
+def echo_answer(answer: Any, as_json: bool) -> None:
+    """Print an answer of the library as a text, or as one JSON object."""
+    if as_json:
+        echo_json(answer.as_json())
+    else:
+        echo(str(answer))
+
+
+def echo_written(folder: str, *names: str) -> None:
+    """Print which files of a folder were written."""
+    click.echo(f"written: {Path(folder)}/{', '.join(names)}")
+
+
+def complain(text: str) -> None:
+    """Print an error as one line on stderr."""
+    text = typed(text)
+    click.echo(f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}", err=True, color=coloured())

@@ -1,0 +1,36 @@
+"""The command `harvester paper`."""
+
+from pathlib import Path
+
+import click
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.options import vector_option
+from harvester.commands.reports import report_file, report_option, save_report
+from harvester.errors import unknown
+
+
+@command("harvester paper --out paper", "harvester paper 3 7 --out paper")
+@cloup.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on."),
+    vector_option,
+    report_option,
+)
+def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: str | None) -> None:
+    """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
+    from harvester.commands.progress import Bar
+    from harvester.studies import paper as study
+
+    numbers = list(figures or study.TITLES)
+    for number in numbers:
+        if number not in study.TITLES:
+            raise unknown("figure", number, study.TITLES)
+    file = report_file(report, out)
+    with Bar("paper") as bar:
+        drawn = study.draw(numbers, out, bar.tell, vector)
+    forms = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
+    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {forms} of each")
+    save_report(file, lambda report: report.of_paper(drawn))

@@ -1,0 +1,46 @@
+"""The command `harvester stability`."""
+
+import click
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_needs_out, vector_option
+
+
+@command("harvester stability mine.toml", "harvester stability mine.toml --out stability")
+@scene_argument
+@cloup.option_group(
+    "Accuracy",
+    seed_option,
+    cloup.option(
+        "--trajectories",
+        type=click.IntRange(2, 1_000_000),
+        default=4096,
+        show_default=True,
+        help="Independent ones.",
+    ),
+)
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."),
+    vector_option,
+    json_option,
+)
+@vector_needs_out()
+def stability(path: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool) -> None:
+    """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
+    from harvester.commands.progress import Bar, RowsBar
+    from harvester.scene.toml import load
+    from harvester.studies.stability import exponent, region
+
+    scene = load(path)
+    with Bar("stability") as bar:
+        answer = exponent.stability(scene, seed, trajectories, tick=bar.tell)
+    echo_answer(answer, as_json)
+    if out is None:
+        return
+    with RowsBar("region", {"": len(region.LOADS)}) as rows:
+        region.draw(scene, out, seed, lambda: rows.row(""), vector)
+    if not as_json:
+        echo_written(out, "stability.csv", *figure("stability", vector))

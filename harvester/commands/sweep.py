@@ -1,0 +1,93 @@
+"""The command `harvester sweep`."""
+
+from typing import Any
+
+import cloup
+from cloup.constraints import mutually_exclusive, require_any
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo, echo_written
+from harvester.commands.options import figure, sampling, scene_argument, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
+
+EITHER = "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
+one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusive.rephrased(error=EITHER % "both are")
+one_runner = mutually_exclusive.rephrased(
+    error="--workers must be left out where --scheduler is given, but both are given"
+)
+
+
+@command(
+    "harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep",
+    "harvester sweep mine.toml --vary stop.restitution=.8,.9 --vary load.resistance=1k:10M:9 --out grid",
+)
+@scene_argument
+@cloup.option_group(
+    "Where",
+    cloup.option("--vary", "varied", multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
+    cloup.option(
+        "--points",
+        metavar="FILE.csv",
+        help="Instead of --vary: a list, scene keys first, then a point a line.",
+    ),
+    constraint=one_grid.rephrased(help="one of the two"),
+)
+@cloup.option_group(
+    "What to compute",
+    cloup.option(
+        "--engine",
+        "engines",
+        multiple=True,
+        help="Repeatable.  Default: all that serve SCENE; for a netlist, spice; with --within, see run.",
+    ),
+)
+@sampling
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
+    vector_option,
+    report_option,
+)
+@cloup.option_group(
+    "Who computes",
+    cloup.option("--resume", is_flag=True, help="Keep the points that an earlier run of the same sweep finished."),
+    one_runner(
+        cloup.option(
+            "--workers", type=int, metavar="N", help="Processes.  Default: one a core, if there are many points."
+        ),
+        cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
+    ),
+)
+def sweep(
+    path: str,
+    varied: tuple[str, ...],
+    points: str | None,
+    engines: tuple[str, ...],
+    out: str,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
+    **options: Any,
+) -> None:
+    """Mean power over a range of one or several scene keys, by one or several engines."""
+    from harvester.commands.progress import RowsBar
+    from harvester.engines import selection
+    from harvester.scene.toml import load
+    from harvester.studies.sweep import printed_rows
+    from harvester.studies.sweep.compute import compute_table
+    from harvester.studies.sweep.points import grid, read_axis, read_points
+
+    scene = load(path)
+    where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
+    within = options["within"]
+    default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within)]
+    chosen = selection.engines(engines or default, **options)
+    file = report_file(report, out)
+    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}) as bar:
+        runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}
+        table = compute_table(scene, where, chosen, out, tick=bar.row, skip=bar.skip, vector=vector, **runners)
+    echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *printed_rows.warnings(table.rows)]))
+    echo_written(out, "sweep.csv", "sweep.nc", *figure("sweep", vector), "provenance.json")
+    save_report(file, lambda report: report.of_sweep(scene, table))
