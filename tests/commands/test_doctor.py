@@ -12,7 +12,7 @@ def lines():
 
 def test_all_is_well():
     found = lines()
-    assert {"python", "libngspice", "ngspice", "netlists", "machine", *PACKAGES} == set(found)
+    assert {"python", "harvester", "libngspice", "ngspice", "netlists", "machine", *PACKAGES} == set(found)
     assert not [line for line in found.values() if line.startswith("MISSING")]
     assert "bridge" in found["netlists"]
 
