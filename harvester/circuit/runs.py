@@ -19,7 +19,6 @@ from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
-from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.netlists.load_circuit import LoadCircuit
 
@@ -177,7 +176,7 @@ def measure_in_workers(
     CircuitError
         when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
     """
-    starts = itertools.cycle(resting_places(device.eqs))
+    starts = itertools.cycle(device.eqs.resting_places)
     yield from map_in_workers(_measure, [(device, seed, kicks, burn_in, with_control, next(starts)) for seed in seeds])
 
 

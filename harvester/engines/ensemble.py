@@ -89,20 +89,21 @@ class Ensemble(Sampled):
         with compilation() as first:
             compile_pair(eqs, seed, circuit)
         begin = time.perf_counter()
-        trajectories = Trajectories(eqs, self.trajectories or affordable(eqs, circuit), seed, h, circuit=circuit)
+        count = self.trajectories or affordable(eqs.is_steady, circuit)
+        trajectories = Trajectories(eqs, count, seed, h, circuit=circuit)
         warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         duration = trajectories.time if self.duration is None else self.duration * unit
         pair = RichardsonPair(trajectories, duration, number(self.budget))
         reasons = [self.REASON]
-        agreed = disagreement(pair.moments, eqs)
+        agreed = disagreement(pair.moments) if eqs.is_steady else None
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
         if within is not None:
             pair = self._pursue(pair, what, Target(within, number(self.budget)), warnings, progress)
-            reasons.insert(0, f"`within` {within:.3g} chose {told(pair, what.name, unit, problem.physical)}")
+            reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
             warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
@@ -115,8 +116,8 @@ class Ensemble(Sampled):
         return estimate(
             self.NAME,
             problem,
-            found(pair, "V2", agreed == NO_NOISE),
-            found(pair, what.name, agreed == NO_NOISE).scaled(what.factor),
+            mean_with_errors(pair, "V2", agreed == NO_NOISE),
+            mean_with_errors(pair, what.name, agreed == NO_NOISE).scaled(what.factor),
             seconds,
             pair.steps,
             "; ".join(reason for reason in reasons if reason),
@@ -136,7 +137,7 @@ class Ensemble(Sampled):
     ) -> "RichardsonPair":
         """Go on, at the step that is best for the target, until it is reached or the budget is spent."""
         while True:
-            value = found(pair, model.name)
+            value = mean_with_errors(pair, model.name)
             if target.reached(value):
                 return pair
             bias, bias_error = (error / abs(value.value) for error in pair.bias(model.name))
@@ -166,28 +167,22 @@ class Ensemble(Sampled):
             pair.extend(more)
 
 
-def affordable(eqs: Equations, circuit: "IdealCircuit | None") -> int:
+def affordable(steady: bool, circuit: "IdealCircuit | None") -> int:
     """Trajectories by default: few where nothing is random, or each must wait long for a large capacitor."""
-    from harvester.mechanics.kernels.shaking import is_random, is_shaken
-
-    if is_shaken(eqs) and not is_random(eqs):
+    if steady:
         return FEWEST
     share = 1.0 if circuit is None else CHARGING / circuit.memory
     return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
 
 
-def found(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
+def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step."""
     mean, error = pair.mean(name)
     return Value(mean, None if exact else error, abs(pair.bias(name)[0]))
 
 
-def disagreement(moments: "Moments", eqs: Equations) -> str | None:
-    """Of a steady response to a drive: `NO_NOISE`, or a warning where trajectories differ; None for random shaking."""
-    from harvester.mechanics.kernels.shaking import is_random, is_shaken
-
-    if is_random(eqs) or not is_shaken(eqs):
-        return None
+def disagreement(moments: "Moments") -> str | None:
+    """`NO_NOISE` where the trajectories of a steady response agree; where they differ, a warning."""
     low, high = moments.V2.min(), moments.V2.max()
     if high - low <= UNLIKE * high:
         return NO_NOISE if high - low <= ALIKE * high else None
@@ -198,7 +193,7 @@ def disagreement(moments: "Moments", eqs: Equations) -> str | None:
     )
 
 
-def told(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
+def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
     """What was chosen, and why."""
     bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
     second = " s" if physical else ""
@@ -211,9 +206,8 @@ def told(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
 
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
     """Power in less power out over power in, and its standard error; zeros where nothing gives power."""
-    from harvester.mechanics.kernels.shaking import is_random, is_shaken
     from harvester.uncertainty.value import mean_and_error
 
-    if not (is_shaken(eqs) or is_random(eqs)):
+    if not (eqs.is_shaken or eqs.is_random):
         return 0.0, 0.0
     return mean_and_error(moments.balance(eqs))

@@ -1,6 +1,9 @@
 """The coefficients of the nondimensional equations that are solved (paper, Eq. 2, and what this package adds)."""
 
+import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from harvester.scene.records import Record, TabulatedDensity
 
@@ -46,3 +49,75 @@ class Equations:
     bandwidth: float | None = None
     record: Record | None = None
     density: TabulatedDensity | None = None
+
+    @property
+    def is_random(self) -> bool:
+        """Whether anything is random."""
+        return not (self.n1 is None and self.n2 is None and self.coloured is None and self.density is None)
+
+    @property
+    def is_shaken(self) -> bool:
+        """Whether anything shakes the mass at rest."""
+        return self.n1 is not None or self.is_shaken_otherwise
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the mass is shaken and nothing is random: a harmonic drive or a record alone."""
+        return self.is_shaken and not self.is_random
+
+    @property
+    def is_shaken_otherwise(self) -> bool:
+        """Whether anything other than white noise shakes the mass."""
+        return any(one is not None for one in (self.coloured, self.drive, self.record, self.density))
+
+    @property
+    def shaking_period(self) -> float | None:
+        """Period of a shaking that repeats itself; None for one that does not, and without any."""
+        if self.drive is not None:
+            assert self.drive_frequency is not None, "Scene checks this"
+            return 2.0 * math.pi / self.drive_frequency
+        return None if self.record is None else self.record.period
+
+    @property
+    def spring(self) -> tuple[float, float, float]:
+        """Linear, quadratic and cubic coefficient of the spring, 0 where absent."""
+        return 1.0 if self.linear is None else self.linear, self.alpha2 or 0.0, self.alpha or 0.0
+
+    def spring_force(self, x: float) -> float:
+        """Force of the spring at x; 0 at infinity, where no stop is."""
+        linear, alpha2, alpha = self.spring
+        return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
+
+    @property
+    def rigid_stops(self) -> tuple[float, float]:
+        """Least and most x that the rigid stops allow; infinite where there is none."""
+        low = -math.inf if self.restitution is None else 0.0 - (self.gap or 0.0)
+        return low, math.inf if self.opposite_restitution is None else self.opposite_gap or 0.0
+
+    @property
+    def stops(self) -> tuple[float, float]:
+        """Places of the stops, rigid or compliant; infinite where there is none."""
+        low, high = self.rigid_stops
+        return (low if self.stop_stiffness is None else -(self.gap or 0.0)), high
+
+    @property
+    def resting_places(self) -> list[float]:
+        """Where the mass can rest without voltage: minima of the spring's energy, and stops that it is pressed on.
+
+        In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop is placed at its
+        edge.
+        """
+        linear, alpha2, alpha = self.spring
+        low, high = self.stops
+        pressed = {x for x, inward in ((low, 1.0), (high, -1.0)) if inward * self.spring_force(x) < 0.0}
+        roots = np.roots([alpha, alpha2, linear, 0.0])
+        free = roots.real[roots.imag == 0.0]
+        minimum = linear + free * (2.0 * alpha2 + 3.0 * alpha * free) > 0.0
+        return sorted(pressed | {float(x) for x in free[minimum] if low <= x <= high})
+
+    @property
+    def has_unlike_wells(self) -> bool:
+        """Whether the mass has several resting places that are not mirror images of each other."""
+        stop, opposite = (self.restitution, self.gap), (self.opposite_restitution, self.opposite_gap)
+        mirrored = stop == opposite and self.alpha2 is None and self.n12 is None and self.stop_stiffness is None
+        return len(self.resting_places) > 1 and not mirrored

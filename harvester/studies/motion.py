@@ -154,12 +154,12 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
 
 
 def _step(problem: Problem) -> float:
-    from harvester.mechanics.kernels.rest_and_bounds import check_bounded, resting_places
+    from harvester.mechanics.kernels.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import default_step, whole_steps
 
     eqs = problem.equations
     check_bounded(eqs)
-    far = max(x * x for x in resting_places(eqs))
+    far = max(x * x for x in eqs.resting_places)
     return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
 
 

@@ -13,7 +13,6 @@ from harvester.errors import SimulationError
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
-from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from harvester.mechanics.kernels.shaking import forcing
 
 NARROW = (
@@ -82,7 +81,7 @@ class Drive:
         self.charge = np.zeros(readings)
         self.impacts = room_for_impacts(eqs, len(self.noise))
         self.state = np.zeros(1, STATE).view(np.recarray)
-        start = (resting_places(eqs)[0], 0.0, 0.0) if start is None else start
+        start = (eqs.resting_places[0], 0.0, 0.0) if start is None else start
         k = eqs.stop_stiffness
         values = {**vars(eqs), "r": eqs.restitution, "high": eqs.opposite_gap, "r_high": eqs.opposite_restitution}
         values |= {"k": k, "c": None if k is None else eqs.stop_damping or 0.0}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import KNOWN, affordable, told
+from harvester.engines.ensemble import KNOWN, affordable, step_and_effort
 from harvester.engines.ideal import UNSERVED
 from harvester.engines.options import Sampled, number
 from harvester.equations.problem import Problem
@@ -59,11 +59,20 @@ class Prepared:
             return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
         return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
 
+    def kicks(self, duration: float) -> int:
+        """Steps of a trajectory of that nondimensional duration after its burn-in.
+
+        They make whole readings and periods of the shaking, and are an even number.
+        """
+        device, repeat = self.device, self.device.eqs.shaking_period
+        whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
+        return math.ceil((self.burn_in + duration) / device.h / whole - 1e-6) * whole
+
     def chosen(self, unit: float, physical: bool) -> str:
         """The step, and why."""
         if self.pair is None:
             return f"a step of {self.device.h / unit:.3g}{' s' if physical else ''}"
-        return told(self.pair, self.quantity, unit, physical)
+        return step_and_effort(self.pair, self.quantity, unit, physical)
 
 
 def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
@@ -81,12 +90,11 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.mechanics.kernels.shaking import period
 
     find_library()
     eqs, s, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
-    repeat = period(eqs)
+    repeat = eqs.shaking_period
     charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
     known = UNSERVED.isdisjoint(problem.effects)
     ideal = ideal_circuit(circuit, s) if known and charging <= LONGEST_CHARGING else None
@@ -95,7 +103,7 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     with compilation():
         compile_pair(eqs, seed, ideal, ngspice_rule)
     begin = time.perf_counter()
-    pilot = Trajectories(eqs, affordable(eqs, ideal), seed, h, circuit=ideal, ngspice_rule=ngspice_rule)
+    pilot = Trajectories(eqs, affordable(eqs.is_steady, ideal), seed, h, circuit=ideal, ngspice_rule=ngspice_rule)
     warnings = burn_in(pilot, number(options.budget))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:

@@ -1,7 +1,6 @@
 """Engine `spice`: Monte Carlo with the electrical side in ngspice."""
 
 import dataclasses
-import math
 import time
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,7 +11,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import NO_NOISE, disagreement, power_balance
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
-from harvester.engines.spice.preparation import Prepared, prepare
+from harvester.engines.spice.preparation import prepare
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, invalid, names_arguments
@@ -83,17 +82,22 @@ class Spice(Sampled):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
         from harvester.circuit import runs as worker
-        from harvester.mechanics.kernels.shaking import is_random, period
 
         problem = served(type(self), scene)
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         ready = prepare(problem, self, self.reltol, self.gaussian)
-        noisy = is_random(eqs)
+        noisy = eqs.is_random
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
         target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
-        kicks = self._kicks(ready, paired or not noisy, unit, period(eqs))
+        if self.duration is not None:
+            duration = self.duration * unit
+        elif paired or not noisy or self.within is not None:
+            duration = self.WINDOWS * ready.burn_in
+        else:
+            duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
+        kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         count = self.trajectories or self.TRAJECTORIES
         count = max(count, FEWEST) if paired else count
@@ -112,7 +116,7 @@ class Spice(Sampled):
             details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
         else:
             details |= runs.ledger(s.watts / problem.units.watts)
-        agreed = disagreement(moments, eqs)
+        agreed = disagreement(moments) if eqs.is_steady else None
         if agreed is not None:
             ready.warnings.extend([] if agreed == NO_NOISE else [agreed])
         v2, power = (
@@ -151,18 +155,6 @@ class Spice(Sampled):
                 f"use engine 'ensemble', or give fewer `trajectories`, a longer `dt` or a `budget` above "
                 f"{kicks / self.STEPS_A_SECOND:.2g}s"
             )
-
-    def _kicks(self, ready: Prepared, paired: bool, unit: float, repeat: float | None) -> int:
-        """Of a trajectory, burn-in included: whole readings and periods, and an even number of steps."""
-        device = ready.device
-        if self.duration is not None:
-            duration = self.duration * unit
-        elif paired or self.within is not None:
-            duration = self.WINDOWS * ready.burn_in
-        else:
-            duration = max(self.KICKS / self.TRAJECTORIES * device.h, 4.0 * ready.burn_in)
-        whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
-        return math.ceil((ready.burn_in + duration) / device.h / whole - 1e-6) * whole
 
 
 def _pursue(runs: Runs, target: Target, fixed: bool) -> None:

@@ -11,9 +11,8 @@ import numpy as np
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
+from harvester.mechanics.kernels.bounds import friction_bounds, surely_bounded
 from harvester.mechanics.kernels.moments import Moments, correlation_time
-from harvester.mechanics.kernels.rest_and_bounds import friction_bounds, surely_bounded, unlike_wells
-from harvester.mechanics.kernels.shaking import is_random
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
 
 FIRST_WINDOW = 32.0  # time units: about five periods
@@ -105,12 +104,12 @@ def memory(trajectories: Trajectories, window: Moments, length: float) -> float:
     the wells.
     """
     eqs, circuit = trajectories.eqs, trajectories.circuit
-    if not is_random(eqs):
+    if not eqs.is_random:
         return TRANSIENTS * slowest_transient(eqs)
     x, v, voltage = trajectories.snapshot()
     times = [correlation_time(window.x2 + window.v2, x * x + v * v, length)]
     times.append(correlation_time(window.V2, voltage * voltage, length))
-    if unlike_wells(eqs):
+    if eqs.has_unlike_wells:
         times.append(correlation_time(window.x, x, length))
     if circuit is not None:
         times.append(correlation_time(window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2, length))

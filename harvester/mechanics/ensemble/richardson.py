@@ -10,7 +10,6 @@ from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
-from harvester.mechanics.kernels.shaking import period
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.uncertainty.richardson import extrapolated, step_bias
 
@@ -21,7 +20,7 @@ def compile_pair(
     eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ngspice_rule: bool = False
 ) -> None:
     """Compile all that a `RichardsonPair` calls, by a few steps of a single block of trajectories."""
-    h = 1e-3 if period(eqs) is None else None
+    h = 1e-3 if eqs.shaking_period is None else None
     block = Trajectories(eqs, 1, seed, h, circuit=circuit, ngspice_rule=ngspice_rule)
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
         block.run(0.01)

@@ -15,22 +15,14 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.scaling import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
+from harvester.mechanics.kernels.bounds import check_bounded
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.other_stops import loss_unit, stops_of
 from harvester.mechanics.kernels.path import check_start, coefficients
-from harvester.mechanics.kernels.rest_and_bounds import check_bounded, resting_places, rigid_stop_places
-from harvester.mechanics.kernels.shaking import (
-    has_shaker,
-    is_random,
-    is_shaken,
-    period,
-    samples_of,
-    shaker,
-    shaker_start,
-)
+from harvester.mechanics.kernels.shaking import samples_of, shaker, shaker_start
 from harvester.mechanics.kernels.step_size import default_step, remedy, whole_steps
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.mechanics.rectifiers.rectifier_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
@@ -95,14 +87,14 @@ class Trajectories:
             raise invalid("`dt`", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-count // LANES)
         self.count = self.blocks * LANES
-        places = np.array(resting_places(eqs))
+        places = np.array(eqs.resting_places)
         if start is None:
-            off = np.resize(np.minimum(1.0, 0.5 * (rigid_stop_places(eqs)[1] - places)), self.count)
-            if is_shaken(eqs):
-                off *= 0.0 if is_random(eqs) else np.linspace(0.0, 1.0, self.count)
+            off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - places)), self.count)
+            if eqs.is_shaken:
+                off *= 0.0 if eqs.is_random else np.linspace(0.0, 1.0, self.count)
             start = np.zeros((3, self.count))
             start[0] = np.resize(places, self.count) + off
-        check_start(eqs, start[0].min(), start[0].max())
+        check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
         self._coarse: bool | None = None  # True: the noise of two steps of h/2 makes that of one step
@@ -124,10 +116,10 @@ class Trajectories:
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.stride = 2 * max(1, round(0.2 / h))
         self.filter = aligned((self.blocks, 2, LANES))
-        if (repeat := period(self.eqs)) is not None:  # whole readings, at least 16, to a period
+        if (repeat := self.eqs.shaking_period) is not None:  # whole readings, at least 16, to a period
             self.stride = math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
         self.samples: list[Floats | None] = [None] * self.blocks
-        if has_shaker(self.eqs):
+        if self.eqs.is_shaken_otherwise:
             grid = 0.5 * h if self._coarse else h
             for k, states in enumerate(self.filter):
                 rng = np.random.default_rng(child(self.seed, 2, k))
@@ -150,7 +142,7 @@ class Trajectories:
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         reading = self.stride * self.h
-        readings_a_period = round((period(self.eqs) or reading) / reading)
+        readings_a_period = round((self.eqs.shaking_period or reading) / reading)
         if readings_a_period * self.stride > MOST_OF_A_PERIOD:
             raise SimulationError(
                 f"a period of the drive would take {readings_a_period * self.stride:.1e} steps of {self.h:.2g}/w0: it "

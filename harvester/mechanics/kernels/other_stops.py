@@ -29,7 +29,6 @@ from harvester.mechanics.kernels.equation_of_motion import (
     meeting,
     push,
 )
-from harvester.mechanics.kernels.rest_and_bounds import spring_force
 
 
 def stops_of(eqs: Equations) -> tuple[float | None, ...] | None:
@@ -37,9 +36,9 @@ def stops_of(eqs: Equations) -> tuple[float | None, ...] | None:
     if eqs.gap is None and eqs.opposite_restitution is None and eqs.stop_stiffness is None:
         return None
     gap, high = eqs.gap or 0.0, eqs.opposite_gap
-    pull_high = None if high is None else -spring_force(eqs, high)
+    pull_high = None if high is None else -eqs.spring_force(high)
     contact = eqs.stop_stiffness, None if eqs.stop_stiffness is None else eqs.stop_damping or 0.0
-    return gap, spring_force(eqs, -gap), high, eqs.opposite_restitution, pull_high, *contact
+    return gap, eqs.spring_force(-gap), high, eqs.opposite_restitution, pull_high, *contact
 
 
 def loss_unit(eqs: Equations) -> float:

@@ -11,7 +11,6 @@ from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import relaxation
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move, stops_of
-from harvester.mechanics.kernels.rest_and_bounds import resting_places, rigid_stop_places
 from harvester.mechanics.kernels.shaking import forcing
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
@@ -116,8 +115,8 @@ def trace(
     InputError
         for a start behind a stop, and coloured noise without ``shaking``.
     """
-    start = (resting_places(eqs)[0], 0.0, 0.0) if start is None else start
-    check_start(eqs, start[0], start[0])
+    start = (eqs.resting_places[0], 0.0, 0.0) if start is None else start
+    check_start(eqs.rigid_stops, start[0], start[0])
     readings = np.empty((len(noise) // stride, len(COLUMNS)))
     impacts = room_for_impacts(eqs, len(noise))
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
@@ -125,9 +124,9 @@ def trace(
     return Path(h, stride, readings, impacts[:count].copy(), shaking)
 
 
-def check_start(eqs: Equations, least: float, most: float) -> None:
-    """Raise InputError unless all starts, x from ``least`` to ``most``, are between the stops."""
-    low, high = rigid_stop_places(eqs)
+def check_start(stops: tuple[float, float], least: float, most: float) -> None:
+    """Raise InputError unless all starts, x from ``least`` to ``most``, are between the rigid ``stops``."""
+    low, high = stops
     if least < low:
         raise invalid("start", f"have x of at least {low:g}, where the stop is", least)
     if most > high:

@@ -27,29 +27,6 @@ from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates
 
 
-def period(eqs: Equations) -> float | None:
-    """Period of a shaking that repeats itself; None for one that does not, and without any."""
-    if eqs.drive is not None:
-        assert eqs.drive_frequency is not None, "Scene checks this"
-        return 2.0 * math.pi / eqs.drive_frequency
-    return None if eqs.record is None else eqs.record.period
-
-
-def is_random(eqs: Equations) -> bool:
-    """Whether anything in the equations is random."""
-    return not (eqs.n1 is None and eqs.n2 is None and eqs.coloured is None and eqs.density is None)
-
-
-def is_shaken(eqs: Equations) -> bool:
-    """Whether anything shakes the mass at rest."""
-    return eqs.n1 is not None or has_shaker(eqs)
-
-
-def has_shaker(eqs: Equations) -> bool:
-    """Whether anything other than white noise shakes the mass."""
-    return any(one is not None for one in (eqs.coloured, eqs.drive, eqs.record, eqs.density))
-
-
 def _noise_filter(eqs: Equations, h: float) -> tuple[Floats, Floats]:
     """Matrix A of a step h of the band-pass, and L with L L^T = S - A S A^T, S = B D times the unit matrix."""
     from scipy.linalg import expm
@@ -211,7 +188,7 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
     if eqs.record is not None:
         start = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
         return eqs.record.at(start + h * np.arange(steps + 1, dtype=np.float64), h)
-    if not has_shaker(eqs):
+    if not eqs.is_shaken_otherwise:
         return None
     if rng is None:
         raise invalid("forcing", "be given where coloured noise shakes the mass", None)

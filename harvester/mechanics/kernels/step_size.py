@@ -3,8 +3,6 @@
 import math
 
 from harvester.equations.scaling import Equations
-from harvester.mechanics.kernels.rest_and_bounds import spring_coefficients, spring_force, stop_places
-from harvester.mechanics.kernels.shaking import period
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
 TOLERATED = 1.5  # times the default: a longer step is not kept
@@ -29,7 +27,7 @@ def whole_steps(eqs: Equations, h: float) -> float:
 
     A step that is twice or four times such a one is accepted as it is.
     """
-    repeat = period(eqs)
+    repeat = eqs.shaking_period
     if repeat is None:
         return h
     parts = repeat / h
@@ -47,7 +45,7 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     to `FASTEST_CHATTER`.  Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
     for .2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.
     """
-    linear, alpha2, alpha = spring_coefficients(eqs)
+    linear, alpha2, alpha = eqs.spring
     slope = linear + 2.0 * abs(alpha2) * math.sqrt(x2) + 3.0 * abs(alpha) * x2
     bounces = 0.0 if v2 is None else min(chatter(eqs, v2), FASTEST_CHATTER)
     frequency = math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) + bounces**2)
@@ -66,8 +64,8 @@ def chatter(eqs: Equations, v2: float) -> float:
     noise gives to a mass that bounces no more.  As the spring acts in kicks, each bounce is off by up to F v h in
     energy, and so many random errors heat the mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at h = .1/w.
     """
-    low, high = stop_places(eqs)
-    pressed = max(0.0, -spring_force(eqs, low), spring_force(eqs, high))
+    low, high = eqs.stops
+    pressed = max(0.0, -eqs.spring_force(low), eqs.spring_force(high))
     if eqs.n1 is None or pressed == 0.0:
         return 0.0
     return math.sqrt(pressed**3 / (10.0 * eqs.n1 * max(math.sqrt(v2), eqs.n1 / pressed)))

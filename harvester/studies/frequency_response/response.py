@@ -74,8 +74,6 @@ def response(
         where the response grows without bound.
     """
     from harvester.mechanics.ensemble.trajectories import Trajectories
-    from harvester.mechanics.kernels.rest_and_bounds import resting_places
-    from harvester.mechanics.kernels.shaking import is_random
 
     problem = served(Engine, scene)
     if isinstance(sweep, str):
@@ -88,7 +86,7 @@ def response(
         key = ("nondimensional", "drive", "drive_frequency")
     if eqs.drive is None:
         raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
-    noisy, points = is_random(eqs), []
+    noisy, points = eqs.is_random, []
     trajectories = None
     for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
         for frequency in run:
@@ -96,7 +94,7 @@ def response(
             here = there.equations
             if trajectories is None:
                 rest = np.zeros((3, NOISY if noisy else QUIET))
-                rest[0] = resting_places(here)[0]
+                rest[0] = here.resting_places[0]
                 trajectories = Trajectories(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
             pair = _at(trajectories, here)
             trajectories = pair.trajectories

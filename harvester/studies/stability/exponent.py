@@ -117,13 +117,12 @@ def stability(
     from harvester.averaging.stability import exponent as formula
     from harvester.averaging.stability.exact import noiseless
     from harvester.mechanics.ensemble import lyapunov
-    from harvester.mechanics.kernels.shaking import is_shaken
 
     problem = Problem.of(scene)
     check_rest(problem)
     eqs, unit = problem.equations, problem.units.frequency
     warnings = []
-    if is_shaken(eqs):
+    if eqs.is_shaken:
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")

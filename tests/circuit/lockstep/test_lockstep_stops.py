@@ -8,7 +8,6 @@ from harvester.circuit import runs as worker
 from harvester.errors import SimulationError
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.rest_and_bounds import resting_places
 from tests.support.lockstep import PLATE, SEED, both, device, rms_difference, scales
 from tests.support.systems import PAPER, changed, scene
 
@@ -119,7 +118,7 @@ def test_trajectories_begin_in_each_well():
     eqs = changed(BISTABLE, n1=1e-8, n2=None)
     seeds = [np.random.SeedSequence(k) for k in range(4)]
     means = [m.moments.x[0] for m in worker.measure_in_workers(device(eqs, 0.1, 4), seeds, 400, 0.0, 1)]
-    low, high = resting_places(eqs)
+    low, high = eqs.resting_places
     assert means == pytest.approx([low, high, low, high], abs=0.01)
     assert trace(eqs, np.zeros(4), 0.1).x[0] == pytest.approx(low)
 

@@ -14,7 +14,7 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import deviation, forcing, is_shaken, period, shaker
+from harvester.mechanics.kernels.shaking import deviation, forcing, shaker
 from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, linear, scene, z
 
@@ -289,7 +289,7 @@ def test_bad_excitation_is_one_line(keys, line):
 def test_steps_divide_the_period(h, frequency):
     eqs = changed(DRIVEN, drive_frequency=frequency)
     found = whole_steps(eqs, h)
-    parts = period(eqs) / found
+    parts = eqs.shaking_period / found
     assert found <= h
     assert parts == pytest.approx(64 * round(parts / 64), rel=1e-12)
     assert whole_steps(eqs, 2.0 * found) == 2.0 * found  # of the coarse ensemble of a pair
@@ -299,6 +299,6 @@ def test_steps_divide_the_period(h, frequency):
 
 
 def test_random_paths_need_a_forcing():
-    assert is_shaken(COLOURED)
+    assert COLOURED.is_shaken
     with pytest.raises(InputError, match="forcing must be given where coloured noise"):
         trace(COLOURED, np.zeros(10), 0.1)

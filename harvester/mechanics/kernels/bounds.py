@@ -1,56 +1,9 @@
-"""Where the mass rests, where the stops are, and what keeps the response from growing without bound."""
+"""What keeps a response from growing without bound, and the refusal of equations where nothing does."""
 
 import math
 
-import numpy as np
-
 from harvester.equations.scaling import Equations
 from harvester.errors import UnboundedResponseError
-
-
-def rigid_stop_places(eqs: Equations) -> tuple[float, float]:
-    """Least and most x that the rigid stops allow; infinite where there is none."""
-    low = -math.inf if eqs.restitution is None else 0.0 - (eqs.gap or 0.0)
-    high = math.inf if eqs.opposite_restitution is None else eqs.opposite_gap or 0.0
-    return low, high
-
-
-def stop_places(eqs: Equations) -> tuple[float, float]:
-    """Places of the stops, rigid or compliant; infinite where there is none."""
-    low, high = rigid_stop_places(eqs)
-    return (low if eqs.stop_stiffness is None else -(eqs.gap or 0.0)), high
-
-
-def spring_coefficients(eqs: Equations) -> tuple[float, float, float]:
-    """Linear, quadratic and cubic coefficient of the spring, 0 where absent."""
-    return 1.0 if eqs.linear is None else eqs.linear, eqs.alpha2 or 0.0, eqs.alpha or 0.0
-
-
-def spring_force(eqs: Equations, x: float) -> float:
-    """Force of the spring at x; 0 at infinity, where no stop is."""
-    linear, alpha2, alpha = spring_coefficients(eqs)
-    return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
-
-
-def resting_places(eqs: Equations) -> list[float]:
-    """Where the mass can rest without voltage: minima of the spring's energy, and stops that it is pressed on.
-
-    In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop is placed at its edge.
-    """
-    linear, alpha2, alpha = spring_coefficients(eqs)
-    low, high = stop_places(eqs)
-    pressed = {x for x, inward in ((low, 1.0), (high, -1.0)) if inward * spring_force(eqs, x) < 0.0}
-    roots = np.roots([alpha, alpha2, linear, 0.0])
-    free = roots.real[roots.imag == 0.0]
-    minimum = linear + free * (2.0 * alpha2 + 3.0 * alpha * free) > 0.0
-    return sorted(pressed | {float(x) for x in free[minimum] if low <= x <= high})
-
-
-def unlike_wells(eqs: Equations) -> bool:
-    """Whether the mass has several resting places that are not mirror images of each other."""
-    stop, opposite = (eqs.restitution, eqs.gap), (eqs.opposite_restitution, eqs.opposite_gap)
-    mirrored = stop == opposite and eqs.alpha2 is None and eqs.n12 is None and eqs.stop_stiffness is None
-    return len(resting_places(eqs)) > 1 and not mirrored
 
 
 def check_bounded(eqs: Equations) -> None:
@@ -68,8 +21,8 @@ def check_bounded(eqs: Equations) -> None:
             f"the response grows without bound: {name} feeds energy at large amplitude and nothing bounds it; "
             f"give {cure}"
         )
-    linear, alpha2, alpha = spring_coefficients(eqs)
-    low, high = rigid_stop_places(eqs)
+    linear, alpha2, alpha = eqs.spring
+    low, high = eqs.rigid_stops
     above = alpha or alpha2 or linear
     below = alpha or -alpha2 or linear + (eqs.stop_stiffness or 0.0)
     for side, pull, end, stop in (("above", above, high, "opposite_stop"), ("below", below, low, "stop")):
@@ -101,7 +54,7 @@ def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
 
     The highest term present of f beyond c1; between two stops their losses, or the mean of f where they lose nothing.
     """
-    low, high = rigid_stop_places(eqs)
+    low, high = eqs.rigid_stops
     if math.isfinite(high - low):
         if (eqs.restitution or 0.0) * (eqs.opposite_restitution or 0.0) < 1.0:
             return "impact", 1.0, ""
