@@ -90,6 +90,7 @@ def _watch(parent: int) -> None:
     """End this process soon after its parent has ended, whatever it computes: nobody else would."""
 
     def look() -> None:
+        """Wait for the parent's end, then end this process."""
         while os.getppid() == parent:
             threading.Event().wait(LOOK)
         os._exit(1)

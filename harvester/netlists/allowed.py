@@ -97,6 +97,7 @@ def check_size(subcircuits: dict[str, list[Line]], load: str) -> None:
     sizes: dict[str, int] = {}
 
     def size(name: str, line: Line | None, within: tuple[str, ...]) -> int:
+        """Count the elements of a subcircuit that a line calls within others."""
         if line is not None and name not in subcircuits:
             raise invalid(f"netlist {line.where}", "call a subcircuit of this netlist", name)
         if line is not None and name in within:

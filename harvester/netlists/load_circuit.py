@@ -137,7 +137,7 @@ def _check_header(path: Path, header: Header, load: list[Line]) -> None:
 
 
 def _storage(load: list[Line], values: dict[str, float]) -> float | None:
-    """Rload Csmooth, of values that are numbers or parameters."""
+    """The product Rload Csmooth, of values that are numbers or parameters."""
     known = {key.lower(): value for key, value in values.items()}
     found: dict[str, float | None] = {}
     for line in load:

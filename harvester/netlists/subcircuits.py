@@ -12,7 +12,10 @@ BENCH = (".tran", ".options", ".option", ".print", ".plot", ".meas", ".measure",
 
 
 class Header(NamedTuple):
-    """A .subckt line: name, terminals, and parameters with their defaults as written (None: it must be given)."""
+    """The header of a subcircuit: name, terminals, and parameters with their defaults as written.
+
+    The default None is that of a parameter that the scene must give.
+    """
 
     name: str
     terminals: list[str]
@@ -20,7 +23,7 @@ class Header(NamedTuple):
 
 
 def header_of(line: Line) -> Header:
-    """Read a .subckt line."""
+    """Read the header of a subcircuit from its .subckt line."""
     tokens = joined(line.text).split()[1:]
     split = next((k for k, token in enumerate(tokens) if token.lower() == "params:" or "=" in token), len(tokens))
     plain = tokens[:split]

@@ -16,6 +16,7 @@ import pytest
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
 from harvester.scene.load import Load
 from harvester.scene.toml import load
+from tests.support.lockstep import WEAK
 
 CP, W, VOC = 50.2e-9, 20.0, 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius
@@ -235,14 +236,13 @@ def test_circuits_in_lock_step_with_impacts(name):
     Within 5 %: the smoothing capacitor's energy at the ends.  Parallel SSHI's coil takes more than the load.
     """
     from harvester.circuit import runs as worker
-    from harvester.equations.scaling import Equations, Scales
+    from harvester.equations.scaling import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01, restitution=0.96)
-    scales = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=CP)
     circuit = load_circuit(Load(netlist=name, parameters={"R": best_load(name), "C": 0.3 / best_load(name)}))
-    device = worker.CoupledDevice(eqs, scales, circuit, 0.1, 4)
+    device = worker.CoupledDevice(eqs, WEAK, circuit, 0.1, 4)
     one = next(worker.measure_in_workers(device, [np.random.SeedSequence(3)], kicks=6000, burn_in=100.0))
-    taken = eqs.beta * one.moments.vV.mean() * scales.watts
+    taken = eqs.beta * one.moments.vV.mean() * WEAK.watts
     assert 0.2 * taken < one.load_power < 1.05 * taken
 
 

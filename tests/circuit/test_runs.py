@@ -10,12 +10,12 @@ import pytest
 
 from harvester.circuit import runs as worker
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Equations, Scales
+from harvester.equations.scaling import Equations
 from harvester.errors import CircuitError
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
+from tests.support.lockstep import WEAK
 
-SCALES = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
 EQS = Equations(beta=0.05, mu=1.0, c1=-0.05, n1=0.01)
 NOISE = np.random.default_rng(5).standard_normal(400)
 GOOD = load_circuit(Load(resistance=1e6))
@@ -31,7 +31,7 @@ HANG = circuit("Bfast x n V=sin(1e12*time)", "Rfast x y 1", "Cfast y n 1p")  # s
 
 
 def device(load, **more):
-    return worker.CoupledDevice(EQS, SCALES, load, 0.1, 4, **more)
+    return worker.CoupledDevice(EQS, WEAK, load, 0.1, 4, **more)
 
 
 def run(load, noise=NOISE, **more):
@@ -130,7 +130,7 @@ def test_a_hang_is_a_named_error():
 
 def test_a_crawl_is_a_hang():
     """A circuit so fast that a kick takes some seconds: it would end next week."""
-    fast = 2.0 * np.pi * 3e4 * SCALES.frequency / 0.1  # so many periods to a kick
+    fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
     with pytest.raises(CircuitError, match="came no further than that in 4 s"):
         run(circuit(f"Bfast x n V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y n {1.0 / fast:.3g}"), patience=4.0)
     goes_on()

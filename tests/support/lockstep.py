@@ -16,10 +16,11 @@ from tests.support.systems import linear
 CP = 50.2e-9
 PLATE = linear(1.25, 1.0)
 SEED = np.random.SeedSequence(7)
+WEAK = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=CP)  # a weakly coupled device
 
 
 def device(eqs, h, stride=1, scales=None, norton=False):
-    s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
+    s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=CP)
     return worker.CoupledDevice(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride, norton=norton)
 
 
@@ -27,6 +28,13 @@ def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
     """The same path by ngspice and by the exact update."""
     noise = gaussian_grid(SEED, round(duration / h)) if noise is None else noise
     return worker.path_in_worker(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
+
+
+def check_callbacks(device, noise, shaking=None):
+    """The compiled callbacks and the interpreted ones give the same path, to the last digit."""
+    fast, plain = (worker.path_in_this_process(device, noise, compiled, shaking) for compiled in (True, False))
+    assert (fast.readings == plain.readings).all()
+    assert (fast.impacts == plain.impacts).all()
 
 
 def rms_difference(a, b, name="V"):

@@ -106,6 +106,7 @@ def point_function(present: tuple[bool, ...], shaken: bool) -> Any:
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
+        """Accept a point, with None for each coefficient that is absent."""
         s = carray(state, 1)[0]
         accept_point(
             s,

@@ -61,6 +61,7 @@ def why_given_up(end: float, duration: float, step: float, patience: float) -> s
 
 
 def _stopped(end: float, duration: float) -> str:
+    """Say when ngspice stopped, the beginning of an error."""
     return f"ngspice stopped at {end:.6g} s of {duration:.6g} s"
 
 

@@ -44,22 +44,27 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 
     # The six callbacks of PySpice, as methods: cffi takes the bound method.
     def _send_char(self, message: Any, ident: int, user: Any) -> int:
+        """Keep a line that ngspice prints."""
         text = ffi_string_utf8(message).partition(" ")[2]  # after the name of the stream
         self.messages.append(text)
         self._stdout.append(text)
         return 0
 
     def _send_stat(self, message: Any, ident: int, user: Any) -> int:
+        """Ignore how far ngspice says it has come."""
         return 0
 
     def _exit(self, status: int, immediate: bool, quitting: bool, ident: int, user: Any) -> int:
-        self.lost = True  # a fatal error
+        """Note that ngspice wants to end its process, after a fatal error."""
+        self.lost = True
         return status
 
     def _background_thread_running(self, running: bool, ident: int, user: Any) -> int:
+        """Ignore ngspice's own thread, which is not used."""
         return 0
 
     def _send_data(self, *arguments: Any) -> int:
+        """Ignore an accepted point, which goes to the lock-step's own callback."""
         return 0
 
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:

@@ -17,7 +17,7 @@ from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.uncertainty.value import mean_and_error
-from tests.support.lockstep import PLATE, SEED, both, device, rms_difference
+from tests.support.lockstep import PLATE, SEED, WEAK, both, device, rms_difference
 from tests.support.systems import PAPER, changed, linear
 
 PLATE_WITH_STOP = changed(PLATE, restitution=0.96)
@@ -158,10 +158,10 @@ def test_norton_carries_the_same_charge(eqs):
 def test_python_callbacks_are_the_reference(load):
     """The same functions, interpreted, on the same noise, with impacts: the compiled path gives the same to 1e-9."""
     noise = gaussian_grid(SEED, 300)
-    s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
     one = device(PAPER, 0.1, 4)
     if load != "resistor":
-        one = worker.CoupledDevice(changed(PAPER, mu=None), s, load_circuit(Load(netlist=load), s.capacitance), 0.1, 4)
+        circuit = load_circuit(Load(netlist=load), WEAK.capacitance)
+        one = worker.CoupledDevice(changed(PAPER, mu=None), WEAK, circuit, 0.1, 4)
     compiled, python = map_in_workers(worker.path_in_this_process, [(one, noise), (one, noise, False)])
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
@@ -250,11 +250,10 @@ def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
 def test_bridge_in_lock_step():
     """A nonlinear load: the smoothed output is charged, the load gets power, and less than the circuit took."""
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
-    s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
     bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
-    one = worker.CoupledDevice(eqs, s, bridge, 0.1, 4)
+    one = worker.CoupledDevice(eqs, WEAK, bridge, 0.1, 4)
     measured = next(worker.measure_in_workers(one, [SEED], kicks=20_000, burn_in=400.0))
-    taken = eqs.beta * measured.moments.vV.mean() * s.watts
+    taken = eqs.beta * measured.moments.vV.mean() * WEAK.watts
     assert 0.5 * taken < measured.load_power < taken
 
 

@@ -10,7 +10,7 @@ from harvester.circuit import runs as worker
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import forcing
-from tests.support.lockstep import PLATE, SEED, device, rms_difference, scales
+from tests.support.lockstep import PLATE, SEED, check_callbacks, device, rms_difference, scales
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, scene
 
 HARMONIC = {"drive": 0.5, "drive_frequency": 1.2}
@@ -46,9 +46,7 @@ def test_path(eqs, duration, most, h):
 @pytest.mark.parametrize("eqs", [TONE, STRIP])
 def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     noise, a = shaken(eqs, 0.1, 30.0)
-    native, plain = (worker.path_in_this_process(device(eqs, 0.1, 4), noise, compiled, a) for compiled in (True, False))
-    assert (native.readings == plain.readings).all()
-    assert (native.impacts == plain.impacts).all()
+    check_callbacks(device(eqs, 0.1, 4), noise, a)
 
 
 @pytest.mark.parametrize("eqs", [TONE, HUM])
@@ -109,9 +107,7 @@ def test_callbacks_of_impacts_without_white_noise(name):
     """Interpreted, they give the compiled path."""
     eqs, _ = IMPACTING[name]
     noise, a = shaken(eqs, 0.1, 30.0)
-    native, plain = (worker.path_in_this_process(device(eqs, 0.1, 4), noise, compiled, a) for compiled in (True, False))
-    assert (native.readings == plain.readings).all()
-    assert (native.impacts == plain.impacts).all()
+    check_callbacks(device(eqs, 0.1, 4), noise, a)
 
 
 @pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
