@@ -86,6 +86,15 @@ def test_units_of_a_physical_scene():
     assert answer.mean_power.value < 0.04 * psd / 4  # all that white noise can put in: M G/4
 
 
+@pytest.mark.parametrize("given", [PLATE, scene(changed(PAPER, beta=0.3, mu=0.7))], ids=["plate", "paper"])
+def test_samples_have_the_means_that_are_answered(given):
+    """Of V^2 nondimensional, of the power in the scene's unit, one for each trajectory."""
+    answer = hv.Ensemble(trajectories=256, duration=20.0 if given is PLATE else 200.0).run(given)
+    assert len(answer.samples) == len(answer.power_samples) == 256
+    assert answer.power_samples.mean() == pytest.approx(answer.mean_power.value, rel=1e-12)
+    assert answer.samples.mean() == pytest.approx(answer.nondimensional["mean_square_voltage"], rel=1e-12)
+
+
 def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
     from harvester.circuit import runs as worker

@@ -82,10 +82,10 @@ def test_a_step_that_is_given_stays():
     coarse = 0.02  # s; its bias is several per cent
     answer = hv.Ensemble(within=0.002, dt=coarse, seed=5).run(STOP)
     assert answer.details["step"] == pytest.approx(coarse)
-    assert "needs a step below --dt 0.02" in answer.warnings[-1]
+    assert "needs a step below `dt` 0.02" in answer.warnings[-1]
     spice = hv.Spice(within=0.002, dt=coarse, seed=5, trajectories=8, duration=5.0).run(STOP)
     assert spice.details["step"] == pytest.approx(coarse)
-    assert "needs a smaller --dt" in spice.warnings[-1]
+    assert "needs a smaller `dt`" in spice.warnings[-1]
 
 
 def test_same_options_same_answer():

@@ -79,6 +79,12 @@ def test_what_the_subcircuit_uses_comes_along(tmp_path):
     ]
 
 
+def test_a_parameter_of_its_own_hides_one_outside(tmp_path):
+    """The subcircuit's R is its own, so a .param R beside it stays out; one that it takes from outside comes along."""
+    assert ".param" not in given(tmp_path, GOOD + ".param R=5\n").text
+    assert given(tmp_path, GOOD.replace("R=1Meg", "") + ".param R=5\n").text.endswith(".param R=5")
+
+
 def test_the_capacitance_of_the_piezo_is_the_default_of_cp(tmp_path):
     """A netlist that needs the piezo's capacitance has a parameter Cp; a scene's own value goes first."""
     assert load_circuit(Load(netlist="sece"), 1e-9).parameters == {"Cp": 1e-9}

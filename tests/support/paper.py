@@ -12,7 +12,7 @@ from harvester.arrays import Coefficient, Floats
 from harvester.averaging.grids import or_zero
 from harvester.averaging.published.ito import stiffness
 from harvester.averaging.published.orbit import G, closed, nu, nu2
-from harvester.averaging.published.stationary import Stationary, mean_square_voltage
+from harvester.averaging.published.stationary import Stationary
 from harvester.averaging.published.voltage import C, dK_dA, omega2
 from harvester.averaging.stability.exponent import published
 from harvester.averaging.stability.linearised import Override, load, log, with_overrides
@@ -172,11 +172,6 @@ def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
     (k, Q), A = stiffness(law.A, eqs), law.A
     slope = dK_dA(A, or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu))
     return G(A, or_zero(eqs.alpha), k - 1.0), law.p / (A * Q + 0.5 * A**2 * slope)
-
-
-def mean_power(eqs: Equations) -> float:
-    """E[P] = beta mu E[V^2], in units of M w0^3 l^2 (paper, Eq. 31)."""
-    return float(or_zero(eqs.beta) * or_zero(eqs.mu)) * mean_square_voltage(eqs)
 
 
 def exponent_as_printed(eqs: Equations) -> float:

@@ -57,6 +57,13 @@ def test_weight_and_correlation():
     assert found.residual == pytest.approx(4.0 * (1 - 0.81), rel=0.05)
 
 
+def test_degrees_of_freedom():
+    """n - 2 where the cheap mean is exact; those of the cheap mean too where its error counts."""
+    high, low = pairs(16, 0.9)
+    assert controlled(high, low, Value(5.0, 0.0)).value.freedom == pytest.approx(14.0, rel=1e-12)
+    assert controlled(high, low, Value(5.0, 1e6, freedom=3.0)).value.freedom == pytest.approx(3.0, rel=1e-6)
+
+
 def test_nothing_to_gain():
     """A cheap model that is constant, or has nothing to do with it, leaves the plain mean."""
     high, _ = pairs(16, 0.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import harvester as hv
 from harvester.averaging.published.densities import (
     displacement_density,
     state_density,
@@ -20,8 +21,8 @@ from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2
 from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
 from harvester.averaging.published.voltage import C, K, amplitude_through, decoupled, dK_dA, omega2
 from harvester.errors import SimulationError, UnboundedResponseError
-from tests.support.paper import damping, energy_density, m1, mean_power, nu2_coupled, omega, on_orbit, sigma
-from tests.support.systems import PAPER, changed, linear, linear_v2
+from tests.support.paper import damping, energy_density, m1, nu2_coupled, omega, on_orbit, sigma
+from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 PHI = (np.arange(20000) + 0.5) * 2 * np.pi / 20000
 
@@ -199,8 +200,9 @@ def test_densities_integrate_to_one_and_agree(changes):
 
 
 def test_power_is_beta_mu_times_the_mean_square_voltage():
+    """The engine's answer, nondimensional (paper, Eq. 31)."""
     eqs = changed(PAPER, mu=3.0)
-    assert mean_power(eqs) == pytest.approx(0.05 * 3.0 * mean_square_voltage(eqs))
+    assert hv.Published().run(scene(eqs)).mean_power.value == pytest.approx(0.05 * 3.0 * mean_square_voltage(eqs))
 
 
 def test_a_tail_too_heavy_for_a_mean_square_is_a_named_error():

@@ -8,7 +8,9 @@ import pytest
 
 import harvester as hv
 from harvester.circuit import runs as worker
-from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of
+from harvester.circuit.lockstep.compliant_stop import contact_energy
+from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of, note_stored_energy
+from harvester.circuit.lockstep.state import BEFORE, DURING
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.scaling import Equations
 from harvester.mechanics.kernels.compiled import interpreted
@@ -81,6 +83,20 @@ def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
             kinetic += 0.5 * (v1**2 - v0**2)
         assert sum(vars(s).values()) == pytest.approx(kinetic, rel=1e-11)
         assert (s.damping_work == pytest.approx(0.0, abs=1e-13)) == (eqs.c1 is None)
+
+
+def test_stored_energy_is_that_of_every_spring():
+    """v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4 + what a compliant stop stores, k y^2/2 of its depth y."""
+    x, v, contact, alpha, linear, alpha2 = -1.3, 0.7, 0.11, 0.4, -1.0, 0.9
+    s = SimpleNamespace(measuring=BEFORE, since=1.0, x=x, v=v)
+    interpreted(note_stored_energy)(s, 2.0, 0.3, 0.2, contact, alpha, linear, alpha2)
+    energy = v**2 / 2 + linear * x**2 / 2 + alpha2 * x**3 / 3 + alpha * x**4 / 4 + contact
+    assert s.measuring == DURING
+    assert s.energy_begin == pytest.approx(energy, rel=1e-12)
+    assert (s.begin, s.voltage_begin, s.smooth_begin) == (2.0, 0.3, 0.2)
+    in_contact = interpreted(contact_energy)
+    assert [in_contact(-0.1, None, 50.0), in_contact(-0.3, 0.2, 50.0)] == pytest.approx([0.25, 0.25], rel=1e-12)
+    assert [in_contact(0.1, None, 50.0), in_contact(-0.1, 0.2, 50.0)] == [0.0, 0.0]
 
 
 def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():

@@ -1,12 +1,16 @@
 """ngspice in lock-step with a mass that a drive or filtered noise shakes, against the exact RC update."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import harvester as hv
 from harvester.circuit import runs as worker
+from harvester.circuit.lockstep.rigid_stop import impact
+from harvester.circuit.lockstep.state import DURING
+from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import forcing
@@ -123,8 +127,22 @@ def test_ledger_of_impacts_without_white_noise(name):
     assert residuals[1] < max(0.5 * residuals[0], 1e-3)
 
 
+@pytest.mark.parametrize("side, place", [(1.0, -0.3), (-1.0, 0.5)])
+def test_works_of_an_impact(side, place):
+    """The stop takes (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
+    speed, up, before, share = 1.1, 0.8, 0.6, 0.25
+    s = SimpleNamespace(side=side, speed=speed, up=up, before=side * before, share=share, measuring=DURING)
+    s.kicks, s.h, s.meet, s.impacts, s.impact_work, s.noise_work = 7, 0.1, 0.04, 0, 2.0, 3.0
+    record = np.zeros((1, 2))
+    interpreted(impact)(s, record, 0.3, 0.5)
+    assert (s.x, s.impacts, s.flown) == (place, 1, 1)
+    assert record[0] == pytest.approx([0.74, side * speed], rel=1e-12)
+    assert s.impact_work - 2.0 == pytest.approx((speed**2 - up**2) / 2, rel=1e-12)
+    assert s.noise_work - 3.0 == pytest.approx(share * (speed**2 - before**2) / 2, rel=1e-12)
+
+
 def test_engine_with_a_stop_under_a_drive():
-    """The ensemble's answer within both steps' bias; so with a rectifier, whose ledger closes."""
+    """The ensemble's answer within both steps' bias; so with a rectifier, whose ledger closes after whole periods."""
     eqs = changed(QUIET, drive_frequency=1.1)
     few, many = hv.Spice(trajectories=2).run(scene(eqs)), hv.Ensemble(trajectories=64).run(scene(eqs))
     a, b = few.mean_square_voltage, many.mean_square_voltage
@@ -134,3 +152,5 @@ def test_engine_with_a_stop_under_a_drive():
     answer = hv.Spice(trajectories=2, duration=20.0).run(stopped)
     assert answer.mean_power.value > 0.0
     assert abs(answer.details["ledger_residual"]) < 0.02
+    periods = answer.details["burn_in"] * stopped.excitation.frequency
+    assert periods == pytest.approx(round(periods), abs=1e-9)

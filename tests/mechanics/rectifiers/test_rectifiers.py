@@ -12,7 +12,7 @@ from numba import njit
 from harvester.circuit import runs as worker
 from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Equations, equations, scales
+from harvester.equations.scaling import Equations, Scales, equations, scales
 from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -434,3 +434,12 @@ def test_ngspice_on_the_same_noise_with_a_switch(name):
     """The capacitor's voltage along one path: inversions take no time here, .02/w0 there."""
     _, _, (_, _, charge), same, s = beside(name, 1, 60.0, 20.0)
     assert rms(s.volts * same.U[:, 1], charge) < {"parallel_sshi": 0.03, "series_sshi": 0.02, "sece": 0.06}[name]
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_reverse_currents_that_empty_the_capacitor(name):
+    """Is/(Cp V w0) of each path of diodes from its one plate to the other: two of a bridge, one of the others."""
+    s = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=50.2e-9)
+    found = ideal_circuit(load_circuit(Load(netlist=name, parameters={"Is": 3e-9}), s.capacitance), s)
+    assert found.leak == pytest.approx(3e-9 / (s.capacitance * s.volts * s.frequency), rel=1e-12)
+    assert found.loss == {"doubler": 1, "sece": 1}.get(name, 2) * found.leak

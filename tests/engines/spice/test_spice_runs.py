@@ -1,0 +1,62 @@
+"""What is concluded from runs beside a cheap model: the power's variance, and how the effort is split."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from harvester.engines.spice.preparation import Prepared
+from harvester.engines.spice.runs import Runs
+from harvester.uncertainty.control_variate import Controlled, split
+from harvester.uncertainty.target import further
+from harvester.uncertainty.value import Value
+from tests.support.systems import linear
+
+BETA, MU = 0.5, 3.0
+
+
+def made_up():
+    """Eight runs of a load resistor that cost half a second each, beside a cheap model, without any ngspice."""
+    low = 1.0 + np.random.default_rng(3).standard_normal(8)
+    high = low + 0.1 * np.random.default_rng(4).standard_normal(8)
+    done = [
+        SimpleNamespace(moments=SimpleNamespace(V2=[a]), control=SimpleNamespace(V2=[b]))
+        for a, b in zip(high, low, strict=True)
+    ]
+    pair = SimpleNamespace(
+        mean=lambda name: (1.0, 0.02), bias=lambda name: (0.003, 0.0), duration=50.0, seconds_a_unit=0.02
+    )
+    ready = Prepared(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
+    return Runs(ready, True, 100, np.random.SeedSequence(1), None, done, ngspice_seconds=4.0)
+
+
+def test_power_of_a_resistor_is_the_voltage_scaled():
+    """E[P] = beta mu E[V^2]: its errors go with beta mu, the variance of a pair with the square of it."""
+    runs = made_up()
+    power, voltage = runs.power(), runs.mean_square_voltage()
+    assert power.value == voltage.value.scaled(BETA * MU)
+    assert power.residual == pytest.approx((BETA * MU) ** 2 * voltage.residual, rel=1e-12)
+    assert (power.weight, power.correlation) == (voltage.weight, voltage.correlation)
+
+
+def test_more_runs_and_a_longer_ensemble_as_the_split_says():
+    """The ensemble's variance is what the pairs leave of the whole, and falls with its time."""
+    runs = made_up()
+    residual, error, variance = 0.04, 0.1, 2e-3
+    spread = (error**2 - residual / 8) * 50.0
+    count, duration = split(variance, residual, 0.5, spread, 0.02)
+    asked = runs.asked_for(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
+    assert asked == pytest.approx((further(8.0, count), further(50.0, duration)), rel=1e-12)
+    assert 8.0 < count < 64.0 and 50.0 < duration < 400.0  # no limit of `further` hides the numbers
+
+
+def test_runs_alone_pay_for_all():
+    """Without a cheap model the variance of one run decides, and nothing else goes on."""
+    runs = made_up()
+    runs.paired = False
+    found = runs.mean_square_voltage()
+    high = np.array([one.moments.V2[0] for one in runs.done])
+    assert found.value.stderr == pytest.approx(high.std(ddof=1) / math.sqrt(8), rel=1e-12)
+    assert found.value.freedom == 7.0
+    assert runs.asked_for(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)

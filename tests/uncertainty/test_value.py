@@ -1,0 +1,20 @@
+"""Numbers with their errors: in other units, and over all their errors."""
+
+import pytest
+
+from harvester.uncertainty.value import Value
+
+
+def test_other_units():
+    """Every error is multiplied by the size of the factor; the degrees of freedom stay."""
+    assert Value(1.0, 0.1, freedom=5.0).scaled(2.0) == Value(2.0, 0.2, freedom=5.0)
+    assert Value(1.0, 0.1, 0.2, 0.3).scaled(-2.0) == Value(-2.0, 0.2, 0.4, 0.6)
+    assert Value(1.0).scaled(2.0) == Value(2.0)
+
+
+def test_error_is_the_sum_of_all():
+    """Student's quantile of the sampling error, plus step, plus model."""
+    value = Value(1.0, 0.1, 0.02, 0.003, freedom=5.0)
+    assert value.sampling95 == pytest.approx(2.570582 * 0.1, rel=1e-6)
+    assert value.error95 == pytest.approx(value.sampling95 + 0.023, rel=1e-12)
+    assert Value(1.0, 0.1).error95 == pytest.approx(0.196, rel=1e-12)
