@@ -14,6 +14,7 @@ from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
 effects = importlib.import_module("effects")
+mutants = importlib.import_module("mutants")
 by_hand = importlib.import_module("peers.by_hand")
 
 from harvester.equations.scaling import Equations  # noqa: E402
@@ -101,3 +102,9 @@ def test_peers_integrate_the_same_scene(module, needs, options, h, n):
     assert means.shape == (n,)
     error = np.hypot(means.std(ddof=1) / np.sqrt(n), ours.std(ddof=1) / np.sqrt(ours.size))
     assert abs(means.mean() - ours.mean()) < 4 * error
+
+
+def test_every_mutant_fits_the_package():
+    """Each piece of code that the mutation check replaces is found exactly once, and its tests by their names."""
+    texts, files = mutants.sources(ROOT), mutants.test_files(ROOT)
+    assert [f"{one.name}: {wrong}" for one in mutants.mutants() if (wrong := mutants.misfit(one, texts, files))] == []
