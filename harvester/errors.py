@@ -68,7 +68,7 @@ class UnboundedResponseError(SimulationError):
 
 
 class CircuitError(SimulationError):
-    """ngspice refused the circuit or did not converge."""
+    """The circuit was refused by ngspice, or did not converge."""
 
 
 _SHORT = reprlib.Repr()

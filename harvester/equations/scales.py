@@ -35,7 +35,7 @@ class Scales:
 
     @property
     def volts(self) -> float:
-        """v/V = theta l/Cp, in volt."""
+        """The voltage scale v/V = theta l/Cp, in volt."""
         return self.coupling * self.length / self.capacitance
 
     @property

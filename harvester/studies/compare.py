@@ -85,7 +85,7 @@ class Comparison:
         return min(sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     def z(self, estimate: Estimate) -> float | None:
-        """z-score of an estimate's power against the reference; None for the reference itself."""
+        """The z-score of an estimate's power against the reference; None for the reference itself."""
         if estimate is self.reference:
             return None
         return z_score(estimate.mean_power, self.reference.mean_power)
@@ -201,7 +201,7 @@ def compare(
 
 
 def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
-    """ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
+    """The voltage by ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
     from harvester.averaging.published.voltage import amplitude_through, decoupled, omega2
     from harvester.circuit import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
