@@ -10,7 +10,7 @@ from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import scene_page
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
-from harvester.studies.work_precision.cost_table import TARGETS, Cost, Row
+from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
@@ -69,7 +69,7 @@ def _needed(cost: Cost) -> TextTable:
     return TextTable("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
 
 
-def _errors(caption: str, rows: list[Row]) -> TextTable:
+def _errors(caption: str, rows: list[CostRow]) -> TextTable:
     heads = ["engine", "setting", "seconds", "sampling, 95 %", "step", "model", "total"]
     cells = [
         [

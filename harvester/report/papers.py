@@ -7,7 +7,7 @@ from harvester.machine.provenance import origin
 from harvester.report.numbers import share, signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import coefficients, command_line, made_by
-from harvester.studies.paper import RESPONSE, STABILITY, Drawn, Point
+from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 
@@ -47,14 +47,14 @@ def _section(one: Drawn) -> Section:
     return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
 
 
-def _size(points: list[Point]) -> float:
+def _size(points: list[FigurePoint]) -> float:
     return float(np.max(np.abs([p.ensemble for p in points]))) or 1.0
 
 
-def _off(points: list[Point], name: str) -> str:
+def _off(points: list[FigurePoint], name: str) -> str:
     far = np.max(np.abs([getattr(p, name) - p.ensemble for p in points]))
     return share(float(far), _size(points))
 
 
-def _noise(points: list[Point]) -> str:
+def _noise(points: list[FigurePoint]) -> str:
     return share(NORMAL_QUANTILE * max(p.ensemble_stderr for p in points), _size(points))

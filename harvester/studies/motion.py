@@ -4,9 +4,6 @@ By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or 
 error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
 """
 
-import csv
-import io
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,9 +17,8 @@ from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, names_arguments, unknown
-from harvester.machine import files
 from harvester.printing.answer_units import AnswerUnits
-from harvester.studies.output_folder import provenance
+from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
 
 if TYPE_CHECKING:
     from harvester.figures import Plot
@@ -36,9 +32,9 @@ MOST_STEPS = 5_000_000
 @names_arguments
 @dataclass(frozen=True)
 class Motion:
-    """A path in the scene's units (SI; nondimensional), one row a reading, shape (n,).
+    """One path of a scene, in its units: arrays of shape (n,), one entry for each reading.
 
-    What `motion` gives; its ``text()`` is the CSV file.  ``shown`` is the length of its last part, which a plot shows;
+    ``text()`` is the CSV file.  ``shown`` is the length of its last part, which a plot shows;
     ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
     white noise alone.
 
@@ -78,12 +74,8 @@ class Motion:
         of = self.unit_names
         units = [of.time, of.length, of.speed, of.voltage, of.acceleration]
         columns = [self.t, self.x, self.v, self.voltage, *([] if self.acceleration is None else [self.acceleration])]
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        heads = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
-        writer.writerow(heads[: len(columns)])
-        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
-        return out.getvalue()
+        heads = [named(name, unit) for name, unit in zip(names, units, strict=True)]
+        return csv_text(heads[: len(columns)], zip(*columns, strict=True))
 
     def __str__(self) -> str:
         unit = f" {self.unit_names.time}".rstrip()
@@ -96,7 +88,7 @@ class Motion:
 
 @names_arguments
 def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
-    """A path from rest; ``duration`` is what a plot shows of its end, in seconds (nondimensional scene: 1/w0).
+    """Compute one path from rest; a plot shows its last ``duration``, in seconds (nondimensional scene: 1/w0).
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
@@ -181,15 +173,12 @@ def draw(
     seed: int = 0,
     vector: Sequence[str] = (),
 ) -> Motion:
-    """`motion`; writes motion.csv, motion.png, its ``vector`` forms (svg, pdf) and provenance.json into a folder."""
+    """Compute a `motion`, and write motion.csv, motion.png, its ``vector`` forms (svg, pdf) and provenance.json."""
     from harvester import figures
 
-    files.check_vector(vector)
-    folder = files.folder(out)
+    folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
     found = motion(problem, engine, duration, seed)
-    files.write(folder / "motion.csv", found.text())
-    figures.save(figures.motion(found, problem.scene.title), folder, "motion", vector)
-    whence = provenance(problem.scene, engine=engine, seed=seed, duration=found.shown, step=found.step)
-    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    about = provenance(problem, engine=engine, seed=seed, duration=found.shown, step=found.step)
+    folder.save("motion", found.text(), figures.motion(found, problem.scene.title), about)
     return found

@@ -75,6 +75,13 @@ class OutputFolder:
 
         figures.save(figure, self.path, name, self.vector)
 
+    def save(self, name: str, text: str, figure: "Plot", about: dict[str, Any] | None = None) -> None:
+        """Write a study's files: ``name``.csv, the figure, and its provenance where there is one."""
+        self.table(name, text)
+        self.figure(name, figure)
+        if about is not None:
+            self.provenance(about)
+
     def provenance(self, about: dict[str, Any]) -> None:
         """Write provenance.json, such as from `provenance`."""
         files.write(self.path / "provenance.json", json.dumps(about, indent=2, default=str) + "\n")

@@ -1,11 +1,9 @@
-"""The paper's figures 1 to 9: published theory, ours, and Monte Carlo of the coupled equations.
+"""The paper's figures 1 to 9: published theory, our averaging, and Monte Carlo of the coupled equations.
 
 Where the text does not print a value, the one assumed stands in `ASSUMED` and in the figure's title.
 """
 
-import csv
 import dataclasses
-import io
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -21,7 +19,7 @@ from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale import densities as two_scale_densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.scaling import Equations
-from harvester.machine import files
+from harvester.studies.output_folder import OutputFolder, csv_text
 from harvester.studies.stability import region
 
 # Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = .1 in Figure 1, r = .96 in Figure 2.
@@ -58,8 +56,8 @@ POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 
 
 
 @dataclass(frozen=True)
-class Point:
-    """One point of a figure; ``ensemble`` with its standard error."""
+class FigurePoint:
+    """One point of a figure of the paper; ``ensemble`` has a standard error."""
 
     panel: str
     curve: str
@@ -76,7 +74,7 @@ class Drawn:
 
     number: str
     title: str
-    points: list[Point]
+    points: list[FigurePoint]
     seconds: float
 
 
@@ -85,13 +83,12 @@ def draw(
 ) -> list[Drawn]:
     """Write figN.csv and figN.png, and its ``vector`` forms (svg, pdf), for each figure number into a folder.
 
-    ``tick`` is told the fraction done and at what.  Raises InputError where the folder cannot be written, or
-    for another form.
+    ``tick`` is called with the fraction done and what is at work.  Raises InputError where the folder cannot be
+    written, or for another form.
     """
     from harvester import figures
 
-    files.check_vector(vector)
-    out, drawn = files.folder(out), []
+    folder, drawn = OutputFolder(out, vector), []
     done, total = 0.0, sum(SECONDS[number] for number in numbers)
     for number in numbers:
         begin, points = time.perf_counter(), []
@@ -101,19 +98,15 @@ def draw(
                 part = min(len(points) / POINTS[number], 1.0)
                 tick((done + part * SECONDS[number]) / total, f"figure {number}")
         seconds = time.perf_counter() - begin
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([p.panel, p.curve, *(f"{v:.9g}" for v in dataclasses.astuple(p)[2:])] for p in points)
-        files.write(out / f"fig{number}.csv", text.getvalue())
         assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
         drawn.append(Drawn(number, f"Figure {number}: {TITLES[number]}{assumed}", points, seconds))
-        figures.save(figures.paper(points, drawn[-1].title), out, f"fig{number}", vector)
+        text = csv_text(COLUMNS, map(dataclasses.astuple, points))
+        folder.save(f"fig{number}", text, figures.paper(points, drawn[-1].title))
         done += SECONDS[number]
     return drawn
 
 
-def figure(number: str) -> Iterator[Point]:
+def figure(number: str) -> Iterator[FigurePoint]:
     """The points of a figure."""
     match number:
         case "1":
@@ -140,7 +133,7 @@ def figure(number: str) -> Iterator[Point]:
                 yield from _boundary(f"r = {r}", dataclasses.replace(STABILITY, restitution=r))
 
 
-def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
+def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePoint]:
     """E[V^2] and E[P] = beta mu E[V^2] against one coefficient of the response scene."""
     from harvester.mechanics.ensemble.burn_in import burn_in
     from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -153,10 +146,10 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[Point]:
         ensemble = trajectories.run(trajectories.time).mean("V2")
         three = (stationary.mean_square_voltage(eqs), two_scale.solve(eqs).mean_square_voltage, *ensemble)
         for name, factor in (("E[V^2]", 1.0), ("E[P]", (eqs.beta or 0.0) * (eqs.mu or 0.0))):
-            yield Point(f"{name} against {panel}", "", float(value), *(factor * v for v in three))
+            yield FigurePoint(f"{name} against {panel}", "", float(value), *(factor * v for v in three))
 
 
-def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
+def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
     """p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
     from harvester.mechanics.ensemble.histograms import Histogram
 
@@ -179,7 +172,7 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[Point]:
             published = _published_density(panel, at, law, eqs)
             averaged = _averaged_density(panel, at, ours, eqs)
             for row in zip(at, published, averaged, counted.value, counted.stderr, strict=True):
-                yield Point(f"p({panel})", curve, *(float(v) for v in row))
+                yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
 
 
 def _states(eqs: Equations) -> Floats:
@@ -217,7 +210,7 @@ def _averaged_density(panel: str, at: Floats, law: two_scale.TwoScale, eqs: Equa
             return two_scale_densities.velocity_density(at, law, stop)
 
 
-def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[Point]:
+def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[FigurePoint]:
     """Top Lyapunov exponent against one coefficient."""
     from harvester.mechanics.ensemble.lyapunov import exponent
 
@@ -226,10 +219,10 @@ def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: E
         eqs = dataclasses.replace(base, **change)
         found = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
         theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
-        yield Point(f"lambda against {panel}", curve, float(value), *theory, found.value, found.stderr)
+        yield FigurePoint(f"lambda against {panel}", curve, float(value), *theory, found.value, found.stderr)
 
 
-def _boundary(curve: str, base: Equations) -> Iterator[Point]:
+def _boundary(curve: str, base: Equations) -> Iterator[FigurePoint]:
     """D22 at which the exponent is zero."""
     for edge in region.edges(base, np.geomspace(0.05, 2.0, 7), np.random.SeedSequence(4)):
-        yield Point("D22 against mu", curve, *dataclasses.astuple(edge))
+        yield FigurePoint("D22 against mu", curve, *dataclasses.astuple(edge))

@@ -14,15 +14,14 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
 from harvester.figures import quantities, style
-from harvester.studies.frequency_response.curve import Point as Drive
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import Response, ResponsePoint
 from harvester.studies.motion import Motion
-from harvester.studies.paper import Point
+from harvester.studies.paper import FigurePoint
 from harvester.studies.stability.region import Edge
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import COLUMNS
 from harvester.studies.sweep.table import Table
-from harvester.studies.work_precision.cost_table import Row
+from harvester.studies.work_precision.cost_table import CostRow
 from harvester.uncertainty.value import Value
 
 R, MU = "load.resistance", "nondimensional.mu"
@@ -71,7 +70,7 @@ def motion(physical):
 
 def response(physical):
     points = [
-        Drive(direction, f, Value(1e-4 * f, None, 1e-6), Value(1e-6 / (0.1 + (f - 5) ** 2), 1e-8, 0.0), None)
+        ResponsePoint(direction, f, Value(1e-4 * f, None, 1e-6), Value(1e-6 / (0.1 + (f - 5) ** 2), 1e-8, 0.0), None)
         for direction in ("up", "down")
         for f in (3.0, 4.0, 5.0, 6.0)
     ]
@@ -79,7 +78,7 @@ def response(physical):
 
 
 def paper_points(panel):
-    return [Point(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6) for curve in ("r = 1", "r = 2") for x in (0.1, 1.0)]
+    return [FigurePoint(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6) for curve in ("r = 1", "r = 2") for x in (0.1, 1.0)]
 
 
 EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
@@ -258,8 +257,8 @@ def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
 
 
 def test_cost_without_a_known_error():
-    drawn(figures.cost([Row("ensemble", seconds=1.0)], "A title"))
-    drawn(figures.cost([Row("ensemble", seconds=1.0, total_error=0.1, best=True)], "A title"))
+    drawn(figures.cost([CostRow("ensemble", seconds=1.0)], "A title"))
+    drawn(figures.cost([CostRow("ensemble", seconds=1.0, total_error=0.1, best=True)], "A title"))
 
 
 def test_an_error_that_is_not_known_is_no_bar():

@@ -21,8 +21,8 @@ from harvester.errors import InputError
 from harvester.report import effects as words
 from harvester.report.numbers import amount, share, signs
 from harvester.studies.compare import Comparison
-from harvester.studies.paper import Drawn, Point
-from harvester.studies.work_precision.cost_table import Cost, Row
+from harvester.studies.paper import Drawn, FigurePoint
+from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.paths import ROOT
 
@@ -158,7 +158,7 @@ def test_sweep_with_failed_points(harvester, tmp_path):
 
 
 def test_paper(harvester, tmp_path):
-    points = [Point("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)]
+    points = [FigurePoint("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)]
     page = checked(report.html(report.of_paper([Drawn("8", "Figure 8: <exponents>", points, 1.5)])))
     provenance_of(page)
     assert "Figure 8: <exponents>" in page.text
@@ -186,8 +186,8 @@ def test_comparison():
 
 def test_cost():
     rows = (
-        Row("ensemble", "a", 0.01, 1.0, 64, None, "", 1e-6, 0.1, 1.0, 0.01, 1e-3, 1e-4, 0.0, 0.0, 0.011, True),
-        Row("spice", "b", error="it <failed>"),
+        CostRow("ensemble", "a", 0.01, 1.0, 64, None, "", 1e-6, 0.1, 1.0, 0.01, 1e-3, 1e-4, 0.0, 0.0, 0.011, True),
+        CostRow("spice", "b", error="it <failed>"),
     )
     cost = Cost(rows, "ensemble", Value(1e-6, 1e-9), {"published": "it refuses"})
     page = checked(report.html(report.of_cost(hv.load(PLATE), cost, 5, 30.0)))

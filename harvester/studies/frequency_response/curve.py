@@ -1,7 +1,5 @@
 """The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
 
-import csv
-import io
 import itertools
 import math
 from dataclasses import dataclass
@@ -12,6 +10,7 @@ import numpy as np
 from harvester.engines.ensemble import UNLIKE
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
+from harvester.studies.output_folder import csv_text, named
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Point:
-    """One frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
+class ResponsePoint:
+    """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 
-    ``spread``: between the trajectories in E[V^2], relative to the largest; None where there is noise.
+    ``spread`` is that of the trajectories' E[V^2], relative to the largest; None where there is noise.
     """
 
     direction: str
@@ -43,7 +42,7 @@ class Point:
 @names_arguments
 @dataclass(frozen=True)
 class Response:
-    """All points: the sweep up, then the sweep down, each in the order in which it was made.
+    """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
@@ -52,7 +51,7 @@ class Response:
     (6, [])
     """
 
-    points: tuple[Point, ...]
+    points: tuple[ResponsePoint, ...]
     physical: bool
 
     @property
@@ -60,16 +59,16 @@ class Response:
         """The units of its numbers."""
         return AnswerUnits.of(self.physical)
 
-    def sweep(self, direction: str) -> list[Point]:
+    def sweep(self, direction: str) -> list[ResponsePoint]:
         """The points of one direction ("up" or "down"), frequencies ascending."""
         return sorted((p for p in self.points if p.direction == direction), key=lambda p: p.frequency)
 
-    def peak(self, direction: str) -> Point:
+    def peak(self, direction: str) -> ResponsePoint:
         """The frequency of the sweep with the largest power."""
         return max(self.sweep(direction), key=lambda p: p.mean_power.value)
 
     def bandwidth(self, direction: str) -> float | None:
-        """Half-power bandwidth: between the `edges`; None without."""
+        """The half-power bandwidth, between the `edges`; None where one of them is beyond the sweep."""
         edges = self.edges(direction)
         return None if edges is None else edges[1] - edges[0]
 
@@ -111,19 +110,16 @@ class Response:
 
     def text(self) -> str:
         """The CSV file."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        unit = (self.unit_names.frequency, self.unit_names.voltage, self.unit_names.power)
-        names = ("frequency", "voltage_rms", "mean_power")
-        heads = [f"{name} ({one})" if one else name for name, one in zip(names, unit, strict=True)]
-        errors = [f"{name}_{error}" for name in names[1:] for error in ("stderr", "step_bias")]
-        writer.writerow(["direction", *heads, *errors, "spread_of_trajectories"])
+        names, of = ("voltage_rms", "mean_power"), self.unit_names
+        heads = [named("frequency", of.frequency), named(names[0], of.voltage), named(names[1], of.power)]
+        errors = [f"{name}_{error}" for name in names for error in ("stderr", "step_bias")]
+        rows = []
         for p in self.points:
-            values: list[float | None] = [p.frequency, p.voltage_rms.value, p.mean_power.value]
-            values += [e for v in (p.voltage_rms, p.mean_power) for e in (v.stderr, v.bias)]
-            row = ["" if v is None else f"{v:.9g}" for v in values]
-            writer.writerow([p.direction, *row, "" if p.spread is None else f"{p.spread:.3g}"])
-        return out.getvalue()
+            values = (p.voltage_rms, p.mean_power)
+            spread = "" if p.spread is None else f"{p.spread:.3g}"
+            known = [e for v in values for e in (v.stderr, v.bias)]
+            rows.append([p.direction, p.frequency, *(v.value for v in values), *known, spread])
+        return csv_text(["direction", *heads, *errors, "spread_of_trajectories"], rows)
 
     def as_json(self) -> dict[str, object]:
         """The object that ``--json`` prints."""

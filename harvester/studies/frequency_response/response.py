@@ -4,7 +4,6 @@ At each frequency the mass goes on from its motion, and the phase of the drive, 
 two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
 """
 
-import json
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,9 +16,8 @@ from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effe
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
-from harvester.machine import files
-from harvester.studies.frequency_response.curve import Point, Response
-from harvester.studies.output_folder import provenance
+from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import read_axis
 from harvester.uncertainty.value import Value
 
@@ -34,7 +32,9 @@ LEAST, MOST = 3, 10_000  # frequencies
 
 
 def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
-    """``FROM:TO:COUNT``, ascending (spaced by ratio where the ends differ tenfold), in Hz, nondimensional in rad.
+    """The ascending frequencies of a text ``FROM:TO:COUNT``, in Hz (nondimensional scene: rad).
+
+    They are spaced by ratio where the ends differ tenfold.
 
     Raises
     ------
@@ -119,15 +119,15 @@ def _at(before: "Trajectories", eqs: Equations) -> "RichardsonPair":
     return RichardsonPair(trajectories, trajectories.time)
 
 
-def _point(problem: Problem, direction: str, frequency: float, pair: "RichardsonPair", noisy: bool) -> Point:
-    """Means of one frequency, with their errors of sampling and step, in the scene's units."""
+def _point(problem: Problem, direction: str, frequency: float, pair: "RichardsonPair", noisy: bool) -> ResponsePoint:
+    """The means of one frequency, with their errors of sampling and step, in the scene's units."""
     from harvester.engines.ensemble import ALIKE
 
     (value, stderr), (bias, _), each = pair.mean("V2"), pair.bias("V2"), pair.moments.V2
     spread = None if noisy else float(np.ptp(each) / each.max()) if value > 0.0 else 0.0
     v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, abs(bias))
     power, units = with_power(v2, problem.equations), problem.units
-    return Point(direction, frequency, v2.scaled(units.volts**2), power.scaled(units.watts), spread)
+    return ResponsePoint(direction, frequency, v2.scaled(units.volts**2), power.scaled(units.watts), spread)
 
 
 def draw(
@@ -138,18 +138,15 @@ def draw(
     tick: Callable[[], None] | None = None,
     vector: Sequence[str] = (),
 ) -> Response:
-    """`response` over ``text`` (`frequencies`).
+    """Compute a `response` over the frequencies of a text (`frequencies`), and write its files.
 
-    Writes response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json into a folder.
+    These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.
     """
     from harvester import figures
 
-    files.check_vector(vector)
     problem = Problem.of(scene)
-    sweep, folder = frequencies(problem, text), files.folder(out)
+    sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
     found = response(problem, sweep, seed, tick)
-    files.write(folder / "response.csv", found.text())
-    figures.save(figures.response(found, problem.scene.title), folder, "response", vector)
-    whence = provenance(problem.scene, sweep=list(sweep), seed=seed)
-    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    about = provenance(problem, sweep=list(sweep), seed=seed)
+    folder.save("response", found.text(), figures.response(found, problem.scene.title), about)
     return found

@@ -1,8 +1,6 @@
 """The region of stability in the plane of the load (mu) and the parametric noise (D22), three ways."""
 
-import csv
 import dataclasses
-import io
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ from harvester.averaging.stability import exponent as stability
 from harvester.engines.protocol import AnyScene
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.machine import files
+from harvester.studies.output_folder import OutputFolder, csv_text
 from harvester.studies.stability.exponent import check_rest
 
 COLUMNS = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
@@ -79,18 +77,13 @@ def draw(
     """
     from harvester import figures
 
-    files.check_vector(vector)
     problem = Problem.of(scene)
     check_rest(problem)
-    folder, points = files.folder(out), []
+    folder, points = OutputFolder(out, vector), []
     for edge in edges(problem.equations, LOADS, np.random.SeedSequence(seed)):
         points.append(edge)
         if tick is not None:
             tick()
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([f"{v:.9g}" for v in dataclasses.astuple(edge)] for edge in points)
-    files.write(folder / "stability.csv", text.getvalue())
-    figures.save(figures.region(points, problem.scene.title), folder, "stability", vector)
+    text = csv_text(COLUMNS, map(dataclasses.astuple, points))
+    folder.save("stability", text, figures.region(points, problem.scene.title))
     return points

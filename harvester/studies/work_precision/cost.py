@@ -3,7 +3,7 @@
 sampling
     half-width of the 95 % interval, as the engine states it.
 step
-    E_h - E_0 of the step, and the bias of ngspice's tolerance (`harvester.studies.work_precision.biases`).
+    E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`, `ngspice_bias`).
 model
     of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.
 
@@ -11,11 +11,10 @@ All are relative to one power, the finest engine's for a step of zero, and each 
 
     total = sampling + max(|step|, 2 stderr) + max(|model|, 2 stderr)
 
-so that a bias that was not seen counts as large as it may be without being seen.
+so that a bias that is lost in its own error is counted at its upper limit.
 """
 
 import dataclasses
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,11 +22,11 @@ from pathlib import Path
 from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
-from harvester.machine import files
-from harvester.studies.output_folder import provenance
-from harvester.studies.work_precision.bench import ALONE, Bench, Run, Tick, label, setting
-from harvester.studies.work_precision.biases import NONE, Bias
-from harvester.studies.work_precision.cost_table import Cost, Row, front
+from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.work_precision.bias import NONE, Bias
+from harvester.studies.work_precision.cost_table import Cost, CostRow, front
+from harvester.studies.work_precision.measurement import Measurement, Run, Tick
+from harvester.studies.work_precision.settings import ALONE, label, setting
 from harvester.uncertainty.value import Value
 
 
@@ -53,87 +52,82 @@ def cost(
     """
     from harvester import figures
 
-    files.check_vector(vector)
-    folder = files.folder(out)
+    folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
-    bench = Bench(problem, seed, budget, tick)
-    bench.measure()
-    answer = _table(bench)
-    files.write(folder / "cost.csv", answer.text())
-    figures.save(figures.cost(answer.rows, problem.scene.title), folder, "cost", vector)
-    whence = provenance(problem.scene, seed=seed, budget=budget, reference=answer.reference)
-    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    measurement = Measurement(problem, seed, budget, tick)
+    measurement.measure()
+    answer = table_of(measurement)
+    about = provenance(problem, seed=seed, budget=budget, reference=answer.reference)
+    folder.save("cost", answer.text(), figures.cost(answer.rows, problem.scene.title), about)
     return answer
 
 
-def _table(bench: Bench) -> Cost:
-    """Rows from a bench's runs and biases."""
-    power, reference = _reference(bench)
-    steps = [_step(bench, run) for run in bench.runs]
+def table_of(measurement: Measurement) -> Cost:
+    """The table that the runs and biases of a measurement make."""
+    power, reference = _reference(measurement)
+    runs, cheap, ngspice = measurement.runs, measurement.cheap, measurement.ngspice
+    steps = [_step(measurement, run) for run in runs]
     models: dict[str, Bias] = {}
-    for name in dict.fromkeys(label(run.engine) for run in bench.runs):
+    for name in dict.fromkeys(label(run.engine) for run in measurement.runs):
         if name in (reference, ALONE):
             models[name] = NONE
-        elif bench.ngspice is not None and bench.cheap is not None and name == label(bench.cheap.engine):
-            models[name] = bench.ngspice.cheap
+        elif ngspice is not None and cheap is not None and name == label(cheap.engine):
+            models[name] = ngspice.cheap
         else:
-            of_engine = [(run, step) for run, step in zip(bench.runs, steps, strict=True) if label(run.engine) == name]
-            models[name] = _against(power, *min(of_engine, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
-    rows = [
-        _row(run, step, models[label(run.engine)], abs(power.value))
-        for run, step in zip(bench.runs, steps, strict=True)
-    ]
+            of_engine = [(run, step) for run, step in zip(runs, steps, strict=True) if label(run.engine) == name]
+            models[name] = model_bias(power, *min(of_engine, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
+    rows = [_row(run, step, models[label(run.engine)], abs(power.value)) for run, step in zip(runs, steps, strict=True)]
     for place in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
         rows[place] = dataclasses.replace(rows[place], best=True)
-    rows += [Row(label(engine), setting(engine), error=str(error)) for engine, error in bench.failed]
+    rows += [CostRow(label(engine), setting(engine), error=str(error)) for engine, error in measurement.failed]
     order = list(dict.fromkeys(row.engine for row in rows))
     rows.sort(key=lambda row: order.index(row.engine))
-    return Cost(tuple(rows), reference, power, {name: str(why) for name, why in bench.refused.items()})
+    return Cost(tuple(rows), reference, power, {name: str(why) for name, why in measurement.refused.items()})
 
 
-def _reference(bench: Bench) -> tuple[Value, str]:
-    """Power of the finest engine at a step of zero, and its name.
+def _reference(measurement: Measurement) -> tuple[Value, str]:
+    """The power of the finest engine at a step of zero, and its name.
 
     The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with all of them.
     """
-    if bench.cheap is None or bench.steps is None:
-        sampled = [run for run in bench.runs if isinstance(run.engine, Spice)]
+    if measurement.cheap is None or measurement.steps is None:
+        sampled = [run for run in measurement.runs if isinstance(run.engine, Spice)]
         if not sampled:
-            raise [*bench.refused.values(), *(error for _, error in bench.failed)][-1]
+            raise [*measurement.refused.values(), *(error for _, error in measurement.failed)][-1]
         best = min(sampled, key=lambda run: run.answer.mean_power.stderr or 0.0)
         return best.answer.mean_power, label(best.engine)
-    mean = bench.steps.mean.scaled(bench.power_unit)
-    if bench.ngspice is None:
-        return mean, label(bench.cheap.engine)
-    ratio = 1.0 / (1.0 + bench.ngspice.cheap.value)
-    error = math.hypot((mean.stderr or 0.0) * ratio, bench.ngspice.cheap.stderr * ratio**2 * mean.value)
+    mean = measurement.steps.mean.scaled(measurement.power_unit)
+    if measurement.ngspice is None:
+        return mean, label(measurement.cheap.engine)
+    ratio = 1.0 / (1.0 + measurement.ngspice.cheap.value)
+    error = math.hypot((mean.stderr or 0.0) * ratio, measurement.ngspice.cheap.stderr * ratio**2 * mean.value)
     return Value(mean.value * ratio, error), Spice.NAME
 
 
-def _step(bench: Bench, run: Run) -> Bias | None:
-    """Bias of an answer's step, and of ngspice's tolerance."""
-    if bench.steps is None or not isinstance(run.engine, Ensemble | Spice):
+def _step(measurement: Measurement, run: Run) -> Bias | None:
+    """The bias of an answer's step, and of ngspice's tolerance."""
+    if measurement.steps is None or not isinstance(run.engine, Ensemble | Spice):
         return None
-    bias = bench.steps.at(run.answer.details["step"] * bench.unit)
-    if isinstance(run.engine, Spice) and bench.ngspice is not None:
-        bias = bias + bench.ngspice.tolerances.get(run.engine.reltol, NONE)
+    bias = measurement.steps.at(run.answer.details["step"] * measurement.unit)
+    if isinstance(run.engine, Spice) and measurement.ngspice is not None:
+        bias = bias + measurement.ngspice.tolerances.get(run.engine.reltol, NONE)
     return bias
 
 
-def _against(power: Value, run: Run, step: Bias | None) -> Bias:
-    """Bias of a model, from an answer less the bias of its step."""
+def model_bias(power: Value, run: Run, step: Bias | None) -> Bias:
+    """The bias of an engine's model, from an answer less the bias of its step."""
     step = step or NONE
     zero = run.answer.mean_power.scaled(1.0 / (1.0 + step.value) / abs(power.value))
     errors = (zero.stderr or 0.0, zero.value * step.stderr, zero.value * (power.stderr or 0.0) / abs(power.value))
     return Bias(zero.value - 1.0, math.hypot(*errors))
 
 
-def _row(run: Run, step: Bias | None, model: Bias, power: float) -> Row:
+def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
     engine, answer, details = run.engine, run.answer, run.answer.details
     sampled = isinstance(engine, Ensemble | Spice)
     spice = engine if isinstance(engine, Spice) else None
     sampling = answer.mean_power.sampling95 / power
-    return Row(
+    return CostRow(
         label(engine),
         setting(engine),
         step=details.get("step"),

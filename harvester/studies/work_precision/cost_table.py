@@ -1,13 +1,12 @@
 """The table of what accuracy costs, its Pareto front, and what it says of an accuracy that is asked for."""
 
-import csv
 import dataclasses
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from harvester.printing.columns import columns
+from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ TARGETS = (0.1, 0.03, 0.01, 0.003)
 
 
 @dataclass(frozen=True)
-class Row:
+class CostRow:
     """One engine at one setting: None where there is no such thing, or it is not known.
 
     Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the run took beside its
@@ -43,36 +42,27 @@ class Row:
     best: bool = False  # no other is as fast and as accurate
     error: str = ""
 
-    def cells(self) -> dict[str, str]:
-        """As the table shows them."""
-
-        def text(value: Any) -> str:
-            return f"{value:.9g}" if isinstance(value, float) else str(value)
-
-        return {name: "" if value is None else text(value) for name, value in vars(self).items()}
-
 
 @dataclass(frozen=True)
 class Cost:
-    """All rows, the finest engine that they are measured against, its power, and the engines that cannot serve."""
+    """What accuracy costs: all rows, the reference that they are measured against, and the engines that refused.
 
-    rows: tuple[Row, ...]
+    ``reference`` names the finest engine, ``power`` is its mean power.
+    """
+
+    rows: tuple[CostRow, ...]
     reference: str
     power: Value
     refused: dict[str, str]
 
     @property
-    def best(self) -> list[Row]:
+    def best(self) -> list[CostRow]:
         """The Pareto front, fastest first."""
         return sorted((row for row in self.rows if row.best), key=lambda row: row.seconds or 0.0)
 
     def text(self) -> str:
         """The CSV file."""
-        out = io.StringIO()
-        writer = csv.DictWriter(out, [f.name for f in dataclasses.fields(Row)], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(row.cells() for row in self.rows)
-        return out.getvalue()
+        return csv_text([f.name for f in dataclasses.fields(CostRow)], (vars(row).values() for row in self.rows))
 
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
         """Seconds of the engine's fastest row that reaches a total error, True; where none was measured, a prediction.

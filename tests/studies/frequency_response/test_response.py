@@ -13,7 +13,7 @@ from harvester.cli import cli
 from harvester.equations.problem import Problem
 from harvester.equations.scaling import Equations, scales
 from harvester.errors import CannotServeError, InputError
-from harvester.studies.frequency_response.curve import Point, Response
+from harvester.studies.frequency_response.curve import Response, ResponsePoint
 from harvester.studies.frequency_response.response import draw, frequencies, response
 from harvester.uncertainty.value import Value
 from tests.support.systems import COLOURED, DRIVEN, changed, continuum, scene
@@ -94,7 +94,7 @@ def test_noise_beside_the_drive_has_a_sampling_error():
 
 
 def triangle(powers):
-    points = [Point("up", float(k), Value(p), Value(p), 0.0) for k, p in enumerate(powers)]
+    points = [ResponsePoint("up", float(k), Value(p), Value(p), 0.0) for k, p in enumerate(powers)]
     return Response(tuple(points), True)
 
 

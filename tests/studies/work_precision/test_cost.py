@@ -18,10 +18,13 @@ from harvester.equations.problem import Problem
 from harvester.equations.scaling import equations, scales
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
-from harvester.studies.work_precision.bench import Bench, Run, setting
-from harvester.studies.work_precision.biases import Beside, Bias, Ladder, _fitted, beside, ladder
-from harvester.studies.work_precision.cost import _against, _table, cost
-from harvester.studies.work_precision.cost_table import Cost, Row, front, report
+from harvester.studies.work_precision.bias import Bias
+from harvester.studies.work_precision.cost import cost, model_bias, table_of
+from harvester.studies.work_precision.cost_table import Cost, CostRow, front, report
+from harvester.studies.work_precision.measurement import Measurement, Run
+from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
+from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
+from harvester.studies.work_precision.settings import setting
 from harvester.uncertainty.value import Value
 from tests.support.systems import linear, linear_v2, scene
 
@@ -59,7 +62,7 @@ def test_the_scheme_is_of_second_order():
 
 def test_ladder_is_the_exact_bias():
     """At the steps of its rungs, below them, and for the mean at a step of zero."""
-    found = ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
+    found = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
     for h in (0.02, 0.1, 0.2, 0.4):
         bias, exact = found.at(h), v2_at_step(EQS, h) / linear_v2(EQS) - 1.0
         assert abs(bias.value - exact) < 4 * bias.stderr
@@ -71,12 +74,14 @@ def test_ladder_is_the_exact_bias():
 @pytest.mark.parametrize(("h", "terms"), [(0.5, 2), (0.7, 1)])
 def test_ladder_leaves_out_what_is_unstable(h, terms):
     """E_h grows as 1/(1 - h^2/4): by 25 % from h = .5 to 1, by 70 % from .7 to 1.4, without bound from 1 to 2."""
-    assert len(ladder(hv.Ensemble().model(Problem(LINEAR)), h, 256, seed=0, seconds=0.1).coefficients) == terms
+    assert (
+        len(richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), h, 256, seed=0, seconds=0.1).coefficients) == terms
+    )
 
 
-def test_ladder_without_a_rung():
+def test_no_ladder_without_a_stable_pair():
     with pytest.raises(UnboundedResponseError, match=r"at a step of 1\.4/w0 and below"):
-        ladder(hv.Ensemble().model(Problem(LINEAR)), 1.4, 256, seed=0, seconds=0.1)
+        richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 1.4, 256, seed=0, seconds=0.1)
 
 
 H = np.array([0.05, 0.1, 0.2])
@@ -89,7 +94,7 @@ def rungs(c2, c4=0.0, off=(0.0, 0.0, 0.0), error=1e-4):
         return 3.0 * (1.0 + c2 * h**2 + c4 * h**4)
 
     difference = E(2 * H) - E(H) + np.array(off)
-    return _fitted(H, [Value(E(h), 0.01 * (1 + k)) for k, h in enumerate(H)], np.stack([difference, [error] * 3], 1))
+    return fit_ladder(H, [Value(E(h), 0.01 * (1 + k)) for k, h in enumerate(H)], np.stack([difference, [error] * 3], 1))
 
 
 def test_fit_is_exact_for_its_own_law():
@@ -118,7 +123,7 @@ def test_model_bias_takes_the_step_out():
     answer = hv.Ensemble(trajectories=64, duration=5.0).run(LINEAR)
     power = Value(2.0, 0.02)
     answer = dataclasses.replace(answer, mean_power=Value(2.0 * 1.1 * 1.02, 2.0 * 1.02 * 0.003))
-    found = _against(power, Run(hv.Ensemble(), answer, 0.0), Bias(0.02, 0.004))
+    found = model_bias(power, Run(hv.Ensemble(), answer, 0.0), Bias(0.02, 0.004))
     assert found.value == pytest.approx(0.1)
     assert found.stderr == pytest.approx(math.sqrt(0.003**2 + (1.1 * 0.004) ** 2 + (1.1 * 0.01) ** 2))
 
@@ -141,14 +146,14 @@ def test_front(points):
 
 def test_needed():
     def row(engine, seconds, sampling, total):
-        return Row(engine, seconds=seconds, sampling_error=sampling, total_error=total)
+        return CostRow(engine, seconds=seconds, sampling_error=sampling, total_error=total)
 
     rows = (
         row("a", 1.0, 0.04, 0.05),
         row("a", 9.0, 0.01, 0.02),
         row("a", 4.0, 0.01, 0.02),
         row("b", 0.1, None, 0.5),
-        Row("c", error="failed"),
+        CostRow("c", error="failed"),
     )
     told = Cost(rows, "a", Value(1.0), {})
     assert told.needed("a", 0.05) == (1.0, True)
@@ -193,7 +198,7 @@ def test_table(measured):
     assert text.splitlines()[0] == COLUMNS
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == len(answer.rows) > 6
-    numbers = [f.name for f in dataclasses.fields(Row) if "float" in str(f.type) or "int" in str(f.type)]
+    numbers = [f.name for f in dataclasses.fields(CostRow) if "float" in str(f.type) or "int" in str(f.type)]
     for cells, row in zip(rows, answer.rows, strict=True):
         for name in numbers:
             value = getattr(row, name)
@@ -260,51 +265,51 @@ def test_budget_that_is_spent_leaves_one_setting_an_engine(tmp_path):
 
 
 @pytest.fixture
-def bench():
+def measurement():
     """One run of the ensemble, said to have taken 2 s."""
-    bench = Bench(Problem(LINEAR), budget=1e3)
-    run = bench.run(hv.Ensemble(trajectories=128, dt=0.1))
-    bench.runs[0] = dataclasses.replace(run, answer=dataclasses.replace(run.answer, seconds=2.0))
-    return bench
+    measurement = Measurement(Problem(LINEAR), budget=1e3)
+    run = measurement.run(hv.Ensemble(trajectories=128, dt=0.1))
+    measurement.runs[0] = dataclasses.replace(run, answer=dataclasses.replace(run.answer, seconds=2.0))
+    return measurement
 
 
-def test_prediction_is_in_proportion_to_the_work(bench):
-    d = bench.runs[0].answer.details
-    assert bench.predicted(hv.Ensemble(trajectories=128, dt=0.1)) == pytest.approx(2.0)
-    assert bench.predicted(hv.Ensemble(trajectories=512, dt=0.1)) == pytest.approx(8.0)
-    assert bench.predicted(hv.Ensemble(trajectories=128, dt=0.05)) == pytest.approx(4.0)
+def test_prediction_is_in_proportion_to_the_work(measurement):
+    d = measurement.runs[0].answer.details
+    assert measurement.predicted(hv.Ensemble(trajectories=128, dt=0.1)) == pytest.approx(2.0)
+    assert measurement.predicted(hv.Ensemble(trajectories=512, dt=0.1)) == pytest.approx(8.0)
+    assert measurement.predicted(hv.Ensemble(trajectories=128, dt=0.05)) == pytest.approx(4.0)
     longer = 2.0 * d["duration"] + d["burn_in"]
-    assert bench.predicted(hv.Ensemble(trajectories=128, dt=0.1, duration=longer)) == pytest.approx(4.0)
-    error = bench.runs[0].sampling
-    assert bench.predicted(hv.Ensemble(within=0.5 * error)) == pytest.approx(8.0)
-    assert bench.predicted(hv.Ensemble(within=min(5.0 * error, 0.99))) == 2.0
+    assert measurement.predicted(hv.Ensemble(trajectories=128, dt=0.1, duration=longer)) == pytest.approx(4.0)
+    error = measurement.runs[0].sampling
+    assert measurement.predicted(hv.Ensemble(within=0.5 * error)) == pytest.approx(8.0)
+    assert measurement.predicted(hv.Ensemble(within=min(5.0 * error, 0.99))) == 2.0
 
 
-def test_what_does_not_fit_is_not_begun(bench):
+def test_what_does_not_fit_is_not_begun(measurement):
     """Of 10 s, at 4 s and 16 s predicted, only the first; the next begins with noise of its own."""
-    bench.budget = 10.0
+    measurement.budget = 10.0
     engines = [hv.Ensemble(trajectories=256, dt=0.1), hv.Ensemble(trajectories=1024, dt=0.1)]
-    bench.fill(engines, 1.0)
-    assert [run.answer.details["trajectories"] for run in bench.runs] == [128, 256]
-    assert bench.runs[1].engine.seed != bench.runs[0].engine.seed
-    bench.fill(engines, 0.1)
-    assert len(bench.runs) == 2
+    measurement.fill(engines, 1.0)
+    assert [run.answer.details["trajectories"] for run in measurement.runs] == [128, 256]
+    assert measurement.runs[1].engine.seed != measurement.runs[0].engine.seed
+    measurement.fill(engines, 0.1)
+    assert len(measurement.runs) == 2
 
 
-def test_an_engine_that_fails_is_kept_with_its_error(bench):
-    assert bench.run(hv.Ensemble(dt=3.0, trajectories=64)) is None
-    assert bench.run(hv.Ideal()) is None
-    ((engine, error),) = bench.failed
+def test_an_engine_that_fails_is_kept_with_its_error(measurement):
+    assert measurement.run(hv.Ensemble(dt=3.0, trajectories=64)) is None
+    assert measurement.run(hv.Ideal()) is None
+    ((engine, error),) = measurement.failed
     assert engine.dt == 3.0
     assert isinstance(error, UnboundedResponseError)
-    assert isinstance(bench.refused["ideal"], CannotServeError)
+    assert isinstance(measurement.refused["ideal"], CannotServeError)
 
 
-def test_a_failure_is_a_row_and_the_rest_stands(bench):
-    bench.cheap = bench.runs[0]
-    bench.steps = ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 256, seed=0, seconds=0.1)
-    bench.run(hv.Ensemble(dt=3.0, trajectories=64))
-    answer = _table(bench)
+def test_a_failure_is_a_row_and_the_rest_stands(measurement):
+    measurement.cheap = measurement.runs[0]
+    measurement.steps = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 256, seed=0, seconds=0.1)
+    measurement.run(hv.Ensemble(dt=3.0, trajectories=64))
+    answer = table_of(measurement)
     fine, failed = answer.rows
     assert (failed.engine, failed.setting, failed.best) == ("ensemble", "trajectories=64 dt=3", False)
     assert "grows without bound" in failed.error
@@ -314,13 +319,13 @@ def test_a_failure_is_a_row_and_the_rest_stands(bench):
     assert (fine.model_bias, fine.model_bias_stderr) == (0.0, 0.0)
 
 
-def test_reference_is_the_cheap_model_less_its_bias(bench):
+def test_reference_is_the_cheap_model_less_its_bias(measurement):
     """25 % too high, the cheap model's 2 become 1.6 of ngspice, whose runs have the bias of their tolerance."""
-    bench.cheap, factor = bench.runs[0], EQS.beta * EQS.mu
-    bench.steps = Ladder(Value(2.0, 0.02), np.array([3.0]), np.array([[0.3**2]]))
-    bench.ngspice = Beside(Bias(0.25, 0.01), {1e-5: Bias(0.02, 0.004)})
-    bench.runs.append(dataclasses.replace(bench.cheap, engine=hv.Spice(reltol=1e-5)))
-    answer = _table(bench)
+    measurement.cheap, factor = measurement.runs[0], EQS.beta * EQS.mu
+    measurement.steps = RichardsonLadder(Value(2.0, 0.02), np.array([3.0]), np.array([[0.3**2]]))
+    measurement.ngspice = NgspiceBias(Bias(0.25, 0.01), {1e-5: Bias(0.02, 0.004)})
+    measurement.runs.append(dataclasses.replace(measurement.cheap, engine=hv.Spice(reltol=1e-5)))
+    answer = table_of(measurement)
     assert (answer.power.value, answer.reference) == (pytest.approx(1.6 * factor), "spice")
     assert answer.power.stderr == pytest.approx(1.6 * factor * math.hypot(0.01, 0.01 / 1.25))
     cheap, spice = answer.rows
@@ -331,10 +336,10 @@ def test_reference_is_the_cheap_model_less_its_bias(bench):
 
 def test_units_of_a_device():
     """Step in seconds, power in watts: the same exact laws."""
-    bench = Bench(Problem(BRIDGE.with_load(1e6)), budget=8.0)
-    bench.cheap = bench.run(hv.Ensemble(trajectories=256))
-    bench._biases(bench.cheap, ngspice=False)
-    answer, eqs, s = _table(bench), equations(bench.scene), scales(bench.scene)
+    measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
+    measurement.cheap = measurement.run(hv.Ensemble(trajectories=256))
+    measurement.measure_biases(measurement.cheap, ngspice=False)
+    answer, eqs, s = table_of(measurement), equations(measurement.scene), scales(measurement.scene)
     (row,) = answer.rows
     assert abs(answer.power.value - eqs.beta * eqs.mu * linear_v2(eqs) * s.watts) < 4 * answer.power.stderr
     exact = v2_at_step(eqs, row.step * s.frequency) / linear_v2(eqs) - 1.0
@@ -383,8 +388,8 @@ def test_ngspice_beside_the_ideal_circuit():
     """
     model = hv.Ideal().model(Problem(BRIDGE))
     model = dataclasses.replace(model, factor=2.0 * model.factor)
-    steps = ladder(model, 0.1, 512, seed=0, seconds=0.5)
-    found = beside(Problem(BRIDGE), model, steps, 0.1, seed=1, seconds=0.1)
+    steps = richardson_ladder(model, 0.1, 512, seed=0, seconds=0.5)
+    found = ngspice_bias(Problem(BRIDGE), model, steps, 0.1, seed=1, seconds=0.1)
     assert abs(found.cheap.value - 1.0) < 0.1
     assert found.cheap.stderr < 0.05
     counted = [found.tolerances[r].counted for r in (1e-5, 1e-4, 1e-3)]

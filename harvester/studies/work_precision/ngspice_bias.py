@@ -1,0 +1,91 @@
+"""The biases of the cheap model and of ngspice's tolerance, from runs of both on the same noise."""
+
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines import Spice
+from harvester.engines.ensemble import Model
+from harvester.equations.problem import Problem
+from harvester.studies.work_precision.bias import Bias
+from harvester.studies.work_precision.richardson_ladder import RichardsonLadder
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+
+if TYPE_CHECKING:
+    from harvester.engines.spice.runs import Runs
+
+TOLERANCES = (1e-5, 1e-4, 1e-3)  # ngspice's reltol, finest first, tenfold apart
+ORDER = 2.0 / 3.0  # error against reltol: a step of (reltol)^(1/3), and an integrator of second order
+
+
+@dataclass(frozen=True)
+class NgspiceBias:
+    """The relative biases that ngspice shows: ``cheap`` of the cheap model, ``tolerances`` of each of its reltol."""
+
+    cheap: Bias
+    tolerances: dict[float, Bias]
+
+
+def ngspice_bias(
+    problem: Problem, model: Model, steps: RichardsonLadder, h: float, seed: int, seconds: float
+) -> NgspiceBias:
+    """Run ngspice with all `TOLERANCES` and the cheap model on the same noise, at the same step h, and compare them.
+
+    The errors of both from the step are the same and leave no trace.  The bias of the finest tolerance is
+    taken from its difference to the next, at the `ORDER` of the error.
+
+    Raises
+    ------
+    MissingProgramError
+        when ngspice is not installed.
+    CircuitError
+        when ngspice refuses the circuit or does not converge.
+    """
+    from harvester.engines.spice.preparation import prepare
+    from harvester.engines.spice.runs import FEWEST, Runs
+    from harvester.uncertainty.control_variate import controlled
+
+    ready = prepare(problem, Spice(seed=seed, dt=h / problem.units.frequency))
+    begin = time.perf_counter()
+    whole = math.lcm(ready.device.stride, 2)
+    kicks = math.ceil(2.0 * ready.burn_in / h / whole) * whole  # short: a grazing impact parts the paths for good
+    tolerances = (Spice.reltol,) if ready.device.load.linear else TOLERANCES
+    runs = [
+        Runs(
+            replace(ready, device=replace(ready.device, reltol=r)), True, kicks, np.random.SeedSequence([seed, 2]), None
+        )
+        for r in tolerances
+    ]
+    rounds = 0
+    while not rounds or (time.perf_counter() - begin) * (rounds + 1) < seconds * rounds:
+        for one in runs:
+            one.more(FEWEST)
+        rounds += 1
+    high = [_high(one, model) for one in runs]
+    exact = high[0] if len(high) == 1 else high[0] + (high[0] - high[1]) / (10.0**ORDER - 1.0)
+    low = np.array([getattr(one.control, model.name)[0] for one in runs[0].done])
+    known = steps.mean.value * (1.0 + steps.at(h).value)
+    found = controlled(exact, low, Value(known, 0.0)).value
+    ratio = found.value / known
+    return NgspiceBias(
+        Bias(1.0 / ratio - 1.0, found.sampling95 / NORMAL_QUANTILE / abs(known) / ratio**2),
+        {r: _mean((one - exact) / exact.mean()) for r, one in zip(tolerances, high, strict=True)} if high[1:] else {},
+    )
+
+
+def _high(runs: "Runs", model: Model) -> Floats:
+    """The moment that the power is made of, as ngspice has it, one entry a run."""
+    if model.circuit is None:
+        return np.array([one.moments.V2[0] for one in runs.done])
+    watts = runs.ready.device.scales.watts * model.factor
+    return np.array([one.load_power for one in runs.done]) / watts
+
+
+def _mean(values: Floats) -> Bias:
+    """Mean and standard error, as large as few values ask for (Student)."""
+    error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), freedom=len(values) - 1.0)
+    return Bias(float(values.mean()), error.sampling95 / NORMAL_QUANTILE)

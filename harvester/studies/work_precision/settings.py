@@ -1,0 +1,63 @@
+"""The settings at which each engine is measured, and their names in the table."""
+
+import dataclasses
+from collections.abc import Sequence
+
+from harvester.engines import Ensemble, Spice
+from harvester.engines.protocol import Engine
+from harvester.studies.work_precision.cost_table import TARGETS
+from harvester.studies.work_precision.ngspice_bias import TOLERANCES
+
+ALONE = "spice alone"
+FACTORS = (0.5, 1.0, 2.0, 4.0)  # of the default step
+
+Sampler = Ensemble | Spice
+
+
+def label(engine: Engine) -> str:
+    """The name of an engine in the table; ngspice without a control variate has one of its own."""
+    return ALONE if isinstance(engine, Spice) and engine.alone else engine.NAME
+
+
+def setting(engine: Engine) -> str:
+    """The options of an engine that differ from its defaults, as a user would write them."""
+    options = []
+    for one in dataclasses.fields(engine):  # type: ignore[arg-type]
+        value = getattr(engine, one.name)
+        if value != one.default and one.name not in ("seed", "budget", "alone"):
+            options.append(one.name if value is True else f"{one.name}={value:.4g}")
+    return " ".join(options) or "default"
+
+
+def ensembles(kind: type[Ensemble], step: float) -> list[Sampler]:
+    """Settings of the cheap model about its default ``step``: steps and sizes, between easy and hard targets."""
+    grid = [kind(dt=f * step, trajectories=n) for n in (256, 1024, 4096) for f in FACTORS]
+    return _between([kind(within=one) for one in TARGETS], grid)
+
+
+def paired(step: float, netlist: bool) -> list[Sampler]:
+    """Settings of ngspice with its control variate: steps, and tolerances of a netlist, between the targets."""
+    grid = [Spice(dt=f * step, trajectories=8) for f in FACTORS]
+    grid += [Spice(reltol=r) for r in TOLERANCES if netlist and r != Spice.reltol]
+    return _between([Spice(within=one) for one in TARGETS], grid)
+
+
+def first_alone(burn_in: float | None) -> Spice:
+    """The first run of ngspice alone: short; of few trajectories where the cheap model knows no burn-in."""
+    return Spice(alone=True, trajectories=4) if burn_in is None else Spice(alone=True, duration=burn_in)
+
+
+def alone(step: float, duration: float, netlist: bool) -> list[Sampler]:
+    """Settings of ngspice alone, from a first run's: longer, other noise, steps and tolerances, then the targets."""
+    longer = 4.0 * duration
+    grid: list[Sampler] = [Spice(alone=True, duration=longer), Spice(alone=True, duration=longer, gaussian=True)]
+    grid += [Spice(alone=True, duration=longer, dt=f * step) for f in reversed(FACTORS) if f != 1.0]
+    grid += [
+        Spice(alone=True, duration=longer, reltol=r) for r in reversed(TOLERANCES) if netlist and r != Spice.reltol
+    ]
+    return [*grid, *(Spice(alone=True, within=one, duration=longer) for one in TARGETS)]
+
+
+def _between(targets: Sequence[Sampler], grid: Sequence[Sampler]) -> list[Sampler]:
+    """The settings in the order in which they are measured: two easy targets, the grid, two hard targets."""
+    return [*targets[:2], *grid, *targets[2:]]
