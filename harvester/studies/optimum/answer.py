@@ -1,15 +1,14 @@
-"""The optimum as it is told: keys with intervals, the power there, peaks, what it took."""
+"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
 
-import csv
-import io
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError, names_arguments
 from harvester.scene.keys import unit_of
-from harvester.studies.optimum.evaluations import Point
+from harvester.studies.optimum.evaluations import Evaluation
 from harvester.studies.optimum.ranges import Range
+from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value, number
 
 if TYPE_CHECKING:
@@ -19,8 +18,8 @@ _ENDS = {-1: "low", 1: "high"}
 
 
 @dataclass(frozen=True)
-class Key:
-    """A key's best value; its interval (None: see `Optimum.why`); the end of its range that it lies at, or None."""
+class OptimalKey:
+    """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
 
     range: Range
     value: float
@@ -61,29 +60,29 @@ class Optimum:
     """
 
     engine: str
-    keys: tuple[Key, ...]
+    keys: tuple[OptimalKey, ...]
     estimate: Estimate
     peaks: tuple[tuple[dict[str, float], Value], ...]
     why: str
     flat: str
-    points: tuple[Point, ...]
+    points: tuple[Evaluation, ...]
     seconds: float
     warnings: tuple[str, ...]
 
     @property
     def mean_power(self) -> Value:
-        """At the best place."""
+        """The mean power at the best place."""
         return self.estimate.mean_power
 
     @property
     def evaluations(self) -> dict[str, int]:
-        """How many, by engine."""
+        """The number of evaluations by each engine."""
         names = [p.engine for p in self.points]
         return {name: names.count(name) for name in dict.fromkeys(names)}
 
     @property
     def failed(self) -> int:
-        """Evaluations by the engine itself without an answer."""
+        """The number of evaluations by the engine itself that failed."""
         return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
 
     def plot(self, title: str | None = "") -> "Plot":
@@ -140,22 +139,18 @@ class Optimum:
 
     def text(self) -> str:
         """The CSV file of all evaluations, in the order that they were made."""
-        out = io.StringIO()
         ranges = [key.range for key in self.keys]
         names = ("engine", "stage", "seed", "mean_power", "mean_power_stderr", "mean_power_bias", "seconds", "error")
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([*(r.key for r in ranges), *names])
+        rows = []
         for p in self.points:
-            cells: list[Any] = [p.engine, p.stage, "" if p.seed is None else p.seed]
+            numbers: list[object] = [None, None, None, "", str(p.answer)]
             if isinstance(p.answer, Estimate):
                 power = p.answer.mean_power
                 known = [error for error in (power.bias, power.model) if error is not None]
-                numbers = (power.value, power.stderr, sum(known) if known else None)
-                cells += ["" if v is None else f"{v:.9g}" for v in numbers] + [f"{p.answer.seconds:.4g}", ""]
-            else:
-                cells += ["", "", "", "", str(p.answer)]
-            writer.writerow([*(repr(r.value(float(u))) for r, u in zip(ranges, p.u, strict=True)), *cells])
-        return out.getvalue()
+                numbers = [power.value, power.stderr, sum(known) if known else None, f"{p.answer.seconds:.4g}", ""]
+            place = [repr(r.value(float(u))) for r, u in zip(ranges, p.u, strict=True)]
+            rows.append([*place, p.engine, p.stage, p.seed, *numbers])
+        return csv_text([*(r.key for r in ranges), *names], rows)
 
 
 def _shown(value: float, unit: str) -> str:
@@ -163,5 +158,5 @@ def _shown(value: float, unit: str) -> str:
 
 
 def end(face: float) -> str | None:
-    """The end of the range that a face is."""
+    """The name of the end of a range, from a face of the unit cube: -1 low, 1 high."""
     return _ENDS.get(int(face))

@@ -1,4 +1,4 @@
-"""The power over the unit cube of the keys: every evaluation is kept, also those that failed."""
+"""Evaluations of the power over the unit cube of the keys; all are kept, also those that failed."""
 
 import dataclasses
 import time
@@ -19,16 +19,16 @@ from harvester.uncertainty.value import Value
 
 _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
 
-Tick = Callable[[float], None]  # told the fraction of the budget that is spent
+Tick = Callable[[float], None]  # called with the fraction of the budget that is spent
 
 
 class SpentError(Exception):
-    """The budget ended; what was found before it counts."""
+    """The budget has ended; what was found before then counts."""
 
 
 @dataclass(frozen=True)
-class Point:
-    """One evaluation: where, by which engine and why, and what came of it."""
+class Evaluation:
+    """One evaluation: its place, engine, stage of the search and seed, and the answer or error."""
 
     u: Floats
     engine: str
@@ -52,31 +52,31 @@ class Surface:
     tick: Tick | None = None
     share: float = 1.0  # of the budget that may be spent now
     begin: float = field(default_factory=time.perf_counter)
-    points: list[Point] = field(default_factory=list)
+    points: list[Evaluation] = field(default_factory=list)
 
     @property
     def dimensions(self) -> int:
-        """Number of keys."""
+        """The number of keys."""
         return len(self.ranges)
 
     @property
     def left(self) -> float:
-        """Seconds of the budget."""
+        """The seconds of the budget that are left."""
         return self.begin + self.budget - time.perf_counter()
 
     def values(self, u: Floats) -> dict[str, float]:
         """The keys' values at a place of the cube."""
         return {r.key: r.value(float(place)) for r, place in zip(self.ranges, u, strict=True)}
 
-    def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Point]:
-        """The power at each of the places, shape (n, keys); ``stage`` says what for.
+    def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
+        """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
 
         Raises
         ------
         SpentError
             when ``share`` of the budget is spent before all are done; those that are done are kept.
         """
-        done: list[Point] = []
+        done: list[Evaluation] = []
         some = _TOGETHER if isinstance(engine, Vectorised) else 1
         for at in range(0, len(where), some):
             if self.points and self.left < (1.0 - self.share) * self.budget:
@@ -84,7 +84,7 @@ class Surface:
             rows = where[at : at + some]
             seed = getattr(engine, "seed", None)
             for u, answer in zip(rows, self._answers(rows, engine), strict=True):
-                done.append(Point(np.array(u), engine.NAME, stage, seed, answer))
+                done.append(Evaluation(np.array(u), engine.NAME, stage, seed, answer))
                 self.points.append(done[-1])
             if self.tick is not None:
                 self.tick(min(1.0 - self.left / self.budget, 1.0))
@@ -114,16 +114,16 @@ def _run(engine: Engine, scene: Problem) -> Estimate | HarvesterError:
         return error
 
 
-def served(points: Iterable[Point]) -> tuple[Floats, Floats, list[Value]]:
-    """Of the points with an answer: places (n, keys), powers (n,), and these with their errors."""
+def served(points: Iterable[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
+    """The places (n, keys), powers (n,) and values of the evaluations that have an answer."""
     good = [(p.u, p.power) for p in points if p.power is not None]
     if not good:
         return np.empty((0, 0)), np.empty(0), []
     return np.array([u for u, _ in good]), np.array([v.value for _, v in good]), [v for _, v in good]
 
 
-def peaks(u: Floats, power: Floats) -> list[int]:
-    """Indices of the points that no neighbour exceeds, best first; neighbours are the 2 n nearest in n dimensions."""
+def local_maxima(u: Floats, power: Floats) -> list[int]:
+    """The indices of the points that none of their 2 n nearest in n dimensions exceeds, best first."""
     from scipy.spatial import cKDTree
 
     if len(u) < 3:
@@ -135,6 +135,6 @@ def peaks(u: Floats, power: Floats) -> list[int]:
 
 
 def with_options(engine: Any, **options: Any) -> Any:
-    """The engine with those of the options that it has."""
+    """A copy of the engine with those of the options that it has."""
     names = {f.name for f in dataclasses.fields(engine)}
     return dataclasses.replace(engine, **{k: v for k, v in options.items() if k in names})

@@ -1,7 +1,6 @@
 """The largest mean power over one or several keys of a scene, with intervals of both."""
 
 import dataclasses
-import json
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -15,17 +14,16 @@ from harvester.engines.selection import Named, default_engine
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
-from harvester.machine import files
 from harvester.scene.scene import Scene
-from harvester.studies.optimum import certain
-from harvester.studies.optimum.answer import Key, Optimum, end
+from harvester.studies.optimum import formula_search
+from harvester.studies.optimum.answer import OptimalKey, Optimum, end
 from harvester.studies.optimum.evaluations import Surface, Tick, with_options
-from harvester.studies.optimum.peaks import Found, Peak
 from harvester.studies.optimum.ranges import Range, problem_at, ranges
-from harvester.studies.optimum.sampled import Search
-from harvester.studies.output_folder import provenance
+from harvester.studies.optimum.sampled_search import SampledSearch
+from harvester.studies.optimum.search_result import Peak, SearchResult
+from harvester.studies.output_folder import OutputFolder, provenance
 
-SEARCHED = 0.75  # of the budget at most, so that the rest tells the power at the optimum
+SEARCHED = 0.75  # of the budget at most, so that the rest evaluates the power at the optimum
 DISAGREE = 4.0  # standard errors between the surface's power and the last evaluation's that bring a warning
 
 
@@ -40,10 +38,10 @@ def optimise(
     tick: Tick | None = None,
     vector: Sequence[str] = (),
 ) -> Optimum:
-    """The keys' values of the largest mean power.
+    """Find the values of one or several keys with the largest mean power.
 
     ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
-    default `Ensemble`, for a netlist `Spice`; its name does, too.  ``within`` is the relative error of the power at the
+    default `Ensemble`, for a netlist `Spice`; it may be a name.  ``within`` is the relative error of the power at the
     optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
     towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
     evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
@@ -62,7 +60,6 @@ def optimise(
     HarvesterError
         where the engine fails everywhere, the last error.
     """
-    files.check_vector(vector)
     found_ranges = ranges(over)
     problem = Problem.of(scene)
     scene = problem.scene
@@ -75,30 +72,30 @@ def optimise(
         raise invalid("`budget`", "be above 0", budget)
     for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
         point = scene
-        for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is told before anything runs
+        for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is an error before anything runs
             point = point.vary(r.key, value)
-    folder = None if out is None else files.folder(out)
+    folder = None if out is None else OutputFolder(out, vector)
     begin = time.perf_counter()
     surface = Surface(scene, found_ranges, budget, tick)
     surface.share = SEARCHED
-    search = None if isinstance(engine, Vectorised) else Search(surface, engine, within)
-    found = certain.search(surface, engine) if search is None else search.find()
-    surface.share = math.inf  # the optimum itself is always told
+    search = None if isinstance(engine, Vectorised) else SampledSearch(surface, engine, within)
+    found = formula_search.search(surface, engine) if search is None else search.find()
+    surface.share = math.inf  # the optimum itself is always evaluated
     best = found.peaks[0]
     estimate, warnings = _last(surface, engine, search, best, within)
     answer = _answer(surface, engine, found, estimate, warnings, time.perf_counter() - begin)
     if folder is not None:
-        _write(folder, answer, scene, engine, {"within": within, "budget": budget}, vector)
+        _write(folder, answer, scene, engine, {"within": within, "budget": budget})
     return answer
 
 
 def _last(
-    surface: Surface, engine: Engine, search: Search | None, best: Peak, within: float
+    surface: Surface, engine: Engine, search: SampledSearch | None, best: Peak, within: float
 ) -> tuple[Estimate, tuple[str, ...]]:
     """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
     if search is None:
         return engine.run(problem_at(surface.scene, surface.ranges, best.u)), ()
-    options = {"within": within, "budget": max(surface.left, 0.1), "seed": search.seed()}
+    options = {"within": within, "budget": max(surface.left, 0.1), "seed": search.new_seed()}
     point = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
     if not isinstance(point.answer, Estimate):
         raise point.answer
@@ -112,17 +109,17 @@ def _last(
 
 
 def _answer(
-    surface: Surface, engine: Engine, found: Found, estimate: Estimate, warnings: tuple[str, ...], seconds: float
+    surface: Surface, engine: Engine, found: SearchResult, estimate: Estimate, warnings: tuple[str, ...], seconds: float
 ) -> Optimum:
     best, keys = found.peaks[0], []
     for k, r in enumerate(surface.ranges):
         low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
         if found.flat:
             low, high = r.low, r.high
-        keys.append(Key(r, r.value(float(best.u[k])), low, high, None if found.flat else end(best.faces[k])))
+        keys.append(OptimalKey(r, r.value(float(best.u[k])), low, high, None if found.flat else end(best.faces[k])))
     own = [p.answer for p in surface.points if p.engine == engine.NAME]
     failed = [answer for answer in own if not isinstance(answer, Estimate)]
-    told = [f"{len(failed)} of {len(own)} evaluations failed, the first: {failed[0]}"] if failed else []
+    failures = [f"{len(failed)} of {len(own)} evaluations failed, the first: {failed[0]}"] if failed else []
     return Optimum(
         engine=engine.NAME,
         keys=tuple(keys),
@@ -132,21 +129,17 @@ def _answer(
         flat=found.flat,
         points=tuple(surface.points),
         seconds=seconds,
-        warnings=(*dict.fromkeys((*found.warnings, *warnings, *told, *estimate.warnings)),),
+        warnings=(*dict.fromkeys((*found.warnings, *warnings, *failures, *estimate.warnings)),),
     )
 
 
-def _write(
-    folder: Path, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float], vector: Sequence[str]
-) -> None:
+def _write(folder: OutputFolder, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float]) -> None:
     from harvester import figures
 
     chosen = {f.name: getattr(engine, f.name) for f in dataclasses.fields(engine)} | options
-    whence = provenance(
+    about = provenance(
         scene,
         over={key.range.key: [key.range.low, key.range.high] for key in answer.keys},
         engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
     )
-    files.write(folder / "optimise.csv", answer.text())
-    figures.save(figures.optimum(answer, scene.title), folder, "optimise", vector)
-    files.write(folder / "provenance.json", json.dumps(whence, indent=2, default=str) + "\n")
+    folder.save("optimise", answer.text(), figures.optimum(answer, scene.title), about)

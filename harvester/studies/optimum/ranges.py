@@ -43,7 +43,7 @@ class Range:
 
 
 def parse(text: str) -> Range:
-    """``load.resistance=1k:10M``.
+    """The range that a text describes, such as ``load.resistance=1k:10M``.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def parse(text: str) -> Range:
 
 
 def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]) -> tuple[Range, ...]:
-    """One to `MOST_KEYS` ranges of different keys; InputError otherwise."""
+    """The ranges to search, one to `MOST_KEYS` of different keys; raises InputError for others."""
     found = (
         (*over,)
         if not isinstance(over, Mapping)

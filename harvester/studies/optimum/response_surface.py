@@ -21,13 +21,12 @@ from harvester.uncertainty.value import NORMAL_QUANTILE
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 QUADRATIC, CUBIC = 2, 3
-Q = NORMAL_QUANTILE
 SEEN = 3.0  # standard errors that a curvature must have to be one
 _EDGE = 1e-6  # of the box: nearer to its face than this is on it
 
 
 def exponents(dimensions: int, most: int = CUBIC) -> Floats:
-    """Of the monomials up to a degree, shape (k, dimensions)."""
+    """The exponents of the monomials up to a degree, shape (k, dimensions)."""
     rows = [
         np.bincount(np.array(one, dtype=int), minlength=dimensions)
         for degree in range(most + 1)
@@ -37,13 +36,13 @@ def exponents(dimensions: int, most: int = CUBIC) -> Floats:
 
 
 def design_size(dimensions: int) -> int:
-    """Points of a design: twice the coefficients of a cubic, and one."""
+    """The number of points of a design: twice the coefficients of a cubic, and one."""
     return 2 * len(exponents(dimensions)) + 1
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The polynomial over ``x`` (m, keys), within -1 to 1, from powers (m,) with ``covariance`` (m, m).
+    """A polynomial over places ``x`` (m, keys), within -1 to 1, through powers (m,) with ``covariance`` (m, m).
 
     ``low`` and ``high`` are the ends of the box within the ranges; ``walls`` (2, keys) says which are ends of a range.
     """
@@ -62,17 +61,17 @@ class Fit:
 
     @cached_property
     def _solver(self) -> Floats:
-        """L, shape (k, m)."""
+        """The matrix L that makes coefficients of powers, shape (k, m)."""
         return np.asarray(np.linalg.pinv(self._rows(self.x)), dtype=np.float64)
 
     @cached_property
     def coefficients(self) -> Floats:
-        """c, shape (k,)."""
+        """The coefficients c, shape (k,)."""
         return np.asarray(self._solver @ self.power)
 
     @cached_property
     def misfit(self) -> float:
-        """s^2: variance of the powers about the polynomial beyond their noise."""
+        """The misfit s^2: the variance of the powers about the polynomial beyond their noise."""
         matrix = self._rows(self.x)
         rest = np.eye(len(self.x)) - matrix @ self._solver
         freedom = len(self.x) - matrix.shape[1]
@@ -82,17 +81,17 @@ class Fit:
 
     @cached_property
     def _covariance(self) -> Floats:
-        """Of the coefficients, shape (k, k)."""
+        """The covariance of the coefficients, shape (k, k)."""
         return self._sampling + self.misfit * np.asarray(self._solver @ self._solver.T)
 
     @cached_property
     def _sampling(self) -> Floats:
-        """The part of it that is noise."""
+        """The part of the coefficients' covariance that is noise."""
         return np.asarray(self._solver @ self.covariance @ self._solver.T)
 
     @cached_property
-    def bent(self) -> bool:
-        """Whether the shape that no such polynomial has leaves the gradient more uncertain than the noise does."""
+    def misfit_dominates(self) -> bool:
+        """Whether the misfit makes the gradient more uncertain than the noise does."""
         rows = self._gradient_rows(self.best)
         noise = float(np.trace(rows @ self._sampling @ rows.T))
         return float(np.trace(rows @ self._covariance @ rows.T)) > 2.0 * noise
@@ -132,40 +131,40 @@ class Fit:
 
     @cached_property
     def faces(self) -> Floats:
-        """Of each key -1, 0 or 1: the highest place lies on the lower face, inside, on the upper face."""
+        """The face that the highest place lies on, for each key: -1 the lower, 1 the upper, 0 none."""
         size = _EDGE * (self.high - self.low)
         return np.where(self.best <= self.low + size, -1.0, np.where(self.best >= self.high - size, 1.0, 0.0))
 
     @property
-    def leaves(self) -> Floats:
-        """The `faces` that are no ends of the range: it is higher yet outside."""
+    def exits(self) -> Floats:
+        """The `faces` that are no ends of the range, so that the power is higher yet outside the box."""
         wall = np.where(self.faces < 0.0, self.walls[0], self.walls[1])
         return np.where(wall, 0.0, self.faces)
 
     @cached_property
     def hessian(self) -> Floats:
-        """At the highest place, shape (keys, keys)."""
+        """The second derivatives at the highest place, shape (keys, keys)."""
         n = len(self.best)
         rows = [[self._rows(self.best[None], (i, j))[0] for j in range(n)] for i in range(n)]
         return np.asarray(np.array(rows) @ self.coefficients)
 
     @property
-    def held(self) -> Flags:
-        """Keys whose highest place is on a face: of those the gradient need not vanish."""
+    def on_face(self) -> Flags:
+        """The keys whose highest place is on a face, so that the gradient need not vanish."""
         return np.asarray(self.faces != 0.0)
 
     @cached_property
-    def pressed(self) -> Flags:
-        """Keys that are held beyond doubt: the power grows towards the face, at 95 %."""
+    def surely_on_face(self) -> Flags:
+        """The keys on a face beyond doubt: the power grows towards the face, at 95 %."""
         rows = self._gradient_rows(self.best)
         gradient = rows @ self.coefficients
         error = np.sqrt(np.maximum(np.diag(rows @ self._covariance @ rows.T), 0.0))
-        return np.asarray(self.held & (self.faces * gradient > Q * error))
+        return np.asarray(self.on_face & (self.faces * gradient > NORMAL_QUANTILE * error))
 
     @cached_property
     def resolution(self) -> float:
-        """The weakest curvature over its standard error, of the keys that are not held; infinite if all are."""
-        free = np.flatnonzero(~self.held)
+        """The weakest curvature over its standard error, of the keys that are on no face; infinite if all are."""
+        free = np.flatnonzero(~self.on_face)
         if len(free) == 0:
             return np.inf
         weakest, vectors = np.linalg.eigh(-self.hessian[np.ix_(free, free)])
@@ -179,47 +178,47 @@ class Fit:
         return float(weakest[0]) / error if error > 0.0 else float(np.sign(weakest[0])) * np.inf
 
     @cached_property
-    def half(self) -> Floats:
-        """Half-widths of the 95 % interval of the highest place, shape (keys,); of held keys as `_reach`.
+    def half_widths(self) -> Floats:
+        """The half-widths of the 95 % interval of the highest place, shape (keys,); of keys on a face as `_reach`.
 
-        Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors.
+        Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q: the 95 % quantile).
         """
-        free, half = np.flatnonzero(~self.held), self._reach.copy()
+        free, half = np.flatnonzero(~self.on_face), self._reach.copy()
         if len(free):
             rows = self._gradient_rows(self.best)[free]
             inverse = np.linalg.inv(self.hessian[np.ix_(free, free)])
             error = np.sqrt(np.diag(inverse @ rows @ self._covariance @ rows.T @ inverse.T))
-            half[free] = Q * error / max(1.0 - (Q / self.resolution) ** 2, 1e-3)
+            half[free] = NORMAL_QUANTILE * error / max(1.0 - (NORMAL_QUANTILE / self.resolution) ** 2, 1e-3)
         return half
 
     @cached_property
     def _reach(self) -> Floats:
-        """Of keys that are held but not `pressed`: how far inwards the power is not lower beyond doubt."""
+        """How far inwards the power is not lower beyond doubt, for keys on a face that are not `surely_on_face`."""
         found = np.zeros(len(self.best))
-        for k in np.flatnonzero(self.held & ~self.pressed):
+        for k in np.flatnonzero(self.on_face & ~self.surely_on_face):
             steps = np.linspace(0.0, self.high[k] - self.low[k], 65)
             places = np.repeat(self.best[None], len(steps), axis=0)
             places[:, k] -= self.faces[k] * steps
             rows = self._rows(self.best[None]) - self._rows(places)
             error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, self._covariance, rows), 0.0))
-            found[k] = steps[rows @ self.coefficients <= Q * error].max()
+            found[k] = steps[rows @ self.coefficients <= NORMAL_QUANTILE * error].max()
         return found
 
     @property
-    def level(self) -> bool:
+    def flat(self) -> bool:
         """Whether no place in the box is seen to be better than another."""
-        if not self.held.all():
+        if not self.on_face.all():
             return self.resolution < SEEN
         return bool(np.all(self._reach >= self.high - self.low))
 
     @property
-    def lost(self) -> float:
-        """Power that is lost at the ends of the interval of a key that is not held, the most of them."""
-        return 0.5 * float(np.max(np.where(self.held, 0.0, np.abs(np.diag(self.hessian)) * self.half**2)))
+    def power_lost(self) -> float:
+        """The power that is lost at the ends of the interval, the most of all keys that are on no face."""
+        return 0.5 * float(np.max(np.where(self.on_face, 0.0, np.abs(np.diag(self.hessian)) * self.half_widths**2)))
 
-    def shift(self, bias: Floats) -> Floats:
+    def bias_shift(self, bias: Floats) -> Floats:
         """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
-        free, moved = np.flatnonzero(~self.held), np.zeros(len(self.best))
+        free, moved = np.flatnonzero(~self.on_face), np.zeros(len(self.best))
         if len(free):
             gradient = self._gradient_rows(self.best)[free] @ self._solver @ bias
             moved[free] = np.abs(np.linalg.solve(self.hessian[np.ix_(free, free)], gradient))

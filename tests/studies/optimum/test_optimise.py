@@ -127,7 +127,7 @@ def test_fit_of_a_cubic_is_exact():
     assert fit.best == pytest.approx([0.2, -0.1], abs=1e-5)
     assert fit.value(fit.best)[0] == pytest.approx(3.0, rel=1e-10)
     assert fit.hessian == pytest.approx(np.array([[-2.0, 0.3], [0.3, -4.0]]), abs=1e-4)
-    assert not fit.held.any()
+    assert not fit.on_face.any()
     assert fit.resolution > 1e4
 
 

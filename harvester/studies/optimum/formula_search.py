@@ -1,4 +1,4 @@
-"""The optimum of an engine without noise: a scan, its peaks climbed by the simplex method, and a level set.
+"""The search for the optimum of an engine of formulas: a scan, its peaks climbed by the simplex method, a level set.
 
 Where the power is P(u) with an error of the model of at most m(u), the true optimum lies among the u with
 
@@ -13,9 +13,9 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, SimulationError
-from harvester.studies.optimum.evaluations import Point, SpentError, Surface, peaks, served
-from harvester.studies.optimum.peaks import Found, Peak
+from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served
 from harvester.studies.optimum.ranges import spread
+from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import Value
 
 SCAN = {1: 129, 2: 513, 3: 1025, 4: 2049}
@@ -26,8 +26,8 @@ _FLAT = 1e-6  # relative difference of powers that is none
 _END = 1e-4  # of the range: nearer to its end than this is at it
 
 
-def search(surface: Surface, engine: Engine, interval: bool = True) -> Found:
-    """The peaks that a scan shows, and the interval of the best unless it is not asked for.
+def search(surface: Surface, engine: Engine, interval: bool = True) -> SearchResult:
+    """Find the peaks that a scan shows, and, where ``interval`` asks for it, the interval of the best.
 
     Raises
     ------
@@ -43,12 +43,12 @@ def search(surface: Surface, engine: Engine, interval: bool = True) -> Found:
         missing = "the scan"
     u, power, _ = _served(surface, begin)
     if power.max() <= 0.0:
-        return Found((_peak(surface, begin),), "the load takes no power anywhere in the range")
+        return SearchResult((_peak(surface, begin),), "the load takes no power anywhere in the range")
     if len(power) > 1 and np.ptp(power) <= _FLAT * power.max():
-        return Found((_peak(surface, begin),), "the power is the same all over the range")
+        return SearchResult((_peak(surface, begin),), "the power is the same all over the range")
     try:
         if not missing:
-            climbed = [_climb(surface, engine, u[start], len(u)) for start in peaks(u, power)[:STARTS]]
+            climbed = [_climb(surface, engine, u[start], len(u)) for start in local_maxima(u, power)[:STARTS]]
     except SpentError:
         missing = "the climb to the peaks"
     climbed = _apart(surface, engine, climbed) if climbed and not missing else [_peak(surface, begin)]
@@ -68,12 +68,12 @@ def search(surface: Surface, engine: Engine, interval: bool = True) -> Found:
         if missing:
             warnings.append(f"the budget ended in {missing}: the interval is rough")
         flat = "the power changes less over the range than the model's error" if np.all(high - low > 1 - _END) else ""
-        return Found((best, *climbed[1:]), flat, tuple(warnings))
-    return Found((_with(best, None, None, why), *climbed[1:]), "", (why,) if missing else ())
+        return SearchResult((best, *climbed[1:]), flat, tuple(warnings))
+    return SearchResult((_with(best, None, None, why), *climbed[1:]), "", (why,) if missing else ())
 
 
 def _served(surface: Surface, begin: int) -> tuple[Floats, Floats, list[Value]]:
-    """Places, powers and values since ``begin``; the last error where there is none."""
+    """The places, powers and values of the evaluations since ``begin``; raises the last error where all failed."""
     found = served(surface.points[begin:])
     if not found[2]:
         error = surface.points[-1].answer
@@ -97,7 +97,7 @@ def _faces(u: Floats) -> Floats:
 
 
 def _climb(surface: Surface, engine: Engine, start: Floats, scanned: int) -> Peak:
-    """The simplex method within the ranges, from a simplex as large as the scan's spacing."""
+    """Climb by the simplex method within the ranges, from a simplex as large as the scan's spacing."""
     from scipy.optimize import minimize
 
     begin, n = len(surface.points), len(start)
@@ -119,7 +119,7 @@ def _climb(surface: Surface, engine: Engine, start: Floats, scanned: int) -> Pea
 
 
 def _apart(surface: Surface, engine: Engine, found: list[Peak]) -> list[Peak]:
-    """Peaks with a dip between them, best first; those of one hill are one."""
+    """The peaks that have a dip between them, best first; of those on one hill only the best."""
     kept: list[Peak] = []
     for peak in sorted(found, key=lambda p: -p.power.value):
         for other in kept:
@@ -136,7 +136,7 @@ def _apart(surface: Surface, engine: Engine, found: list[Peak]) -> list[Peak]:
 
 
 def _hull(surface: Surface, begin: int) -> tuple[Floats, Floats]:
-    """Extent of the places that may be the optimum."""
+    """The extent of the places that may be the optimum."""
     u, power, values = _served(surface, begin)
     model = np.array([v.model or 0.0 for v in values])
     best = int(np.argmax(power))
@@ -145,7 +145,7 @@ def _hull(surface: Surface, begin: int) -> tuple[Floats, Floats]:
 
 
 def _level_set(surface: Surface, engine: Engine, begin: int) -> tuple[Floats, Floats]:
-    """`_hull` after scans of the box about it, each end outwards by the last scan's spacing: it is not cut short."""
+    """The `_hull` after scans of ever smaller boxes, its ends moved outwards by the last scan's spacing."""
     n = surface.dimensions
     spacing = np.full(n, SCAN[n] ** (-1.0 / n))
     for _ in range(ROUNDS):
@@ -157,7 +157,7 @@ def _level_set(surface: Surface, engine: Engine, begin: int) -> tuple[Floats, Fl
     return np.maximum(low - spacing, 0.0), np.minimum(high + spacing, 1.0)
 
 
-def trusted(points: list[Point], most: float) -> bool:
-    """Whether all have answers whose model error is known and at most ``most`` of the power."""
+def trusted(points: list[Evaluation], most: float) -> bool:
+    """Whether all evaluations have answers whose model error is known and at most ``most`` of the power."""
     values = [p.power for p in points]
     return all(v is not None and v.model is not None and v.model <= most * abs(v.value) for v in values)

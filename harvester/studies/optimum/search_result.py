@@ -1,4 +1,4 @@
-"""What a search finds: peaks with intervals, or that there is nothing to find."""
+"""The result of a search: peaks with intervals, or that the surface is flat."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from harvester.uncertainty.value import Value
 
 @dataclass(frozen=True)
 class Peak:
-    """A place in the unit cube that none near it exceeds.
+    """A place in the unit cube with a higher power than all places near it.
 
     ``low`` and ``high`` are the ends of its interval, None where there is none, for the reason ``why``; ``faces`` is of
     each key -1, 0 or 1: at the lower end of the range, inside, at the upper end; ``width`` the half-width of a box over
@@ -25,8 +25,8 @@ class Peak:
 
 
 @dataclass(frozen=True)
-class Found:
-    """Peaks, best first; ``flat`` where no place is better than another within the errors, and ``warnings``."""
+class SearchResult:
+    """The peaks of a search, best first; ``flat`` says why no place is better than another, where that is so."""
 
     peaks: tuple[Peak, ...]
     flat: str = ""

@@ -1,0 +1,247 @@
+"""The search for the optimum of an engine that samples.
+
+Candidates come from a scout, a cheaper engine, or from a coarse scan of its own.  From each, boxes of points with a
+polynomial through them (`response_surface`, `box_fit`) climb at a coarse accuracy, and grow or shrink
+until the power falls by `DROP` between the middle and a face: a smaller box drowns in noise, a larger one has a shape
+that no cubic has.  The last box is evaluated at full accuracy, again and again with new noise, until its curvature
+stands above the noise and little power is lost at the ends of the keys' interval.
+"""
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines import Averaged, Ensemble, Ideal, Spice
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, SimulationError
+from harvester.studies.optimum import formula_search
+from harvester.studies.optimum.box_fit import fit_box, next_box, peak_of_box
+from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served, with_options
+from harvester.studies.optimum.ranges import problem_at, spread
+from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, design_size
+from harvester.studies.optimum.search_result import Peak, SearchResult
+from harvester.uncertainty.value import NORMAL_QUANTILE
+
+SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
+CANDIDATES = 3
+FIRST = 0.06  # half-width of the first box
+MOVES, BOXES, ROUNDS = 16, 4, 16
+COARSE, FEWEST = 8, 256  # a coarse evaluation has so many times fewer trajectories, but not fewer than that
+RESOLVED = 8.0  # standard errors that a curvature must have to be believed
+LOST = 0.25  # of the target error: power that may be lost at the ends of the keys' interval
+TRUSTED = 0.05  # a scout's own error, at most
+SCOUTED = 0.5  # of the budget, for the scout at most
+
+
+@dataclass
+class SampledSearch:
+    """The search for the optimum of an engine that samples.
+
+    ``within`` is the relative error of the power that an evaluation at full accuracy is to have.
+    """
+
+    surface: Surface
+    engine: Any
+    within: float
+    warnings: list[str] = field(default_factory=list)
+    seeds: int = 0  # used so far
+    pilot: Estimate | None = None
+    rough_peak: Peak | None = None  # what the last box shows
+    scouted_by_samples: bool = False  # the boxes are those of a scout that samples, too
+
+    def new_seed(self) -> int:
+        """A seed that no evaluation has had."""
+        self.seeds += 1
+        root = [getattr(self.engine, "seed", 0), self.seeds]
+        return int(np.random.SeedSequence(root).generate_state(1)[0])
+
+    def find(self) -> SearchResult:
+        """Find the peaks, best first.
+
+        Raises
+        ------
+        HarvesterError
+            where every place fails, the last error.
+        """
+        begin, flat = len(self.surface.points), ""
+        found: list[Peak] = []
+        try:
+            for u, width in self._scouted() or self._scan():
+                peak, flat = self._refine(u, width)
+                near = [p for p in found if np.all(np.abs(p.u - peak.u) <= _box_widths(p) + _box_widths(peak))]
+                if near and flat == "":
+                    continue
+                found.append(peak)
+                if flat:
+                    break
+        except SpentError:
+            if (
+                self.rough_peak is not None
+                and self.rough_peak.low is not None
+                and not any(p is self.rough_peak for p in found)
+            ):
+                found.append(self.rough_peak)
+            elif not found:
+                found = [self._so_far(begin)]
+            self.warnings.append(self._missing("the last box" if found[-1].low is not None else "the search for peaks"))
+        found.sort(key=lambda p: -p.power.value)
+        for other in found[1:]:
+            error = np.hypot(other.power.stderr or 0.0, found[0].power.stderr or 0.0)
+            if found[0].power.value - other.power.value < NORMAL_QUANTILE * error:
+                self.warnings.append("another peak is as high within the error of sampling: see peaks")
+                break
+        return SearchResult(tuple(found), flat, tuple(self.warnings))
+
+    def full(self, seed: int) -> Any:
+        """The engine at full accuracy, with the step and effort that the pilot run chose."""
+        assert self.pilot is not None
+        d = self.pilot.details
+        if not self.shares_noise:
+            return with_options(self.engine, within=self.within, budget=max(self.surface.left, 1.0), seed=seed)
+        options = {"dt": d.get("step"), "duration": d.get("duration"), "trajectories": int(d.get("trajectories", 0))}
+        known = {k: v for k, v in options.items() if v}
+        return with_options(self.engine, **known, within=None, budget=None, seed=seed)
+
+    def coarse(self, seed: int) -> Any:
+        """The engine at a coarse accuracy."""
+        if self.pilot is None or not self.shares_noise:
+            known: dict[str, Any] = {"trajectories": FEWEST} if isinstance(self.engine, Ensemble) else {}
+            return with_options(self.engine, within=None, budget=None, seed=seed, **known)
+        whole = self.full(seed)
+        many = max((whole.trajectories or 0) // COARSE, FEWEST)
+        return with_options(whole, trajectories=many, duration=self.engine.duration)
+
+    @property
+    def shares_noise(self) -> bool:
+        """Whether all points of a design get the same seed: where answers hold each trajectory's power."""
+        return self.pilot is not None and self.pilot.power_samples is not None
+
+    def _scouted(self) -> list[tuple[Floats, Floats]]:
+        """Places and half-widths of boxes where a cheaper engine has peaks; none where none can be trusted."""
+        surface, engine, begin = self.surface, self.engine, len(self.surface.points)
+        surface.share, before = SCOUTED * surface.share, surface.share
+        try:
+            if isinstance(engine, Spice):
+                kind = Ensemble if Problem.of(surface.scene).netlist is None else Ideal
+                names = {f.name for f in dataclasses.fields(kind)}
+                cheap = kind(**{k: v for k, v in vars(engine).items() if k in names})
+                found = SampledSearch(surface, cheap, max(self.within, 0.01)).find().peaks
+                self.scouted_by_samples = any(p.width is not None for p in found)
+                return [(p.u, _box_widths(p)) for p in found if p.width is not None][:CANDIDATES]
+            if type(engine) is Ensemble:
+                Averaged().run(problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
+                found = formula_search.search(surface, Averaged(), interval=False).peaks
+                best = [p for p in found if p.power.value >= (1.0 - 2.0 * TRUSTED) * found[0].power.value]
+                if formula_search.trusted(surface.points[begin:], TRUSTED):
+                    return [(p.u, np.full(surface.dimensions, FIRST)) for p in best][:CANDIDATES]
+        except (HarvesterError, SpentError):
+            pass
+        finally:
+            surface.share = before
+        return []
+
+    def _scan(self) -> list[tuple[Floats, Floats]]:
+        """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
+        n, begin = self.surface.dimensions, len(self.surface.points)
+        self.surface.evaluate(spread(SCAN[n], n), self.coarse(self.new_seed()), "scan")
+        u, power, _ = served(self.surface.points[begin:])
+        if not len(power):
+            self._so_far(begin)
+        width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
+        return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
+
+    def _refine(self, u: Floats, width: Floats) -> tuple[Peak, str]:
+        """The peak near a place, and why there is none where the surface is flat."""
+        self.rough_peak = None
+        engine = with_options(self.engine, within=self.within, budget=max(0.3 * self.surface.left, 0.1))
+        first = self.surface.evaluate(u[None], with_options(engine, seed=self.new_seed()), "pilot")[0]
+        if isinstance(first.answer, HarvesterError):
+            raise first.answer
+        self.pilot = first.answer
+        if first.answer.mean_power.value <= 0.0:
+            return Peak(u, first.answer.mean_power, np.zeros(len(u))), "the load takes no power"
+        return self._settle(*((u, width) if self.scouted_by_samples else self._climb(u, width)))
+
+    def _climb(self, u: Floats, width: Floats) -> tuple[Floats, Floats]:
+        """The middle and half-widths of a box with a resolved peak in it, by quadratics."""
+        for _ in range(MOVES):
+            fit, _ = self._fit([self._design(u, width, "climb", coarse=True)], u, width, QUADRATIC)
+            u, width, done = next_box(fit, u, width)
+            if done:
+                break
+        return u, width
+
+    def _settle(self, u: Floats, width: Floats) -> tuple[Peak, str]:
+        """The peak in a box, by cubics at full accuracy."""
+        for box in range(BOXES):
+            rounds: list[list[Evaluation]] = []
+            while len(rounds) < ROUNDS:
+                rounds.append(self._design(u, width, "box"))
+                fit, bias = self._fit(rounds, u, width)
+                if fit.exits.any() or self._known(fit) or fit.misfit_dominates:
+                    break
+            last = box == BOXES - 1
+            if not fit.exits.any() or last:
+                if self._known(fit) and (last or not fit.misfit_dominates):
+                    break
+                whole = bool(fit.walls.all())
+                if whole and fit.flat:
+                    return peak_of_box(fit, bias, u, width), "no place is seen to be better than another"
+                if whole and np.ptp(fit.power) < LOST * self.within * fit.power.mean():
+                    return peak_of_box(fit, bias, u, width), "the power changes less than a quarter of `within`"
+                width = np.where(fit.surely_on_face, 1.0, 0.6) * width if fit.misfit_dominates and not last else width
+            if not last:
+                place = np.clip(u + width * fit.best, 0.0, 1.0)
+                u = np.where((width >= 0.5) & fit.flat, 0.5, place)
+        return peak_of_box(fit, bias, u, width), ""
+
+    def _known(self, fit: Fit) -> bool:
+        """Whether the peak is resolved, and little is lost at the ends of the keys' interval."""
+        return (
+            not fit.flat
+            and fit.resolution >= RESOLVED
+            and fit.power_lost <= LOST * self.within * abs(fit.value(fit.best)[0])
+        )
+
+    def _design(self, u: Floats, width: Floats, stage: str, coarse: bool = False) -> list[Evaluation]:
+        """Evaluate points that fill the box, with the same noise where `shares_noise`."""
+        n = self.surface.dimensions
+        low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
+        where = low + spread(design_size(n), n) * (high - low)
+        make, seed = self.coarse if coarse else self.full, self.new_seed()
+        if self.shares_noise:
+            return self.surface.evaluate(where, make(seed), stage)
+        return [self.surface.evaluate(one[None], make(self.new_seed()), stage)[0] for one in where]
+
+    def _fit(self, rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
+        """The fit of a box (`fit_box`), whose peak is kept in case the budget ends here."""
+        fit, bias = fit_box(rounds, u, width, degree)
+        self.rough_peak = peak_of_box(fit, bias, u, width)
+        return fit, bias
+
+    def _so_far(self, begin: int) -> Peak:
+        """The best place so far; raises the last error where no place has an answer."""
+        u, power, values = served(self.surface.points[begin:])
+        if not len(power):
+            error = self.surface.points[-1].answer
+            raise error if isinstance(error, HarvesterError) else SimulationError("no place was evaluated")
+        best = int(np.argmax(power))
+        return Peak(u[best], values[best], np.zeros(len(u)), why="the budget ended before it was narrowed")
+
+    def _missing(self, stage: str) -> str:
+        own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
+        seconds = [one.seconds for one in own if isinstance(one, Estimate)]
+        more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
+        return (
+            f"the budget of {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
+            f"{self.engine.NAME!r}: a search takes some {4 * design_size(self.surface.dimensions)}{more}"
+        )
+
+
+def _box_widths(peak: Peak) -> Floats:
+    """The half-widths of the box about a peak."""
+    return np.full(len(peak.u), FIRST) if peak.width is None else peak.width
