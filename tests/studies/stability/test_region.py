@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.errors import SimulationError
+from harvester.errors import CannotServeError
 from harvester.studies.stability import region
 from tests.support.systems import FIGURE7, changed, scene
 
@@ -40,5 +40,5 @@ def test_files(tmp_path, monkeypatch):
 
 def test_a_netlist_has_no_region(tmp_path):
     bridge = hv.load("examples/plate_with_stop.toml").with_load(hv.Load(netlist="bridge"))
-    with pytest.raises(SimulationError, match="load resistance"):
+    with pytest.raises(CannotServeError, match="load resistance"):
         region.draw(bridge, tmp_path)

@@ -15,7 +15,6 @@ from scipy.linalg import solve_discrete_lyapunov
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.equations.scaling import equations, scales
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
 from harvester.studies.work_precision.bias import Bias
@@ -339,7 +338,7 @@ def test_units_of_a_device():
     measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
     measurement.cheap = measurement.run(hv.Ensemble(trajectories=256))
     measurement.measure_biases(measurement.cheap, ngspice=False)
-    answer, eqs, s = table_of(measurement), equations(measurement.scene), scales(measurement.scene)
+    answer, eqs, s = table_of(measurement), measurement.problem.equations, measurement.problem.units
     (row,) = answer.rows
     assert abs(answer.power.value - eqs.beta * eqs.mu * linear_v2(eqs) * s.watts) < 4 * answer.power.stderr
     exact = v2_at_step(eqs, row.step * s.frequency) / linear_v2(eqs) - 1.0
