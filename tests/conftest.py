@@ -1,11 +1,44 @@
-"""What several files of tests use."""
+"""What all tests share: the command line as a fixture, and a guard that keeps the marker `ngspice` true."""
+
+import os
+from unittest import mock
 
 import pytest
 
+import harvester as hv
 from tests.support.judge import asked
+
+LIBRARY = "NGSPICE_LIBRARY_PATH"
+NOWHERE = "/this test lacks the marker ngspice"
+ATTEMPTS = pytest.StashKey[list]()
 
 
 @pytest.fixture
 def harvester():
     """The command line, run in this process: arguments -> exit status, stdout, stderr."""
     return asked
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Without the marker a test finds no ngspice: not here, not in fixtures of any scope, not in programs it starts."""
+    attempts = item.stash[ATTEMPTS] = []
+    if item.get_closest_marker("ngspice"):
+        return (yield)
+    made = hv.MissingProgramError.__init__
+
+    def noted(error, *args):
+        attempts.extend(str(one) for one in args if NOWHERE in str(one))
+        made(error, *args)
+
+    with mock.patch.dict(os.environ, {LIBRARY: NOWHERE}), mock.patch.object(hv.MissingProgramError, "__init__", noted):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    """A test that takes the missing ngspice for an answer fails too."""
+    done = yield
+    if item.stash[ATTEMPTS]:
+        pytest.fail("this test looks for ngspice, so it must have the marker `ngspice`")
+    return done

@@ -18,6 +18,8 @@ from harvester.scene.load import Load
 from harvester.scene.toml import load
 from tests.support.lockstep import WEAK
 
+pytestmark = pytest.mark.ngspice
+
 CP, W, VOC = 50.2e-9, 20.0, 20.0
 THERMAL = 0.025865  # k T/e at ngspice's 27 degrees Celsius
 IS, N = 2.52e-9, 1.752  # of the 1N4148

@@ -18,6 +18,8 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.systems import changed
 
+pytestmark = pytest.mark.ngspice
+
 CP, W0, IS, N, THERMAL = 50.2e-9, 20.0, 2.52e-9, 1.752, 0.0258649  # the diodes are 1N4148, at 27 degrees Celsius
 RECTIFIERS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 FREE = Equations(beta=0.05, c1=-0.05, n1=0.05)  # E[x^2] = 1 where the voltage is small

@@ -16,6 +16,8 @@ from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
 from tests.support.lockstep import WEAK
 
+pytestmark = pytest.mark.ngspice
+
 EQS = Equations(beta=0.05, mu=1.0, c1=-0.05, n1=0.01)
 NOISE = np.random.default_rng(5).standard_normal(400)
 GOOD = load_circuit(Load(resistance=1e6))

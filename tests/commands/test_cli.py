@@ -108,6 +108,7 @@ def test_bad_input(harvester, monkeypatch, args, says):
     assert not (ROOT / "x").exists()
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("load", "engine", "says"),
     [
@@ -124,6 +125,7 @@ def test_load_that_the_engine_cannot_take(harvester, tmp_path, load, engine, say
     assert engine == "spice" or "use engine 'spice'" in err
 
 
+@pytest.mark.ngspice
 def test_a_netlist_goes_to_spice_by_default(harvester, tmp_path):
     """Neither command asks the engines that cannot serve it; here it fails at the netlist, in spice."""
     scene = plate_with(tmp_path, 'netlist = "brige"')
@@ -228,6 +230,7 @@ def test_within_chooses_the_engine(harvester, tmp_path):
     assert [line.split()[1] for line in swept[1].splitlines()[1:3]] == ["averaged", "averaged"]
 
 
+@pytest.mark.ngspice
 def test_alone_is_an_option_of_spice(harvester):
     args = ("run", PLATE, "--engine", "spice", "--trajectories", 2, "--duration", 5, "--alone", "--json")
     assert "control_weight" not in strict(harvester(*args)[1])["details"]
@@ -261,6 +264,7 @@ def test_help(harvester):
     assert harvester("--version")[1] == f"harvester, version {hv.__version__}\n"
 
 
+@pytest.mark.slow
 def test_program():
     """From a cold start: the answer; help in less than a second; a closed or full stdout."""
     answer = program("run", PLATE, *PUBLISHED, "--json")
@@ -274,6 +278,7 @@ def test_program():
     assert min(took) < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stdout", "status"), [("| true", "0"), ("> /dev/full", "3"), (">&-", "0")])
 def test_stdout_that_takes_nothing(stdout, status):
     line = f"{sys.executable} -m harvester run {PLATE} --engine published {stdout}; echo ${{PIPESTATUS[0]}}"
@@ -284,6 +289,7 @@ def test_stdout_that_takes_nothing(stdout, status):
     )
 
 
+@pytest.mark.slow
 def test_without_ngspice():
     done = program("run", PLATE, "--engine", "spice", env={"NGSPICE_LIBRARY_PATH": "/nonexistent"})
     assert (done.returncode, done.stdout) == (2, "")

@@ -10,6 +10,7 @@ def lines():
     return {line.split()[1]: line for line in doctor.examine()}
 
 
+@pytest.mark.ngspice
 def test_all_is_well():
     found = lines()
     assert {"python", "harvester", "libngspice", "ngspice", "netlists", "machine", *PACKAGES} == set(found)
@@ -34,6 +35,7 @@ def test_no_ngspice(monkeypatch, library, says):
     assert says in line
 
 
+@pytest.mark.ngspice
 def test_a_package_that_is_missing(monkeypatch):
     monkeypatch.setattr("harvester.machine.provenance.versions", lambda: {"numba": ""})
     assert lines()["numba"] == "MISSING  numba            run 'make setup'"

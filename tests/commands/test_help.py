@@ -32,6 +32,7 @@ def best_of(count, *args):
     return min(took)
 
 
+@pytest.mark.slow
 def test_help_is_there_at_once():
     """Measured .07 s; and it loads nothing that computes."""
     assert best_of(3, "--help") < 0.4
@@ -39,6 +40,7 @@ def test_help_is_there_at_once():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_a_formula_is_quick():
     """Measured .6 s, most of it for loading SciPy, pydantic and pint."""
     assert best_of(2, "run", PLATE, "--engine", "averaged") < 1.0
@@ -122,6 +124,7 @@ def test_a_budget_that_is_too_small(harvester):
     assert again["mean_power"]["error95"] < told["mean_power"]["error95"]
 
 
+@pytest.mark.slow
 def test_colours_on_a_terminal_only():
     error, warning = ("run", "/nowhere/x.toml"), ("run", PLATE, "--engine", "averaged", "--within", "0.01%")
     status, screen = on_terminal(*error)

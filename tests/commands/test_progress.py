@@ -74,6 +74,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("args", COMMANDS, ids=lambda args: args[0])
 def test_on_a_terminal(args, tmp_path):
     """A bar that names what it measures, goes up to the end or nearly, and is gone at the end; then the answer."""
@@ -89,6 +90,7 @@ def test_on_a_terminal(args, tmp_path):
     assert "left" not in last
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("args", [COMMANDS[0], ("motion", PLATE, "--out", "out")], ids=lambda args: args[0])
 def test_quiet_in_a_pipe(args, tmp_path):
     done = subprocess.run(
@@ -98,6 +100,7 @@ def test_quiet_in_a_pipe(args, tmp_path):
     assert "%|" not in done.stdout
 
 
+@pytest.mark.slow
 def test_of_a_path_there_is_the_time_only(tmp_path):
     status, screen = on_terminal("motion", PLATE, "--out", "out", cwd=tmp_path)
     assert status == 0

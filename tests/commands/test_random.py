@@ -67,24 +67,29 @@ def judged(scene, *arguments):
     return answer[0]
 
 
+@pytest.mark.slow
 @tries(1850)
 @given(strategies.scenes, st.sampled_from(["published", "averaged"]))
 def test_formulas(scene, engine):
     judged(scene, "run", "--engine", engine, "--json")
 
 
+@pytest.mark.slow
 @tries(60)
 @given(strategies.scenes if LONG else strategies.near(COMPILED))
 def test_ensemble(scene):
     judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s")
 
 
+@pytest.mark.slow
 @tries(15)
 @given(strategies.scenes if LONG else strategies.near(IDEAL))
 def test_ideal(scene):
     judged(scene, "run", "--engine", "ideal", "--json", *FEW, "--budget", "1s")
 
 
+@pytest.mark.ngspice
+@pytest.mark.slow
 @tries(8)
 @given(strategies.scenes if LONG else strategies.near([COMPILED[0], IDEAL[0]]))
 def test_spice(scene):
@@ -104,12 +109,14 @@ def test_spice(scene):
     )
 
 
+@pytest.mark.slow
 @tries(100)
 @given(strategies.scenes)
 def test_stability(scene):
     judged(scene, "stability", "--json", "--trajectories", "64")
 
 
+@pytest.mark.slow
 @tries(60)
 @given(st.data())
 def test_options(data):
@@ -122,6 +129,7 @@ def test_options(data):
     assert not bad, answer
 
 
+@pytest.mark.slow
 @tries(500)
 @given(strategies.netlists())
 def test_netlists(text):
@@ -158,6 +166,7 @@ def test_an_exponent_that_overflowed():
         assert not fault(*asked("stability", "scene.toml", "--json", "--trajectories", "64"))
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("keys", "arguments", "says"),
     [

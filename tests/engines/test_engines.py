@@ -22,6 +22,8 @@ def pair(value):
     return value.value, value.stderr
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 @pytest.mark.parametrize("beta", [0.05, 1.25])
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
 def test_linear_scene_in_spice_and_ensemble(beta, mu):
@@ -36,6 +38,8 @@ def test_linear_scene_in_spice_and_ensemble(beta, mu):
         assert abs(z((answer.mean_power.value, beta * mu * error), beta * mu * exact)) < 4
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_paper_scene_in_spice():
     """E[V^2] = .0881 within 1 %, and the power balance, in ngspice."""
     answer = hv.Spice(within=0.005, seed=1).run(scene(PAPER))
@@ -46,6 +50,7 @@ def test_paper_scene_in_spice():
     assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
 
 
+@pytest.mark.ngspice
 def test_identities_in_spice():
     """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], path by path, in ngspice."""
     from harvester.circuit import runs as worker
@@ -95,6 +100,7 @@ def test_samples_have_the_means_that_are_answered(given):
     assert answer.samples.mean() == pytest.approx(answer.nondimensional["mean_square_voltage"], rel=1e-12)
 
 
+@pytest.mark.ngspice
 def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
     from harvester.circuit import runs as worker
@@ -105,6 +111,7 @@ def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize(
     "engine", [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)]
 )
@@ -114,6 +121,7 @@ def test_same_seed_same_answer(engine):
     assert a.steps == b.steps > 0
 
 
+@pytest.mark.statistics
 def test_within_is_reached_and_told():
     answer = hv.Ensemble(within=0.003).run(scene(PAPER))
     assert answer.mean_power.error95 <= 0.003 * answer.mean_power.value
@@ -124,6 +132,7 @@ def test_within_is_reached_and_told():
 BRIDGE = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm"}))
 
 
+@pytest.mark.ngspice
 def test_netlist_load():
     answer = hv.Spice(trajectories=8, duration=10.0).run(BRIDGE)
     assert "netlist" in answer.effects
@@ -135,6 +144,7 @@ def test_netlist_load():
             engine.run(BRIDGE)
 
 
+@pytest.mark.ngspice
 def test_a_netlist_of_ones_own(tmp_path):
     """Nothing ideal stands beside it: ngspice runs only, and no bias of the step is known."""
     own = tmp_path / "own.cir"
@@ -153,6 +163,7 @@ def test_a_netlist_of_ones_own(tmp_path):
     assert abs(z_score(same.mean_power, hv.Ensemble().run(PLATE).mean_power)) < 4
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize(
     "given", [PLATE, hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["plate", "stop", "bridge"]
 )
@@ -166,6 +177,7 @@ def test_paired_and_alone_agree(given):
     assert paired.details["control_correlation"] > 0.99
 
 
+@pytest.mark.ngspice
 def test_gaussian_and_three_point_noise_agree():
     """Weak order 2 sees only the moments that both have."""
     some = {"alone": True, "trajectories": 8, "duration": 60.0}
@@ -176,6 +188,8 @@ def test_gaussian_and_three_point_noise_agree():
         hv.Spice(gaussian=True)
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_the_cheapest_engine():
     """`averaged` where its own error allows it, `ensemble` where not, `spice` for a netlist; and why."""
     paper = scene(PAPER)
@@ -261,6 +275,7 @@ def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
     assert hv.Ensemble(trajectories=64, duration=10.0).run(scene(changed(PAPER, **held))).mean_power.value > 0.0
 
 
+@pytest.mark.statistics
 def test_stability_is_that_of_rest_at_zero():
     for changes in ({"gap": 0.2}, {"linear": -1.0}, {"restitution": None, "stop_stiffness": 1e3}):
         with pytest.raises(CannotServeError, match=r"^stability, of rest at x = 0 .* does not know"):
@@ -269,6 +284,7 @@ def test_stability_is_that_of_rest_at_zero():
     assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble
 
 
+@pytest.mark.ngspice
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
     compared = compare(scene(changed(PAPER, linear=-1.0)), trajectories=64, duration=20.0)
     assert {e.engine for e in compared.estimates} == {"ensemble", "spice"}

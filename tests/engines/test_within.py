@@ -22,6 +22,7 @@ def inside(answers, reference, within):
     return sum(abs(a.mean_power.value / reference - 1.0) <= within for a in answers)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(
     ("given", "reference"), [(scene(PAPER), PAPER_POWER[0]), (STOP, STOP_POWER[0])], ids=["paper", "stop"]
 )
@@ -34,6 +35,7 @@ def test_ensemble_keeps_what_it_promises(given, reference):
     assert spread > 0.004  # a run that did far more than asked for would show nothing
 
 
+@pytest.mark.statistics
 def test_the_step_follows_the_target():
     """Strong coupling against a stop, where the step's bias is largest: a small target takes a smaller step."""
     loose, tight = (hv.Ensemble(within=within, seed=3).run(STOP) for within in (0.02, 0.002))
@@ -43,6 +45,7 @@ def test_the_step_follows_the_target():
     assert "whose bias is" in tight.reason
 
 
+@pytest.mark.statistics
 def test_a_linear_scene_to_a_thousandth():
     eqs = linear(1.25, 1.0)
     answer = hv.Ensemble(within=0.001, seed=4).run(scene(eqs))
@@ -51,6 +54,8 @@ def test_a_linear_scene_to_a_thousandth():
     assert abs(answer.mean_power.value - exact) < 2.0 * answer.mean_power.error95
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 @pytest.mark.parametrize(
     ("given", "reference", "within"),
     [(scene(PAPER), PAPER_POWER, 0.01), (STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.01)],
@@ -66,6 +71,7 @@ def test_spice_keeps_what_it_promises(given, reference, within):
     assert np.mean([a.mean_power.stderr for a in answers]) < within * reference[0]
 
 
+@pytest.mark.ngspice
 def test_a_budget_that_is_too_small():
     """It ends in time, says what it has reached, and what it would take."""
     answer = hv.Ensemble(within=1e-5, budget=0.5).run(scene(PAPER))
@@ -77,6 +83,7 @@ def test_a_budget_that_is_too_small():
     assert spice.seconds < 6.0
 
 
+@pytest.mark.ngspice
 def test_a_step_that_is_given_stays():
     """--dt is kept, and what it does not allow is said."""
     coarse = 0.02  # s; its bias is several per cent
@@ -88,6 +95,7 @@ def test_a_step_that_is_given_stays():
     assert "needs a smaller `dt`" in spice.warnings[-1]
 
 
+@pytest.mark.statistics
 def test_same_options_same_answer():
     """What is decided depends on numbers, not on the clock, as long as there is no budget."""
     one, two = (hv.Ensemble(within=0.003, seed=8).run(STOP) for _ in range(2))

@@ -3,6 +3,10 @@
 import subprocess
 import sys
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 THREADS = """
 import multiprocessing, threading
 from harvester.machine import processes

@@ -22,6 +22,8 @@ from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
 from harvester.mechanics.kernels.lanes import advance  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 SCENES = dict(effects.scenes())
 
 

@@ -25,6 +25,7 @@ def site(tmp_path_factory):
     return out / "html"
 
 
+@pytest.mark.slow
 def test_reference(site):
     """Each name of `__all__` is there, in its own words."""
     page = (site / "api.html").read_text()
@@ -41,6 +42,7 @@ def test_public_names_say_what_they_are():
         assert missing == []
 
 
+@pytest.mark.slow
 def test_pages(site):
     """All are there; formulas are MathML, figures are files; nothing is fetched from elsewhere."""
     names = {path.stem for path in (ROOT / "docs").glob("*.md")}
@@ -58,6 +60,7 @@ def test_pages(site):
                 pytest.fail(f"{path.name} fetches {source}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("draw_*.py")), ids=lambda path: path.name)
 def test_the_scripts_that_draw_find_what_they_import(path):
     """They run for long, and by hand: what they take from the package must be there."""

@@ -38,6 +38,8 @@ def sections():
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
+@pytest.mark.ngspice
+@pytest.mark.slow
 @pytest.mark.parametrize("title", sections())
 def test_example(title, place, monkeypatch):
     """Its commands run, and those that draw into a folder leave a figure there."""

@@ -149,6 +149,7 @@ def test_one_file_imports_pyspice():
     }
 
 
+@pytest.mark.slow
 def test_formulas_need_neither_numba_nor_pyspice():
     """In a fresh interpreter, with both made impossible to import."""
     code = f"""
@@ -163,6 +164,7 @@ print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.me
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
 def test_examples(path):
     """Every example loads and says what it is; those with a load resistance have a power, by a formula if it can."""

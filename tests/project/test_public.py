@@ -16,6 +16,7 @@ from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
 LOADS = hv.logspace("100 kohm", "1 Mohm", 3)
+COMPARING = ("Comparison", "compare")  # whose examples ask every engine
 
 
 def test_names_are_one_list():
@@ -25,7 +26,10 @@ def test_names_are_one_list():
         _ = hv.swep
 
 
-@pytest.mark.parametrize("name", hv.__all__)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.ngspice] if name in COMPARING else []) for name in hv.__all__],
+)
 def test_example(name):
     """Each public name has one, and it does what it says."""
     thing = getattr(hv, name)
@@ -38,6 +42,7 @@ def test_example(name):
     assert runner.summarize(verbose=False).failed == 0, "".join(told)
 
 
+@pytest.mark.slow
 def test_a_module_does_not_hide_a_function():
     """Whichever is imported first, the package's name is the function, and what the module held is found."""
     code = """
@@ -189,6 +194,7 @@ table.plot().savefig("sweep.pdf")
 WRONG = {"hv.Ensemble(within=[1])": "arg-type", "hv.swep": "attr-defined", "hv.load(3)": "arg-type"}
 
 
+@pytest.mark.slow
 def test_a_users_script_is_typed(tmp_path):
     """mypy --strict, away from this checkout: right calls pass, wrong ones do not."""
     (tmp_path / "user.py").write_text(USER)

@@ -32,6 +32,8 @@ def place(tmp_path_factory):
     return pages.folder(tmp_path_factory.mktemp("reader"))
 
 
+@pytest.mark.ngspice
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_commands(page, place, monkeypatch):
     """Exit status 0, and each file under out/ that the page names is there afterwards."""
@@ -53,6 +55,8 @@ def test_nothing_escapes(page):
         assert (ROOT / script).exists(), f"{page}: no {script}"
 
 
+@pytest.mark.ngspice
+@pytest.mark.slow
 def test_demo_at_reduced_size(place, monkeypatch):
     """The commands behind `make demo`, and the plots that it names."""
     monkeypatch.chdir(place)

@@ -66,6 +66,7 @@ def test_components_to_numbers_and_back():
     assert (open_ / short) ** 2 - 1 == pytest.approx(e.beta, rel=1e-6)
 
 
+@pytest.mark.statistics
 @checks("identities", "balance")
 def test_stationary_identities():
     """Monte Carlo with a stop, a cubic spring and both noises."""

@@ -5,6 +5,10 @@ import subprocess
 import sys
 import zipfile
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 
 def test_wheel_runs_with_its_netlists(tmp_path):
     command = [

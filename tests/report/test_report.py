@@ -257,6 +257,7 @@ def test_numbers(found, shown):
     assert found == shown
 
 
+@pytest.mark.slow
 def test_no_report_loads_neither_templates_nor_figures():
     """In a fresh interpreter: what a page needs costs nothing where none is written.
 

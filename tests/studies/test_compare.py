@@ -10,6 +10,8 @@ from harvester.equations.scaling import Equations
 from harvester.studies.compare import compare, one_path
 from tests.support.systems import PAPER, scene
 
+pytestmark = pytest.mark.ngspice
+
 
 def test_path_with_and_without_the_stop():
     """The decoupled V follows within 10 % without the stop, and misses by more than half with it."""

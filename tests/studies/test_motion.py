@@ -39,6 +39,7 @@ def test_units_of_a_physical_scene():
     assert (found.impacts[:, 1] < 0).any()
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize("eqs", [changed(PAPER, gap=0.3), changed(DRIVEN, restitution=0.8)])
 def test_ngspice_makes_the_same_path(eqs):
     """The same seed, the same noise: V and x of the first part, before chaos parts them."""
@@ -50,6 +51,7 @@ def test_ngspice_makes_the_same_path(eqs):
         assert np.abs(a - b).max() < 2e-3 * np.abs(a).max()
 
 
+@pytest.mark.ngspice
 def test_netlists_need_ngspice(tmp_path):
     bridge = hv.load("examples/plate_bridge.toml")
     with pytest.raises(CannotServeError, match="use engine 'spice'"):

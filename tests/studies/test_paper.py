@@ -8,6 +8,8 @@ import pytest
 from harvester.cli import cli
 from harvester.studies import paper
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):

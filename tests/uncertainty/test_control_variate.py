@@ -30,6 +30,7 @@ def many(count, n, correlation, error, square=False):
     return found
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("square", [False, True])
 @pytest.mark.parametrize("n", [6, 8, 16])
 def test_no_bias(n, square):
@@ -38,6 +39,7 @@ def test_no_bias(n, square):
     assert abs(values.mean() - 3.0) < 4.0 * values.std() / math.sqrt(len(values))
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.999])
 def test_stated_error(correlation):
     """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many."""

@@ -53,6 +53,7 @@ def test_decoupled_limits():
     assert alone[1] < -1e-3 < 1e-3 < alone[2]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(
     "c1, n2, r",
     [(-0.5, 4.0, 0.5), (0.01, 0.06, 0.96), (-0.05, 0.5, 0.7), (-0.1, 1.0, 0.9), (-0.2, 2.0, 0.2), (-0.1, 1.0, None)],
@@ -69,6 +70,7 @@ def test_monte_carlo_without_coupling(c1, n2, r):
         assert exact == pytest.approx(-0.0859, abs=1e-4)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("r", [0.9, None])
 def test_open_circuit_is_a_spring(r):
     """Without a load V = x: W^2 = 1 + beta, in the formula and in the trajectories, however long they shrink."""
@@ -80,6 +82,7 @@ def test_open_circuit_is_a_spring(r):
     assert abs(z(growth, exact)) < 4
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("r, value", [(0.96, -0.008174), (0.8, -0.06174)])
 def test_without_noise(r, value):
     """The fixed point of the one-impact map, and trajectories that settle on it."""
@@ -92,6 +95,7 @@ def test_without_noise(r, value):
     assert growth.stderr < 1e-3 * abs(exact)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beta", [0.01, 0.05])
 @pytest.mark.parametrize("mu", [0.1, 0.5, 1.0, 5.0])
 @pytest.mark.parametrize("r", [0.96, 0.9, 0.8])
@@ -169,6 +173,7 @@ def test_averaged_is_first_order_in_coupling():
     assert errors[0] > 3.3 * errors[1] > 3.3 * 3.3 * errors[2]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(
     "change",
     [{"restitution": r} for r in (0.9, 0.93, 0.96, 1.0)] + [{"n2": n2} for n2 in (0.02, 0.04, 0.1)] + [{"mu": 0.02}],
@@ -184,6 +189,7 @@ def test_figure_7(change):
     assert formula.doubts(eqs).error < 1e-4
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("mu", [0.5, 1.0, 2.0, 5.0])
 def test_fast_loads_are_within_the_stated_error(mu):
     """Where the noise in the slow voltage is only a fit."""
@@ -192,6 +198,7 @@ def test_fast_loads_are_within_the_stated_error(mu):
     assert abs(growth.value - formula.averaged(eqs)) < 4 * growth.stderr + formula.doubts(eqs).error
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("mu, n2", [(0.1, 0.06), (1.0, 0.06)])
 def test_without_a_stop(mu, n2):
     """Monte Carlo against modes and first-order noise; without noise the roots of the characteristic polynomial."""
@@ -204,6 +211,7 @@ def test_without_a_stop(mu, n2):
     assert formula.averaged(eqs, n2=0.0) == pytest.approx(roots.real.max(), rel=1e-9)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("n2, beta", [(0.2, 0.2), (0.5, 0.2), (0.5, 0.04)])
 def test_strong_noise_without_a_stop_is_within_the_stated_error(n2, beta):
     eqs = changed(FIGURE7, mu=1.0, n2=n2, restitution=None, c1=-0.02, beta=beta)
@@ -252,6 +260,7 @@ def test_arrays_are_the_scalars(r):
             assert field[i, j] == pytest.approx(float(of(one)), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -301,6 +310,7 @@ def test_seeds_differ_in_start_and_noise():
     assert abs(np.corrcoef(one, two)[0, 1]) < 0.2
 
 
+@pytest.mark.statistics
 def test_stated_bias_is_the_real_one():
     """A step ten times the default's: second order, its error known from twice the step."""
     growth = measured(FIGURE7, duration=2000.0, h=0.3)

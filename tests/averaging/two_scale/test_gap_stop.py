@@ -213,6 +213,7 @@ def coupled(eqs):
     return pair.extrapolated("V2")
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("changes, rms", TARGET, ids=str)
 def test_within_two_per_cent_of_the_coupled_equations(changes, rms):
     """From always to never touching: 2 %, and the error stated; |z| < 3 for what is left."""
@@ -228,6 +229,7 @@ PRELOADED = [({}, f, 0.01) for f in (-0.05, -0.1, -0.4)]
 STRONG = [({"beta": 1.0}, 0.05, 0.04), ({"beta": 1.0, "mu": 1.0}, 0.05, 0.04), ({"beta": 2.0}, 0.1, 0.06)]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("changes, rms, most", PRELOADED + STRONG, ids=str)
 def test_stated_error_covers_preload_and_strong_coupling(changes, rms, most):
     eqs = changed(PAPER, **changes, gap=rms * RMS)

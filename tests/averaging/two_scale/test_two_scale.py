@@ -228,6 +228,7 @@ STRONG = [
 FAIR = [{"restitution": 0.85}, {"restitution": 0.8}, {"mu": 3.0}, {"mu": 10.0}, {"restitution": 0.8, "mu": 3.0}]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("changes, most", [(g, 0.01) for g in GOOD] + [(f, 0.025) for f in FAIR + STRONG], ids=str)
 def test_within_one_per_cent_of_the_coupled_equations(changes, most):
     """Paper's parameters: 1 % for r >= .9 and mu <= 1, 2.5 % elsewhere with r >= .8 and under strong coupling."""
@@ -236,6 +237,7 @@ def test_within_one_per_cent_of_the_coupled_equations(changes, most):
     assert abs(solve(eqs).mean_square_voltage / value - 1) < most + 2 * error / value
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(
     "changes",
     [{"restitution": 0.8}, {"restitution": 0.6}, {"beta": 0.5}, {"beta": 1.0}, {"beta": 1.0, "mu": 0.2}, {"beta": 2.0}],
@@ -269,6 +271,7 @@ def random_scene(rng):
     )
 
 
+@pytest.mark.statistics
 def test_stated_error_covers_random_scenes():
     """The error that the theory states of itself is not exceeded, and is not idle: a fifth of it on average."""
     rng, shares = np.random.default_rng(11), []

@@ -22,6 +22,8 @@ from tests.support.lockstep import charging_curve, scales
 from tests.support.paths import EXAMPLES
 from tests.support.systems import PAPER, changed
 
+pytestmark = pytest.mark.ngspice
+
 CP = 50.2e-9
 
 

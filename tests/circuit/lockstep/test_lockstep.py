@@ -20,6 +20,8 @@ from harvester.uncertainty.value import mean_and_error
 from tests.support.lockstep import PLATE, SEED, WEAK, both, device, rms_difference
 from tests.support.systems import PAPER, changed, linear
 
+pytestmark = pytest.mark.ngspice
+
 PLATE_WITH_STOP = changed(PLATE, restitution=0.96)
 
 

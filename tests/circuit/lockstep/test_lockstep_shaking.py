@@ -17,6 +17,8 @@ from harvester.mechanics.kernels.shaking import forcing
 from tests.support.lockstep import PLATE, SEED, check_callbacks, device, rms_difference, scales
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, scene
 
+pytestmark = pytest.mark.ngspice
+
 HARMONIC = {"drive": 0.5, "drive_frequency": 1.2}
 TONE = changed(PAPER, **HARMONIC)  # with a stop and white noise
 HUM = changed(PLATE, n1=None, coloured=0.02, correlation_time=2.0)

@@ -11,6 +11,8 @@ from harvester.mechanics.kernels.path import trace
 from tests.support.lockstep import PLATE, SEED, both, check_callbacks, device, rms_difference, scales
 from tests.support.systems import PAPER, changed, scene
 
+pytestmark = pytest.mark.ngspice
+
 TWO = {"gap": 0.2, "opposite_gap": 0.3, "opposite_restitution": 0.9}
 BISTABLE = changed(PAPER, restitution=None, linear=-1.0, alpha=2.0)
 

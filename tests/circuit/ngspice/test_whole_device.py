@@ -23,6 +23,8 @@ from harvester.equations.scaling import Equations, Scales
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 
+pytestmark = pytest.mark.ngspice
+
 SCALES = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)  # V = 1 is 20 V
 BETA = SCALES.coupling**2 / (SCALES.mass * SCALES.frequency**2 * SCALES.capacitance)
 EQS = Equations(beta=BETA, c1=-0.05, n1=1.0)

@@ -15,6 +15,8 @@ from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, changed, z
 
+pytestmark = pytest.mark.statistics
+
 SEED = np.random.SeedSequence(20261124)
 C, N1 = 0.1, 0.02
 BASE = Equations(c1=-C, n1=N1)

@@ -18,6 +18,8 @@ from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
 
+pytestmark = pytest.mark.statistics
+
 SEED = np.random.SeedSequence(20261122)
 fine_to_coarse = pytest.mark.parametrize("h", [0.1, 0.01, 0.001])
 coarse = pytest.mark.parametrize("h", [0.5, 0.05, 0.005])

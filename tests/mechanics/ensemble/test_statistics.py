@@ -15,6 +15,8 @@ from harvester.uncertainty.value import mean_and_error
 from tests.support.histograms import densities
 from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, z
 
+pytestmark = pytest.mark.statistics
+
 SEED = np.random.SeedSequence(20261123)
 PLATE = changed(linear(1.25, 1.0, c=0.008), restitution=0.96)
 

@@ -15,6 +15,8 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, lyapunov, z
 
+pytestmark = pytest.mark.statistics
+
 SEED = np.random.SeedSequence(20261121)
 
 

@@ -19,6 +19,8 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from tests.support.systems import changed, scene, z
 
+pytestmark = pytest.mark.slow
+
 R, F = 0.7, 0.8
 
 

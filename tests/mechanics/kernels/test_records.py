@@ -102,6 +102,7 @@ def test_path_against_solve_ivp(alpha):
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.statistics
 def test_ensemble_runs_whole_periods():
     """Linear: E[V^2] from every start is the sum over the lines of the series, and nothing is random."""
     record = table(0.1, 597)
@@ -117,6 +118,7 @@ def test_ensemble_runs_whole_periods():
     assert pair.many.run(1.0).balance(eqs) == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.ngspice
 def test_spice_on_the_record():
     eqs = changed(PAPER, n1=None, n2=None, restitution=None, record=table())
     zeros = np.zeros(500)
@@ -152,6 +154,7 @@ def test_record_of_a_density_has_it():
     assert lines == pytest.approx(LEVEL.at(np.maximum(f, 1e-9)), abs=1e-9)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("c", [0.1, 0.4])
 def test_variance_under_a_tabulated_density(c):
     """E[x^2] = integral of |H|^2 G df, within four standard errors, which do not fall short of the true spread."""

@@ -65,6 +65,7 @@ def test_discrete_response_converges_to_the_continuum_at_second_order(frequency)
     assert errors[-1].max() < 1e-2
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("frequency", [0.5, 1.0, 1.1, 1.2, 3.0])
 def test_ensemble_of_the_linear_scene(frequency):
     """E[x^2], E[V^2] and the power, extrapolated to h = 0, are |X|^2/2, |V|^2/2 and beta mu |V|^2/2, to 1e-6."""
@@ -88,6 +89,7 @@ def test_engine_states_that_nothing_is_random():
     assert "harmonic_drive" in answer.effects
 
 
+@pytest.mark.statistics
 def test_several_responses_are_told():
     """A hardening spring below its jump down: trajectories that begin at rest and far out end on different branches."""
     eqs = Equations(alpha=1.0, beta=0.01, mu=1.0, c1=-0.05, drive=0.2, drive_frequency=1.5)
@@ -96,6 +98,7 @@ def test_several_responses_are_told():
     assert answer.mean_square_voltage.stderr > 0.0
 
 
+@pytest.mark.statistics
 def test_white_noise_beside_a_drive():
     """Linear: E[V^2] is the sum of both."""
     eqs = changed(DRIVEN, n1=0.05)
@@ -135,6 +138,7 @@ NOISES = [
 ]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("eqs", NOISES)
 def test_variances_under_filtered_noise(eqs):
     """E[x^2], E[x'^2], E[V^2], E[xV] and E[a x'], extrapolated to h = 0, within four standard errors."""
@@ -148,6 +152,7 @@ def test_variances_under_filtered_noise(eqs):
     assert abs(z(pair.mean("V2"), exact[2, 2], abs(pair.bias("V2")[0]))) < 4
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("h", [0.1, 1.0])
 def test_short_correlation_time_is_white_noise(h):
     """The kicks of tau = 1e-4 are those of white noise of the same intensity, at every step: the same variance."""
@@ -175,6 +180,7 @@ def test_filter_keeps_its_stationary_law(eqs, h):
     assert a == pytest.approx(np.linalg.matrix_power(small, 1024), rel=1e-3, abs=1e-3)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
     """Means of p^2, q^2 and p q over trajectories and times, at a step where the noise of p and q is correlated."""
@@ -204,6 +210,7 @@ def test_forcing_of_a_path_has_the_law_of_the_filter(eqs):
     assert np.abs((mean - [s, a11 * s]) / error).max() < 4
 
 
+@pytest.mark.statistics
 def test_coarse_and_fine_ensembles_are_shaken_alike():
     """The difference of a pair of steps has a far smaller error than either mean."""
     for eqs in (changed(COLOURED, correlation_time=5.0), BAND):
@@ -211,6 +218,7 @@ def test_coarse_and_fine_ensembles_are_shaken_alike():
         assert pair.bias("V2")[1] < 0.02 * pair.mean("V2")[1]
 
 
+@pytest.mark.statistics
 def test_filtered_noise_with_a_stop_closes_its_power_balance():
     for extra in ({"coloured": 0.05, "correlation_time": 1.0}, {"coloured": 0.05, "centre": 1.5, "bandwidth": 0.5}):
         eqs = changed(PAPER, n1=None, n2=None, **extra)

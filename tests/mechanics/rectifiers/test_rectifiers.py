@@ -266,6 +266,7 @@ def test_switch_waits_for_one_and_a_half_plays():
     assert -0.7 < V[-1] < -0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("r", [None, 0.9])
 @pytest.mark.parametrize("kind", KINDS)
 def test_lane_and_path_are_the_same_trajectory(kind, r):
@@ -284,6 +285,7 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
         assert path.U[-1, 0] == pytest.approx(many.state[0, 3, lane], rel=1e-6)
 
 
+@pytest.mark.statistics
 def test_power_balance():
     """Without drops the load gets all that the damping leaves of N1."""
     many = Trajectories(changed(PLATE, c1=-0.05), 1024, SEED, 0.05, circuit=without_drop("bridge", 0.5, 10.0))
@@ -293,6 +295,7 @@ def test_power_balance():
     assert PLATE.beta * moments.load.mean() > 0.5
 
 
+@pytest.mark.statistics
 def test_step_pair_sees_an_error_of_second_order():
     """The bias of the load's power at h is a quarter of that at 2 h, and is the difference from 2 h over 3."""
     pairs = [RichardsonPair(Trajectories(PLATE, 1024, SEED, h, circuit=circuit()), 400.0) for h in (0.2, 0.1)]
@@ -301,6 +304,7 @@ def test_step_pair_sees_an_error_of_second_order():
     assert abs(z((coarse, coarse_error), 4 * fine, 4 * fine_error)) < 4
 
 
+@pytest.mark.statistics
 def test_settling_waits_for_the_capacitor():
     slow = circuit(mu=0.1, kappa=200.0)
     many = Trajectories(PLATE, 128, SEED, 0.1, circuit=slow)
@@ -322,6 +326,7 @@ def test_noise_is_needed_and_no_resistor():
         trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("mu", [1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("kappa", [1e-4, 1e8])
@@ -419,6 +424,7 @@ def rms(a, b):
     return np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2))
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize("name", ["bridge", "doubler"])
 def test_ngspice_on_the_same_noise(name):
     """Load power of 8 trajectories: the same but for 1e-3 of its variance, its mean to .1 %; V to .2 %."""
@@ -429,6 +435,7 @@ def test_ngspice_on_the_same_noise(name):
     assert rms(s.volts * same.U[:, 1], charge) < 1e-3
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize("name", ["parallel_sshi", "series_sshi", "sece"])
 def test_ngspice_on_the_same_noise_with_a_switch(name):
     """The capacitor's voltage along one path: inversions take no time here, .02/w0 there."""

@@ -18,6 +18,8 @@ from harvester.studies.frequency_response.response import draw, frequencies, res
 from harvester.uncertainty.value import Value
 from tests.support.systems import COLOURED, DRIVEN, changed, continuum, scene
 
+pytestmark = pytest.mark.slow
+
 PLATE = hv.load("examples/plate_harmonic.toml")
 DUFFING = Equations(alpha=0.03, beta=0.01, mu=1.0, c1=-0.04, drive=0.2, drive_frequency=1.0)
 

@@ -186,6 +186,7 @@ def test_two_keys_by_formula():
     assert "the high end of its range" in str(answer)
 
 
+@pytest.mark.statistics
 def test_two_keys_by_ensemble():
     """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against beyond doubt."""
     answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.3, 12.0), "nondimensional.beta": (0.1, 3.0)}, ENSEMBLE)
@@ -200,6 +201,7 @@ def test_two_keys_by_ensemble():
 ENSEMBLE = hv.Ensemble(trajectories=1024)
 
 
+@pytest.mark.statistics
 def test_coverage_of_the_intervals():
     """The 95 % intervals of the best mu and of the power there hold the exact ones about 95 times of 100: |z| < 4.
 
@@ -217,6 +219,7 @@ def test_coverage_of_the_intervals():
         assert (held - 0.95 * n) / math.sqrt(n * 0.95 * 0.05) > -4.0
 
 
+@pytest.mark.statistics
 def test_intervals_are_no_wider_than_they_must():
     """With synthetic noise, the distance from the true optimum over the stated error scatters like 1, not less."""
     from scipy.optimize import minimize_scalar
@@ -230,6 +233,7 @@ def test_intervals_are_no_wider_than_they_must():
     assert 0.5 < np.std(scores) < 1.4  # the standard deviation of 40 scores of 1 has an error of .11
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("noise", [0.0, 0.3])
 def test_two_peaks(noise):
     """Both are found, the higher one first, wherever the search begins."""
@@ -268,12 +272,14 @@ def test_all_places_fail():
         optimise.optimise(LINEAR, {"nondimensional.c1": (0.5, 1.0)}, hv.Published())
 
 
+@pytest.mark.statistics
 def test_boundary():
     """Above the best mu the power falls: the lower end is best, beyond doubt."""
     key = only(optimise.optimise(LINEAR, {"nondimensional.mu": (3.0, 20.0)}, ENSEMBLE))
     assert (key.value, key.low95, key.high95, key.boundary) == (3.0, 3.0, 3.0, "low")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", [ENSEMBLE, hv.Averaged()], ids=lambda e: e.NAME)
 def test_a_budget_too_small(engine):
     """It says what is missing, and still tells a power with its error."""
@@ -285,6 +291,7 @@ def test_a_budget_too_small(engine):
     assert answer.mean_power.error95 > 0.0
 
 
+@pytest.mark.statistics
 def test_the_same_seed_the_same_answer():
     def answer(seed):
         found = optimise.optimise(LINEAR, MU, dataclasses.replace(ENSEMBLE, seed=seed))
@@ -294,6 +301,7 @@ def test_the_same_seed_the_same_answer():
     assert answer(5) != answer(6)
 
 
+@pytest.mark.statistics
 def test_the_power_has_noise_of_its_own():
     """The seed of the last evaluation took no part in the search: no winner's curse."""
     answer = optimise.optimise(LINEAR, MU, ENSEMBLE)
@@ -302,6 +310,7 @@ def test_the_power_has_noise_of_its_own():
     assert last.seed not in {p.seed for p in search}
 
 
+@pytest.mark.slow
 def test_command(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(LINEAR.to_toml())
@@ -328,6 +337,8 @@ def test_figure_of_two_keys(tmp_path):
     assert (tmp_path / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_spice():
     """ngspice settles where the ensemble led it: few runs, none of a scan."""
     engine = hv.Spice(trajectories=8)

@@ -10,6 +10,8 @@ from harvester.errors import CannotServeError
 from harvester.studies.stability import region
 from tests.support.systems import FIGURE7, changed, scene
 
+pytestmark = pytest.mark.slow
+
 
 def test_boundary_is_where_the_monte_carlo_is_zero():
     """The paper's Figure 9 oscillator: ours on the measured boundary within 4 errors, the published one far off."""

@@ -62,6 +62,7 @@ def test_a_list_and_a_failure(tmp_path):
         assert data.mean_power.units == "1"
 
 
+@pytest.mark.slow
 def test_run_loads_none_of_it():
     code = f"""
 import sys

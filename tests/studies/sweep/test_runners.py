@@ -22,6 +22,8 @@ from harvester.studies.sweep.points import grid, read_axis
 from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
 
+pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+
 PLATE = hv.load(EXAMPLES / "plate.toml")
 LOADS = read_axis("load.resistance=100k:1M:6")
 ENGINES = [

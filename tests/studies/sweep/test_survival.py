@@ -9,7 +9,11 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from tests.support.paths import ROOT
+
+pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 
 sys.path.append(str(ROOT / "benchmarks"))
 kills = importlib.import_module("kills")

@@ -259,6 +259,7 @@ def test_an_interrupted_resume_keeps_later_rows(tmp_path, monkeypatch):
     assert (tmp_path / "sweep.csv").read_text().splitlines()[1:] == lines[2:]
 
 
+@pytest.mark.statistics
 @pytest.mark.usefixtures("undrawn")
 def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
     """Rows bear the name of the engine that was chosen, and are found again under it."""

@@ -59,6 +59,7 @@ def test_the_scheme_is_of_second_order():
     assert ratios[0] / ratios[1] == pytest.approx(4.0, rel=1e-2)
 
 
+@pytest.mark.statistics
 def test_ladder_is_the_exact_bias():
     """At the steps of its rungs, below them, and for the mean at a step of zero."""
     found = richardson_ladder(hv.Ensemble().model(Problem(LINEAR)), 0.1, 1024, seed=3, seconds=1.5)
@@ -117,6 +118,7 @@ def test_a_bias_that_is_not_seen_still_counts():
     assert Bias(0.01, 0.003) + Bias(-0.02, 0.004) == Bias(-0.01, 0.005)
 
 
+@pytest.mark.statistics
 def test_model_bias_takes_the_step_out():
     """An answer of 1.1 x 1.02 x the reference: the step's 2 % gone, 10 % are the model's, errors added in squares."""
     answer = hv.Ensemble(trajectories=64, duration=5.0).run(LINEAR)
@@ -190,6 +192,8 @@ def measured(tmp_path_factory):
     return folder, cost(LINEAR, folder, seed=5, budget=8.0, tick=lambda *one: told.append(one)), told
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_table(measured):
     """The file is the rows; numbers are finite or empty; the three errors add up to the total."""
     folder, answer, _ = measured
@@ -213,6 +217,8 @@ def test_table(measured):
     assert json.loads((folder / "provenance.json").read_text())["reference"] == answer.reference == "spice"
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_total_error_covers_the_true_error(measured):
     """Of the rows that sample, nearly all; of the biases' references, within their standard errors."""
     answer = measured[1]
@@ -223,6 +229,8 @@ def test_total_error_covers_the_true_error(measured):
     assert all(abs(row.mean_power - EXACT) < 2.5 * row.total_error * EXACT for row in outside)
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_biases_are_the_exact_ones(measured):
     """The step's is that of the discrete scheme, a formula's its distance to the exact power, the ensemble's none."""
     for row in measured[1].rows:
@@ -238,6 +246,8 @@ def test_biases_are_the_exact_ones(measured):
             assert (row.model_bias, row.model_bias_stderr) == (0.0, 0.0)
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_front_is_marked_and_told(measured):
     answer = measured[1]
     marked = [k for k, row in enumerate(answer.rows) if row.best]
@@ -247,6 +257,8 @@ def test_front_is_marked_and_told(measured):
     assert [row.seconds for row in answer.best] == sorted(row.seconds for row in answer.best)
 
 
+@pytest.mark.ngspice
+@pytest.mark.statistics
 def test_progress_is_told(measured):
     told = measured[2]
     assert {"published", "averaged", "ensemble", "biases", "spice", "spice alone"} == {what for what, _ in told}
@@ -256,6 +268,8 @@ def test_progress_is_told(measured):
     assert fractions[-1] <= 1.0
 
 
+@pytest.mark.ngspice
+@pytest.mark.slow
 def test_budget_that_is_spent_leaves_one_setting_an_engine(tmp_path):
     answer = cost(LINEAR, tmp_path, budget=1e-3)
     assert [(row.engine, row.error) for row in answer.rows] == [
@@ -333,6 +347,7 @@ def test_reference_is_the_cheap_model_less_its_bias(measurement):
     assert (cheap.model_bias, spice.model_bias) == (0.25, 0.0)
 
 
+@pytest.mark.statistics
 def test_units_of_a_device():
     """Step in seconds, power in watts: the same exact laws."""
     measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
@@ -380,6 +395,7 @@ parameters = { R = "1 Mohm", C = "50 nF" }
 """)
 
 
+@pytest.mark.ngspice
 def test_ngspice_beside_the_ideal_circuit():
     """A coarse tolerance is further off than a fine one; an ideal circuit said to give twice its power has 100 % bias.
 
