@@ -11,7 +11,6 @@ PAGE = (ROOT / "CONTRIBUTING.md").read_text()
 PATHS = sorted(set(re.findall(r"`((?:harvester|tests|docs|netlists|examples|benchmarks)/[\w/.]*)`", PAGE)))
 
 
-@pytest.mark.xfail(strict=False, reason="some of these files are about to be split off")
 @pytest.mark.parametrize("path", PATHS)
 def test_path_is_there(path):
     assert (ROOT / path).exists()

@@ -48,7 +48,6 @@ def documented(tree):
                 waiting.append(node)
 
 
-@pytest.mark.xfail(strict=False, reason="figures still know answers; two circles are left")
 def test_layers_and_no_circles():
     """Import-linter's contracts in pyproject.toml: arrows point one way, for annotations too."""
     done = subprocess.run(
