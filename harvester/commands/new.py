@@ -1,18 +1,24 @@
 """The command `harvester new`."""
 
+import json
+import math
 import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import click
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_json
+from harvester.commands.messages import echo, typed
 from harvester.commands.options import json_option
-from harvester.devices.flags import FLAGS, LOAD
+from harvester.devices.datasheet import FIELDS, LOAD
 from harvester.errors import InputError, invalid
+
+if TYPE_CHECKING:
+    from harvester.equations.problem import Problem
 
 
 def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -23,11 +29,11 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--parameter", "parameters", multiple=True, metavar="NAME=VALUE", help="Of the netlist; repeatable."
         ),
     ]
-    for group in reversed(dict.fromkeys(flag.group for flag in FLAGS.values())):
+    for group in reversed(dict.fromkeys(field.group for field in FIELDS.values())):
         options = [
-            cloup.option("--" + flag.name.replace("_", "-"), flag.name, metavar="VALUE", help=flag.help)
-            for flag in FLAGS.values()
-            if flag.group == group
+            cloup.option("--" + field.name.replace("_", "-"), field.name, metavar="VALUE", help=field.help)
+            for field in FIELDS.values()
+            if field.group == group
         ]
         command = cloup.option_group(group, *options, *(netlist if group == LOAD else []))(command)
     return command
@@ -61,31 +67,81 @@ def new(
 
     On a terminal, what is needed and left out is asked for.  Values carry their unit, or are in SI units.
     """
-    from harvester.devices.device import device, missing
+    from harvester.devices.device import missing, scene_tables
     from harvester.devices.meaning import meaning
     from harvester.devices.scene_file import check, write
 
     path = Path(file)
     check(path, force)  # before anybody answers questions
-    given = {name: value for name, value in values.items() if value is not None}
-    others = {"netlist": netlist, "title": title}
-    if missing(given) and sys.stdin.isatty():
-        from harvester.commands.questions import ask
+    texts = {name: value for name, value in values.items() if value is not None}
+    if missing(texts) and sys.stdin.isatty():
+        from harvester.commands.questions import ask, ask_title
 
-        ask(given, others)
+        ask(texts, netlist is not None)
+        title = ask_title() if title is None else title
     if netlist is not None:
         netlist = _netlist(netlist, path)
-    made = device(given, others["title"] or "", netlist, _parameters(parameters))
-    scene = write(path, made, force)
-    found = meaning(scene, file)
+    problem = write(path, scene_tables(texts, title or "", netlist, _parameters(parameters)), force)
+    found = meaning(problem)
+    if not found.words["load"]:
+        whose = "a netlist's is " if problem.netlist is not None else ""
+        found.words["load"].append(f"best load: {whose}found by: {_optimise(problem, file)}")
+    words = [typed(line) for sentences in found.words.values() for line in sentences]
+    lines = next_lines(problem, file, found.facts)
     if as_json:
-        whole = {"file": file, "scene": scene.tables(), **found.as_json()}
-        echo_json(whole)
+        numbers = {name: value for name, value, _, _ in found.numbers}
+        answer = {"file": file, "scene": problem.scene.tables(), "numbers": numbers, **found.facts}
+        click.echo(json.dumps({**answer, "words": words, "next": lines}, allow_nan=False))
         return
-    echo(f"written: {file}\n\n{found}")
+    echo("\n".join([f"written: {file}", "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
+
+
+def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:
+    """What to type next, given what is known of the scene: what is missing first."""
+    from harvester.devices.best_load import NEAR, load_range
+
+    load, eqs = problem.scene.load, problem.equations
+    if not problem.shaken:
+        return ["harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"]
+    if load is None:
+        return [_optimise(problem, file)]
+    if eqs.drive is not None and load.netlist is None:
+        f0 = problem.scales.frequency / (2.0 * math.pi)
+        low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
+        sweep = f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:61 --out response"
+        return [f"harvester run {file}", sweep]
+    run, best = f"harvester run {file} --within 1%", facts.get("best_load")
+    if best is not None and best["share"] < NEAR:
+        return [run, _optimise(problem, file)]
+    low, high = load_range(problem)
+    return [run, f"harvester sweep {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}:25 --out sweep"]
+
+
+def _optimise(problem: "Problem", file: str) -> str:
+    """The command that finds the best load."""
+    from harvester.devices.best_load import load_range
+    from harvester.devices.meaning import engines
+
+    low, high = load_range(problem)
+    engine = " --engine ideal" if "ideal" in engines(problem) else ""
+    return f"harvester optimise {file} --over {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
+
+
+def _load_key(problem: "Problem") -> str:
+    """The scene key of the load's resistance."""
+    return "load.resistance" if problem.netlist is None else "load.parameters.R"
+
+
+def _plain(ohm: float) -> str:
+    """A resistance such as 10k, as --vary and --over read it."""
+    for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if ohm >= factor:
+            return f"{ohm / factor:g}{prefix}"
+    return f"{ohm:g}"
 
 
 def _parameters(pairs: tuple[str, ...]) -> dict[str, str]:
+    """The texts of a netlist's parameters by name, from NAME=VALUE."""
     found = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
@@ -98,8 +154,8 @@ def _parameters(pairs: tuple[str, ...]) -> dict[str, str]:
 
 
 def _netlist(name: str, scene: Path) -> str:
-    """As the scene file names it: a path from where the program runs becomes one from the file."""
+    """The netlist as the scene file names it: a path from where the program runs becomes one from the file."""
     if "/" not in name and not name.endswith(".cir"):
         return name
-    given = os.path.relpath(name, scene.parent)
-    return given if "/" in given else f"./{given}"
+    path = os.path.relpath(name, scene.parent)
+    return path if "/" in path else f"./{path}"

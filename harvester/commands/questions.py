@@ -1,61 +1,65 @@
-"""Questions for what the flags left out, on a terminal; on stderr, so that stdout is the answer's alone."""
+"""Questions on a terminal for what the options of `harvester new` left out.
+
+They stand on stderr, so that stdout holds nothing but the answer.
+"""
 
 from collections.abc import Callable
 
 import click
 
 from harvester.commands.messages import typed
+from harvester.devices.datasheet import FIELDS, SHAKING, STOP
 from harvester.devices.device import missing, read
-from harvester.devices.flags import FLAGS, SHAKING, STOP
 from harvester.errors import InputError
 
 EMPTY = "empty: unknown"
 
 
-def ask(given: dict[str, str], others: dict[str, str | None]) -> None:
-    """Fill ``given`` by flag, and title and netlist in ``others``; an answer that cannot be is asked for again."""
+def ask(texts: dict[str, str], netlist: bool) -> None:
+    """Ask for what ``texts``, by field, still needs, and add it; ``netlist`` says that the load is one."""
     click.echo("A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True)
-    while needed := missing(given):
-        choice = needed[0]
-        for name in choice[:-1]:
-            if _value(given, name, EMPTY):
-                break
-        else:
-            _value(given, choice[-1], None)
-    if not _any(given, STOP) and _value(given, "restitution", "empty: no stop"):
-        _value(given, "gap", "empty: 0")
-    quiet = not _any(given, SHAKING) and not _value(given, "acceleration_psd", "empty: no noise")
-    if quiet and _value(given, "acceleration_amplitude", "empty: none"):
-        _value(given, "drive_frequency", None)
-    if "resistance" not in given and others["netlist"] is None:
-        _value(given, "resistance", "empty: none yet")
-    if others["title"] is None:
-        others["title"] = _prompt("Title (empty: none)", lambda text: text, "")
+    while needed := missing(texts):
+        *choices, last = needed[0]
+        if not any(_ask_field(texts, name, EMPTY) for name in choices):
+            _ask_field(texts, last, None)
+    if not _any_known(texts, STOP) and _ask_field(texts, "restitution", "empty: no stop"):
+        _ask_field(texts, "gap", "empty: 0")
+    quiet = not _any_known(texts, SHAKING) and not _ask_field(texts, "acceleration_psd", "empty: no noise")
+    if quiet and _ask_field(texts, "acceleration_amplitude", "empty: none"):
+        _ask_field(texts, "drive_frequency", None)
+    if "resistance" not in texts and not netlist:
+        _ask_field(texts, "resistance", "empty: none yet")
 
 
-def _any(given: dict[str, str], group: str) -> bool:
-    return any(flag.name in given for flag in FLAGS.values() if flag.group == group)
+def ask_title() -> str:
+    """Ask for the title of the scene."""
+    return _prompt("Title (empty: none)", str)
 
 
-def _value(given: dict[str, str], name: str, empty: str | None) -> bool:
-    """Ask for one value; False where it may be left out, as ``empty`` says, and is."""
+def _any_known(texts: dict[str, str], group: str) -> bool:
+    """Whether a field of a group is known."""
+    return any(field.name in texts for field in FIELDS.values() if field.group == group)
+
+
+def _ask_field(texts: dict[str, str], name: str, empty: str | None) -> bool:
+    """Ask for one field until the answer is a value or, where ``empty`` allows it, empty; whether it is a value."""
 
     def checked(text: str) -> str:
-        if text.strip():
-            try:
+        try:
+            if text.strip():
                 read(name, text)
-            except InputError as error:
-                raise click.UsageError(typed(str(error))) from None
-        elif empty is None:
-            raise click.UsageError(f"{FLAGS[name].option} must be given, but is left out")
+            elif empty is None:
+                raise InputError(f"`{name}` must be given, but is left out")
+        except InputError as error:
+            raise click.UsageError(typed(str(error))) from None
         return text.strip()
 
-    question = FLAGS[name].question + (f" ({empty})" if empty else "")
-    text = _prompt(question, checked, "")
+    text = _prompt(FIELDS[name].question + (f" ({empty})" if empty else ""), checked)
     if text:
-        given[name] = text
+        texts[name] = text
     return bool(text)
 
 
-def _prompt(question: str, checked: Callable[[str], str], default: str) -> str:
-    return str(click.prompt(question, default=default, show_default=False, value_proc=checked, err=True))
+def _prompt(question: str, checked: Callable[[str], str]) -> str:
+    """Ask a question until ``checked`` takes the answer, which may be empty."""
+    return str(click.prompt(question, default="", show_default=False, value_proc=checked, err=True))

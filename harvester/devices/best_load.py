@@ -1,24 +1,31 @@
-"""The load resistance of most mean power, by engine `averaged`: a scan by ratio, then finer about its best point."""
+"""The load resistance of most mean power, by engine `averaged`: a coarse scan, then SciPy's bounded minimiser.
+
+Both work on the logarithm of the resistance, of which the power is a smooth function.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Averaged
+from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
-DECADES, EACH, FINER, ROUNDS = 3, 6, 7, 3  # to either side of the middle, points of a decade, of a round
+DECADES, EACH = 3, 6  # scanned to either side of the middle, points a decade
+PRECISION = 2e-3  # of the resistance, relative: the power is flat there
 NEAR = 0.95  # of the best power: close enough to call it near
 
 
 @dataclass(frozen=True)
 class BestLoad:
-    """Resistance (ohm) and mean power (W) of the best; between ``low`` and ``high`` at least `NEAR` of it is had."""
+    """The best resistance (ohm) and its mean power (W); from ``low`` to ``high`` the power is at least `NEAR` of it."""
 
     resistance: float
     power: Value
@@ -27,21 +34,47 @@ class BestLoad:
     at_end: bool
 
 
-def best_load(scene: Scene, middle: float) -> BestLoad:
-    """About ``middle`` ohm; raises HarvesterError where the engine answers nowhere, its last error."""
-    u = np.linspace(-DECADES, DECADES, 2 * DECADES * EACH + 1)
-    found = _scan(scene, middle * 10.0**u)
-    step = 1.0 / EACH
-    for _ in range(ROUNDS):
-        best = max(found, key=lambda r: found[r].value)
-        found |= _scan(scene, best * 10.0 ** np.linspace(-step, step, FINER))
-        step *= 2.0 / (FINER - 1)
-    r = np.array(sorted(found))
-    share = np.array([found[one].value for one in r])
+def linear_best_load(problem: Problem) -> float:
+    """The best resistance of a linear device under white noise, 1/(Cp w0 sqrt(1 + beta)) in ohm."""
+    s = problem.scales
+    return 1.0 / (s.capacitance * s.frequency * math.sqrt(1.0 + (problem.equations.beta or 0.0)))
+
+
+def load_range(problem: Problem) -> tuple[float, float]:
+    """The ends of a range of loads (ohm) that holds the best one, powers of ten."""
+    decade = round(math.log10(linear_best_load(problem)))
+    return 10.0 ** (decade - DECADES), 10.0 ** (decade + DECADES - 1.0)
+
+
+def best_load(problem: Problem) -> BestLoad:
+    """Search `DECADES` to either side of the best load of the linear device.
+
+    Raises
+    ------
+    HarvesterError
+        where the engine answers at no load, its first error.
+    """
+    step = math.log(10.0) / EACH
+    scene, middle = problem.scene, math.log(linear_best_load(problem))
+    answers = _powers(scene, [middle + step * k for k in range(-DECADES * EACH, DECADES * EACH + 1)])
+    powers = {u: power for u, power in answers.items() if isinstance(power, Value)}
+    if not powers:
+        raise next(error for error in answers.values() if isinstance(error, HarvesterError))
+
+    def loss(u: float) -> float:
+        answer = _powers(scene, [u])[u]
+        if isinstance(answer, Value):
+            powers[u] = answer
+        return -powers[u].value if u in powers else 0.0
+
+    peak = max(powers, key=lambda u: powers[u].value)
+    minimize_scalar(loss, bounds=(peak - step, peak + step), method="bounded", options={"xatol": PRECISION})
+    u = np.array(sorted(powers))
+    share = np.array([powers[one].value for one in u])
     top = int(share.argmax())
     share /= share[top]
-    low, high = (_crossing(np.log(r), share, top, way) for way in (-1, 1))
-    return BestLoad(float(r[top]), found[r[top]], math.exp(low), math.exp(high), top in (0, len(r) - 1))
+    low, high = (_crossing(u, share, top, way) for way in (-1, 1))
+    return BestLoad(math.exp(u[top]), powers[u[top]], math.exp(low), math.exp(high), top in (0, len(u) - 1))
 
 
 def _crossing(u: Floats, share: Floats, top: int, way: int) -> float:
@@ -55,13 +88,10 @@ def _crossing(u: Floats, share: Floats, top: int, way: int) -> float:
     return float(u[k] + part * (u[k + way] - u[k]))
 
 
-def _scan(scene: Scene, resistances: Floats) -> dict[float, Value]:
-    answers = Averaged().run_many([scene.with_load(float(one)) for one in resistances])
-    found = {
-        float(one): answer.mean_power
-        for one, answer in zip(resistances, answers, strict=True)
-        if isinstance(answer, Estimate)
+def _powers(scene: Scene, logarithms: Sequence[float]) -> dict[float, Value | HarvesterError]:
+    """The mean power at each logarithm of a resistance, or the engine's error."""
+    answers = Averaged().run_many([scene.with_load(math.exp(u)) for u in logarithms])
+    return {
+        float(u): answer.mean_power if isinstance(answer, Estimate) else answer
+        for u, answer in zip(logarithms, answers, strict=True)
     }
-    if not found:
-        raise next(answer for answer in answers if isinstance(answer, HarvesterError))
-    return found

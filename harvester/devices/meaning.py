@@ -1,19 +1,18 @@
-"""What the numbers of a scene mean: nondimensional numbers, coupling, best load, stop, engines, what to type next."""
+"""What the numbers of a scene mean: nondimensional numbers, coupling, best load, stop, engines."""
 
 import math
 import textwrap
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.devices.best_load import DECADES, NEAR, best_load
-from harvester.devices.stop import stop
-from harvester.engines import Averaged, Ideal, Published
+from harvester.devices.best_load import NEAR, best_load
+from harvester.devices.stop_hits import stop_hits
+from harvester.engines import Averaged, Published
 from harvester.engines.selection import serving
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.printing.columns import columns
-from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 WEAK = 0.2  # of the power that white noise gives, at the best load
@@ -26,37 +25,37 @@ SOURCE = (
 
 @dataclass(frozen=True)
 class Meaning:
-    """Numbers as (name, value, unit, what it is); words in sentences; the same for programs; the next commands."""
+    """What the numbers of a scene mean, for people and for programs.
+
+    ``numbers`` are rows of name, value, unit and what it is.  ``words`` are the sentences on each topic: coupling, load
+    (none where only a search would find the best load), stop, engines.  ``facts`` say the same to a program.
+    """
 
     numbers: tuple[tuple[str, float, str, str], ...]
-    words: tuple[str, ...]
+    words: dict[str, list[str]]
     facts: dict[str, Any]
-    commands: tuple[str, ...]
 
-    def __str__(self) -> str:
-        shown = [(name, Value(value).text(unit), what) for name, value, unit, what in self.numbers]
-        lines = columns([(f"{name:<11}", value, what) for name, value, what in shown], "  ")
-        return "\n".join([*lines, "", *self.words, "", *(f"next: {line}" for line in self.commands)])
-
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints, less the file."""
-        numbers = {name: value for name, value, _, _ in self.numbers}
-        return {"numbers": numbers, **self.facts, "words": list(self.words), "next": list(self.commands)}
+    def table(self) -> list[str]:
+        """The numbers as lines of text."""
+        rows = [(f"{name:<11}", Value(value).text(unit), what) for name, value, unit, what in self.numbers]
+        return columns(rows, "  ")
 
 
-def meaning(scene: Scene, file: str) -> Meaning:
-    """What a physical scene's numbers mean; ``file`` is what the next commands name."""
-    problem = Problem(scene)
-    eqs = problem.equations
-    words: list[str] = []
-    facts: dict[str, Any] = {}
-    for told, fact in (_coupling(eqs), _load(problem, file), stop(problem), _engines(problem)):
-        words += told
-        facts |= fact
-    return Meaning(_numbers(problem), tuple(words), facts, _commands(problem, file, facts))
+def meaning(problem: Problem) -> Meaning:
+    """What the numbers of a physical scene mean."""
+    topics = {
+        "coupling": _coupling(problem.equations),
+        "load": _load(problem),
+        "stop": stop_hits(problem),
+        "engines": _engines(problem),
+    }
+    words = {topic: sentences for topic, (sentences, _) in topics.items()}
+    facts = {name: fact for _, found in topics.values() for name, fact in found.items()}
+    return Meaning(_numbers(problem), words, facts)
 
 
 def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
+    """The scales and nondimensional numbers that the scene has."""
     s, eqs = problem.scales, problem.equations
     beta, c = eqs.beta or 0.0, -(eqs.c1 or 0.0)
     rows: list[tuple[str, float | None, str, str]] = [
@@ -79,6 +78,7 @@ def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
 
 
 def _coupling(eqs: Equations) -> tuple[list[str], dict[str, Any]]:
+    """Sentences on how strongly the circuit acts back on the mass, with the reason."""
     c, beta = -(eqs.c1 or 0.0), eqs.beta or 0.0
     if not c > 0.0:
         return ["coupling: k^2 Q has no meaning without damping: damping_ratio must be above 0"], {}
@@ -91,34 +91,33 @@ def _coupling(eqs: Equations) -> tuple[list[str], dict[str, Any]]:
         "medium": "the mass feels the load",
         "weak": "the mass hardly feels the load; circuits like SSHI or SECE may bring more",
     }[how]
-    told = f"coupling: {how}, k^2 Q = {merit:.3g} (strong from {exact / c:.3g}): {means}"
+    verdict = f"coupling: {how}, k^2 Q = {merit:.3g} (strong from {exact / c:.3g}): {means}"
     taken = (
         f"linear and under white noise, the best resistor takes {share:.0%} of what the shaking gives; weak: below 20%)"
     )
     reasons = textwrap.wrap(f"{SOURCE}; {taken}", 100, initial_indent="  (", subsequent_indent="  ")
     facts = {"figure_of_merit": merit, "coupling": how, "strong_from": exact / c, "noise_share": share}
-    return [told, *reasons], facts
+    return [verdict, *reasons], facts
 
 
 def noise_share(beta: float, c: float) -> float:
     """Of N1, the power that white noise gives a linear device without a stop, what the best resistor takes.
 
-    beta mu S/N1 of the Lyapunov equation (see `harvester.devices.stop`) at mu = sqrt(1 + beta).
+    beta mu S/N1 of the Lyapunov equation (see `harvester.devices.stop_hits`) at mu = sqrt(1 + beta).
     """
     return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 
 
-def _load(problem: Problem, file: str) -> tuple[list[str], dict[str, Any]]:
-    """The best load resistance, by a search with engine `averaged` where that serves."""
-    scene = problem.scene
+def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
+    """Sentences on the load and the best one, which is searched for with engine `averaged` where that serves."""
     if problem.netlist is not None:
-        return [f"best load: a netlist's is found by: {_optimise(problem, file)}"], {"best_load": None}
+        return [], {"best_load": None}
     if "external_noise" not in problem.effects or Averaged.refusal(problem):
-        if not problem.shaken:
-            return ["best load: not looked for, as nothing shakes the base"], {"best_load": None}
-        return [f"best load: found by: {_optimise(problem, file)}"], {"best_load": None}
+        why = [] if problem.shaken else ["best load: not looked for, as nothing shakes the base"]
+        return why, {"best_load": None}
+    scene = problem.scene
     try:
-        found = best_load(scene, _middle(problem))
+        found = best_load(problem)
     except HarvesterError as error:
         return [f"best load: not found: {error}"], {"best_load": None}
     power = found.power
@@ -139,14 +138,15 @@ def _load(problem: Problem, file: str) -> tuple[list[str], dict[str, Any]]:
     own = min(Averaged().run(problem).mean_power.value / power.value, 1.0)
     fact["share"] = own
     how = "near the best" if own >= NEAR else "far from the best"
-    told = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
-    return [told, f"  ({stated})"], {"best_load": fact}
+    verdict = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
+    return [verdict, f"  ({stated})"], {"best_load": fact}
 
 
 def _engines(problem: Problem) -> tuple[list[str], dict[str, Any]]:
+    """A sentence on the engines that serve the scene."""
     names = engines(problem)
-    told = ", ".join(names) if names else "none yet: a power needs shaking and a load"
-    return [f"engines that serve it: {told}"], {"engines": names}
+    listed = ", ".join(names) if names else "none yet: a power needs shaking and a load"
+    return [f"engines that serve it: {listed}"], {"engines": names}
 
 
 def engines(problem: Problem) -> list[str]:
@@ -157,54 +157,6 @@ def engines(problem: Problem) -> list[str]:
     return [name for name in serving(problem) if name not in formulas]
 
 
-def _commands(problem: Problem, file: str, facts: dict[str, Any]) -> tuple[str, ...]:
-    scene, eqs = problem.scene, problem.equations
-    if not problem.shaken:
-        return ("harvester keys excitation   (what may shake the base: add one to the scene, or new --force)",)
-    if scene.load is None:
-        return (_optimise(problem, file),)
-    if eqs.drive is not None and scene.load.netlist is None:
-        f0 = problem.scales.frequency / (2.0 * math.pi)
-        low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
-        return (
-            f"harvester run {file}",
-            f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:61 --out response",
-        )
-    best = facts.get("best_load")
-    if best is not None and best["share"] < NEAR:
-        return (f"harvester run {file} --within 1%", _optimise(problem, file))
-    low, high = _range(problem)
-    vary = "parameters.R" if scene.load.netlist is not None else "resistance"
-    grid = f"load.{vary}={_plain(low)}:{_plain(high)}:25"
-    return (f"harvester run {file} --within 1%", f"harvester sweep {file} --vary {grid} --out sweep")
-
-
-def _optimise(problem: Problem, file: str) -> str:
-    low, high = _range(problem)
-    key = "load.resistance" if problem.netlist is None else "load.parameters.R"
-    engine = " --engine ideal" if Ideal.NAME in engines(problem) else ""
-    return f"harvester optimise {file} --over {key}={_plain(low)}:{_plain(high)}{engine}"
-
-
-def _middle(problem: Problem) -> float:
-    """1/(Cp w0 sqrt(1 + beta)): the best load of a linear device under white noise."""
-    s = problem.scales
-    return 1.0 / (s.capacitance * s.frequency * math.sqrt(1.0 + (problem.equations.beta or 0.0)))
-
-
-def _range(problem: Problem) -> tuple[float, float]:
-    """Ends of the search, powers of ten."""
-    decade = round(math.log10(_middle(problem)))
-    return 10.0 ** (decade - DECADES), 10.0 ** (decade + DECADES - 1.0)
-
-
 def _ohm(value: float) -> str:
+    """A resistance as a text of three digits."""
     return Value(float(f"{value:.3g}")).text("ohm")
-
-
-def _plain(value: float) -> str:
-    """Such as 10k, as `--vary` and `--over` read it."""
-    for power, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")):
-        if value >= power:
-            return f"{value / power:g}{prefix}"
-    return f"{value:g}"

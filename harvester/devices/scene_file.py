@@ -4,11 +4,10 @@ from pathlib import Path
 
 import tomli_w
 
-from harvester.devices.device import Device, Key
+from harvester.devices.device import Entry, Tables
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, shown
 from harvester.machine import files
-from harvester.scene.scene import Scene
 from harvester.scene.toml import loads
 
 WIDTH = 34  # where comments begin
@@ -19,38 +18,47 @@ TABLES = {
     "excitation": "what shakes the base",
     "load": "what takes the power",
 }
-EXAMPLES = {  # of a table that is left out
+EXAMPLES = {  # what a table that is left out might hold
     "stop": ["restitution = 0.96"],
     "excitation": ['acceleration_psd = "1e-5 g^2/Hz"'],
     "load": ['resistance = "1 Mohm"'],
 }
 
 
-def text(device: Device) -> str:
-    """The file's text."""
+def text(tables: Tables) -> str:
+    """The text of the scene file that holds these tables."""
     lines = ["# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."]
     lines += ["# All keys, their units and meanings: harvester keys", ""]
-    lines += [_line(key) for key in device.tables[""]]
+    lines += [_line(entry) for entry in tables[""]]
     for table, word in TABLES.items():
-        keys = device.tables[table]
-        lines += ["", _commented(f"[{table}]" if keys else f"# [{table}]", word)]
-        lines += [_line(key) for key in keys] or [f"# {example}" for example in EXAMPLES[table]]
+        entries = tables[table]
+        lines += ["", _commented(f"[{table}]" if entries else f"# [{table}]", word)]
+        lines += [_line(entry) for entry in entries] or [f"# {example}" for example in EXAMPLES[table]]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 
 
-def _line(key: Key) -> str:
-    if isinstance(key.value, dict):
-        pairs = ", ".join(tomli_w.dumps({name: value}).strip() for name, value in key.value.items())
-        return _commented(f"{key.name} = {{ {pairs} }}", key.comment)
-    return _commented(tomli_w.dumps({key.name: key.value}).strip(), key.comment)
+def _line(entry: Entry) -> str:
+    """A line of the file."""
+    value = tomli_w.dumps({entry.key: entry.value}).strip()
+    if isinstance(entry.value, dict):
+        pairs = ", ".join(tomli_w.dumps({name: number}).strip() for name, number in entry.value.items())
+        value = f"{entry.key} = {{ {pairs} }}"
+    return _commented(value, entry.comment)
 
 
 def _commented(line: str, comment: str) -> str:
+    """A line with its comment, all of which begin in one column."""
     return f"{line:<{WIDTH}} # {comment}" if comment else line
 
 
 def check(path: Path, force: bool) -> None:
-    """InputError where the file cannot be made: it is there and not to be overwritten, or its folder is not."""
+    """Refuse a file that cannot be made.
+
+    Raises
+    ------
+    InputError
+        where it is there and not to be overwritten, or its folder is not there.
+    """
     if path.exists() and not path.is_file():
         raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
     if path.exists() and not force:
@@ -59,19 +67,18 @@ def check(path: Path, force: bool) -> None:
         raise InputError(f"FILE must be in a folder that is there, but {shown(str(path.parent))} is not")
 
 
-def write(path: Path, device: Device, force: bool) -> Scene:
-    """Write the file, whole or not at all, and return the scene that it is.
+def write(path: Path, tables: Tables, force: bool) -> Problem:
+    """Write the file, whole or not at all, and return the problem of its scene.
 
     Raises
     ------
     InputError
-        where `check` finds something, where it cannot be written, and for what no scene can be.
+        where `check` refuses the file, where it cannot be written, and for tables that are no scene.
     """
     check(path, force)
-    whole = text(device)
-    scene = loads(whole, path.parent)
-    problem = Problem(scene)  # refuses numbers that no device has
+    content = text(tables)
+    problem = Problem(loads(content, path.parent))  # refuses numbers that no device has
     if problem.netlist is not None:
         _ = problem.circuit  # refuses a netlist that is not allowed
-    files.write(path, whole, "FILE")
-    return scene
+    files.write(path, content, "FILE")
+    return problem

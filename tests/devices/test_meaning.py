@@ -1,0 +1,51 @@
+"""What the numbers of a scene mean is true: coupling, share of the power, engines."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.devices.meaning import engines, meaning, noise_share
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError
+from tests.support.datasheet import SHEET, problem_of
+from tests.support.paths import EXAMPLES
+
+
+@pytest.mark.parametrize(("coupling", "how"), [("1e-3 N/V", "strong"), ("1e-4 N/V", "medium"), ("3e-5 N/V", "weak")])
+def test_coupling(coupling, how):
+    """From `strong_from` on a resistor takes (M a)^2/(8 c) on a harmonic base at its best frequency, and not before."""
+    found = meaning(problem_of({**SHEET, "coupling": coupling})).facts
+    assert found["coupling"] == how
+    c = 0.008
+    for beta, reached in ((0.98 * found["strong_from"] * c, False), (1.02 * found["strong_from"] * c, True)):
+        w = np.linspace(0.99, 1.2, 4001)[:, None]
+        mu = np.geomspace(0.05, 20.0, 801)[None, :]
+        velocity = 1.0 / np.abs((1.0 - w * w) / (1j * w) + c + beta / (mu + 1j * w))
+        power = 0.5 * beta * mu / (mu * mu + w * w) * velocity**2
+        assert (power.max() * 8.0 * c > 0.99999) == reached
+
+
+def test_share_of_white_noise():
+    """The most that beta mu S/N1 is over all loads."""
+    for beta, c in ((1.25, 0.008), (0.01, 0.1)):
+        mu = np.geomspace(0.01, 100.0, 20001)
+        share = beta * mu / (c * (1.0 + beta + mu**2 + c * mu) + beta * mu)
+        assert noise_share(beta, c) == pytest.approx(share.max(), rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("plate*.toml")), ids=lambda path: path.stem)
+def test_engines_that_serve(example):
+    """Those that are named do not refuse; those that are not do."""
+    scene = hv.load(example)
+    if scene.excitation.acceleration_file or scene.excitation.filtered:
+        return
+    named = engines(Problem(scene))
+    for name in ("published", "averaged", "ideal"):
+        kind = getattr(hv, name.capitalize())
+        try:
+            kind(trajectories=64, duration=1.0).run(scene) if name == "ideal" else kind().run(scene)
+        except CannotServeError:
+            assert name not in named
+        else:
+            assert name in named

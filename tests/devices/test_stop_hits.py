@@ -1,0 +1,35 @@
+"""How often a stop is hit, from the linear equations without it."""
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_lyapunov
+
+import harvester as hv
+from harvester.devices.meaning import meaning
+from harvester.devices.stop_hits import amplitude, variances
+from harvester.equations.scaling import Equations
+from tests.support.datasheet import NOISE, SHEET, problem_of
+
+
+def test_stop_without_noise_or_with():
+    """Variances by the Lyapunov equation; the drive's amplitude by the linear system."""
+    eqs = Equations(beta=0.7, mu=0.6, c1=-0.1, n1=0.3, drive=2.0, drive_frequency=1.3)
+    a = np.array([[0.0, 1.0, 0.0], [-1.0, eqs.c1, -eqs.beta], [0.0, 1.0, -eqs.mu]])
+    covariance = solve_continuous_lyapunov(a, -np.diag([0.0, 2.0 * eqs.n1, 0.0]))
+    assert variances(eqs) == pytest.approx((covariance[0, 0], covariance[1, 1]))
+    x = np.linalg.solve(1.3j * np.eye(3) - a, np.array([0.0, eqs.drive, 0.0]))
+    assert amplitude(eqs) == pytest.approx(abs(x[0]))
+
+
+@pytest.mark.parametrize(("gap", "often"), [("0.1 mm", "often"), ("0.5 mm", "at times"), ("3 mm", "seldom or never")])
+def test_rate_of_a_distant_stop(gap, often):
+    """Rice's rate of a linear mass, counted on one path."""
+    flags = {**SHEET, **NOISE, "restitution": "1", "gap": gap, "resistance": "1 Mohm"}
+    problem = problem_of(flags)
+    found = meaning(problem).facts
+    assert found["stop"] == often
+    if often == "often":
+        path = hv.motion(problem.scene.without_stop(), duration=300.0)
+        x = path.x[path.t > 20.0]
+        passed = np.count_nonzero((x[1:] < -1e-4) & (x[:-1] >= -1e-4)) / (path.t[-1] - 20.0)
+        assert passed == pytest.approx(found["stop_hits_a_second"], rel=0.1)
