@@ -342,7 +342,7 @@ bias-of-an-exponent: test_stability.py -k stated_bias
 - abs(step_bias(fine, coarse)[0])
 + 3.0 * abs(step_bias(fine, coarse)[0])
 interval-of-fieller: test_optimise.py -k no_wider or coverage
-- max(1.0 - (Q / self.resolution) ** 2, 1e-3)
+- max(1.0 - (NORMAL_QUANTILE / self.resolution) ** 2, 1e-3)
 + 1.0
 interval-of-a-formula: test_optimise.py -k formula_finds
 - power[best] - model[best]]

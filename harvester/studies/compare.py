@@ -51,12 +51,12 @@ class PathComparison:
 
     @property
     def spice_error(self) -> float:
-        """Relative RMS difference of ngspice and the exact update."""
+        """The relative RMS difference of ngspice and the exact update."""
         return _relative_rms(self.spice, self.exact)
 
     @property
     def decoupled_error(self) -> float:
-        """Relative RMS error of the decoupled V against ngspice."""
+        """The relative RMS error of the decoupled V against ngspice."""
         return _relative_rms(self.decoupled, self.spice)
 
 
@@ -80,7 +80,7 @@ class Comparison:
 
     @property
     def reference(self) -> Estimate:
-        """What the others are measured against: the smallest standard error, of an engine with no model of its own."""
+        """The estimate that the others are compared with: the smallest standard error of an engine without a model."""
         sampled = [e for e in self.estimates if e.mean_power.stderr is not None and e.engine != Ideal.NAME]
         return min(sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
@@ -91,7 +91,7 @@ class Comparison:
         return z_score(estimate.mean_power, self.reference.mean_power)
 
     def ratio(self, estimate: Estimate) -> float | None:
-        """Power over the reference's."""
+        """The power of an estimate over that of the reference."""
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
 
@@ -116,8 +116,8 @@ class Comparison:
         for estimate in self.estimates:
             if estimate is not self.reference:
                 ratio, z = self.ratio(estimate), self.z(estimate)
-                told = "" if ratio is None else f"power times {ratio:.4g}"
-                lines.append(f"  {estimate.engine:<10} {told}" + ("" if z is None else f", z = {z:.2f}"))
+                text = "" if ratio is None else f"power times {ratio:.4g}"
+                lines.append(f"  {estimate.engine:<10} {text}" + ("" if z is None else f", z = {z:.2f}"))
         lines += [
             f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
             f"decoupled against ngspice {path.decoupled_error:.2g}"

@@ -1,4 +1,4 @@
-"""One path of a scene: displacement, velocity and voltage over time, on paper rather than in the mean.
+"""One path of a scene: displacement, velocity and voltage over time, to look at rather than to average.
 
 By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
 error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).

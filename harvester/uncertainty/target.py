@@ -22,7 +22,7 @@ class Target:
 
     @property
     def seconds_left(self) -> float:
-        """Until the budget is spent."""
+        """The seconds until the budget is spent."""
         return math.inf if self.budget is None else self.begin + self.budget - time.perf_counter()
 
     def reached(self, value: Value) -> bool:
@@ -30,7 +30,7 @@ class Target:
         return value.error95 <= self.within * abs(value.value)
 
     def missed(self, value: Value) -> str:
-        """The warning of an answer that the budget ended before its target."""
+        """The warning that goes with an answer whose budget ended before its target was reached."""
         size = abs(value.value)
         if size == 0.0:
             return f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the mean is not known from zero"
@@ -42,19 +42,19 @@ class Target:
         )
 
     def variance(self, value: Value) -> float:
-        """Variance of sampling that, with the bias, meets the target; 0 where the bias alone is too large."""
+        """The variance of sampling that meets the target beside the bias; 0 where the bias alone is too large."""
         room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
 
 
 def _rounded(seconds: float) -> str:
-    """Up, to two digits, with a fifth more than the estimate."""
+    """An estimate of seconds with a fifth more, rounded up to two digits."""
     unit = 10.0 ** (math.floor(math.log10(1.2 * seconds)) - 1)
     return f"{math.ceil(1.2 * seconds / unit) * unit:.12g}"
 
 
 def best_factor(within: float, bias: float, bias_error: float) -> float:
-    """By what factor to change the step h: 1, or one at which the target costs `CHANGE` times less.
+    """The factor to change the step h by: 1, or one at which the target costs at least `CHANGE` times less.
 
     Time averages over T have a variance S/T, and T costs T/h: to reach |b| + 1.96 sqrt(S/T) = ``within`` with the bias
     b h^2 of second order costs
@@ -75,5 +75,8 @@ def best_factor(within: float, bias: float, bias_error: float) -> float:
 
 
 def further(now: float, needed: float) -> float:
-    """Effort to add to ``now``, where a variance asks for ``needed`` in all: neither a trifle nor a leap."""
+    """The effort to add to the present one, ``now``, where the variance asks for ``needed`` in all.
+
+    It is a tenth of the present effort at least, and `GROWTH` times that at most.
+    """
     return min(max(SAFETY * needed - now, 0.1 * now), GROWTH * now)

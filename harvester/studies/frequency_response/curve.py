@@ -32,7 +32,7 @@ class ResponsePoint:
 
     @property
     def voltage_rms(self) -> Value:
-        """Square root of E[v^2], with errors to first order."""
+        """The square root of E[v^2], with errors to first order."""
         v2 = self.mean_square_voltage
         root = math.sqrt(v2.value)
         errors = (None if e is None else e / (2.0 * root) if root > 0.0 else 0.0 for e in (v2.stderr, v2.bias))
@@ -94,7 +94,7 @@ class Response:
 
     @property
     def hysteresis(self) -> list[float]:
-        """Frequencies where up and down differ in E[v^2] by more than 1 % and their errors."""
+        """The frequencies where up and down differ in E[v^2] by more than 1 % and their errors."""
         found = []
         for up, down in zip(self.sweep("up"), self.sweep("down"), strict=True):
             a, b = up.mean_square_voltage, down.mean_square_voltage
@@ -103,7 +103,7 @@ class Response:
         return found
 
     def plot(self, title: str | None = "") -> "Plot":
-        """Power and RMS voltage against the frequency as a matplotlib figure."""
+        """Draw power and RMS voltage against the frequency as a matplotlib figure."""
         from harvester import figures
 
         return figures.response(self, title)
@@ -152,9 +152,9 @@ class Response:
         lines = []
         for direction in ("up", "down"):
             peak, width = self.peak(direction), self.bandwidth(direction)
-            told = "not within the sweep" if width is None else f"{width:.4g} {hertz}".rstrip()
+            band = "not within the sweep" if width is None else f"{width:.4g} {hertz}".rstrip()
             at = f"{peak.frequency:.5g} {hertz}".rstrip()
-            lines.append(f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}; half-power bandwidth {told}")
+            lines.append(f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}; half-power bandwidth {band}")
         widest = max(b - a for a, b in itertools.pairwise(f))
         lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
         if self.hysteresis:

@@ -40,7 +40,7 @@ class Stability:
 
     @property
     def verdict(self) -> str:
-        """What the Monte Carlo says: stable, unstable, or undecided within its error."""
+        """The verdict of the Monte Carlo: stable, unstable, or undecided within its error."""
         if abs(self.ensemble.value) <= self.ensemble.error95:
             return "undecided"
         return "stable" if self.ensemble.value < 0.0 else "unstable"
@@ -97,7 +97,7 @@ def stability(
     duration: float = 1000.0,
     tick: Callable[[float], None] | None = None,
 ) -> Stability:
-    """The top Lyapunov exponent of a scene's linearised equations without external noise.
+    """Compute the top Lyapunov exponent of a scene's linearised equations without external noise.
 
     ``duration`` of the ``trajectories`` is in units of 1/w0.
 

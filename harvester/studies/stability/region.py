@@ -23,7 +23,7 @@ _ROUNDS = 3  # of Newton's method on the Monte Carlo
 
 @dataclass(frozen=True)
 class Edge:
-    """N2 = eps2^2 D22 at which the top exponent is zero, at one mu: rest is stable below.
+    """The boundary of stability at one mu: N2 = eps2^2 D22 at which the top exponent is zero, stable below.
 
     0 where rest is unstable without noise, infinite where no noise makes it unstable; ``ensemble`` is
     by Monte Carlo, with its standard error (infinite: none was found).
@@ -37,7 +37,7 @@ class Edge:
 
 
 def edges(eqs: Equations, mu: Floats, seed: np.random.SeedSequence) -> Iterator[Edge]:
-    """The boundary lambda = 0 at each mu; the Monte Carlo by Newton's method from our boundary.
+    """Compute the boundary lambda = 0 at each mu, the Monte Carlo by Newton's method from our boundary.
 
     lambda is measured at our N2, moved by the slope of our theory, and measured again until the move is
     within its error.

@@ -17,7 +17,7 @@ TARGETS = (0.1, 0.03, 0.01, 0.003)
 
 @dataclass(frozen=True)
 class CostRow:
-    """One engine at one setting: None where there is no such thing, or it is not known.
+    """The time and errors of one engine at one setting; None is what does not apply, or is not known.
 
     Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the run took beside its
     computation: imports, compilation, start of ngspice, as far as no earlier row had paid for it.
@@ -65,10 +65,10 @@ class Cost:
         return csv_text([f.name for f in dataclasses.fields(CostRow)], (vars(row).values() for row in self.rows))
 
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
-        """Seconds of the engine's fastest row that reaches a total error, True; where none was measured, a prediction.
+        """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
 
-        That prolongs a row until sampling takes what its biases leave, seconds (sampling/rest)^2; None where no row's
-        biases leave anything.
+        Measured is the fastest row that reaches it.  A prediction prolongs a row until sampling takes what its biases
+        leave, seconds (sampling/rest)^2; None where no row's biases leave anything.
         """
         rows = [(row.seconds, row.sampling_error or 0.0, row.total_error) for row in self.rows if row.engine == engine]
         known = [(s, sampling, total) for s, sampling, total in rows if s is not None and total is not None]
@@ -86,7 +86,7 @@ class Cost:
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Places of the points (seconds, error) that no other equals or betters in both, fastest first."""
+    """The places of the points (seconds, error) that no other equals or betters in both, fastest first."""
     best: list[int] = []
     for place in sorted(range(len(points)), key=lambda k: points[k]):
         if not best or points[place][1] < points[best[-1]][1]:
@@ -95,7 +95,7 @@ def front(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def report(cost: Cost) -> str:
-    """The front, and seconds of each engine for each of `TARGETS`."""
+    """The text that the command prints: the front, and each engine's seconds for each of `TARGETS`."""
     cells = [["engine", "setting", "seconds", "sampling", "step", "model", "total"]]
     for row in cost.best:
         errors = (row.sampling_error, row.step_bias, row.model_bias, row.total_error)
@@ -106,8 +106,8 @@ def report(cost: Cost) -> str:
     for target in TARGETS:
         needed = {name: cost.needed(name, target) for name in engines}
         measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
-        told = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
-        cells.append([f"{target:.3g}", *told, min(measured, key=lambda name: measured[name], default="")])
+        cells_of_target = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
+        cells.append([f"{target:.3g}", *cells_of_target, min(measured, key=lambda name: measured[name], default="")])
     lines += [
         "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
         *columns(cells, "  "),

@@ -169,3 +169,25 @@ def test_a_folder_in_its_place(tmp_path):
     with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: "):
         made.begin(NOW, [])
     made.close()
+
+
+def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
+    """The line names the file and the reason; what was written before stays, and with room again the rest goes in."""
+    connect = sqlite3.connect
+
+    def small(*arguments, **options):
+        database = connect(*arguments, **options)
+        database.execute("PRAGMA max_page_count = 8")  # SQLite then says what it says of a full disk
+        return database
+
+    monkeypatch.setattr(sqlite3, "connect", small)
+    made = Journal(tmp_path)
+    made.begin(NOW, [])
+    made.add([(0, 0, row("1"))])
+    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: No space left on dev"):
+        made.add([(point, 0, row("2" * 500)) for point in range(1, 100)])
+    assert list(made.rows()) == [(0, 0, row("1"))]
+    made.add([(1, 0, row("2"))])
+    made.close()
+    monkeypatch.undo()
+    assert earlier(tmp_path) == [(0, 0, row("1")), (1, 0, row("2"))]
