@@ -221,6 +221,7 @@ def test_refusals(monkeypatch):
         hv.Spice().run(PLATE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "name", "refusing"),
     [

@@ -394,6 +394,7 @@ def first_returns(seed, speeds, h, n1, most):
             v = step.kick(x, v, 0.0, np.random.normal(), 0.5 * h, None, None, None, None, None, n1, None, None)
 
 
+@pytest.mark.statistics
 def test_return_law_of_a_free_particle():
     """A free particle leaves the stop at speed 1 and comes back at w with p(w) = (3/2 pi) w^(3/2)/(1 + w^3).
 

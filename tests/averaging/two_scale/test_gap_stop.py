@@ -124,6 +124,7 @@ def test_gibbs_moments_and_impact_rate(alpha, gap):
         assert law.mass[~touching].sum() == pytest.approx(inside / norm, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [None, 2.0])
 @pytest.mark.parametrize("gap", [-0.6, -0.1, 0.1, 0.6])
 def test_densities_of_the_gibbs_law(alpha, gap):
@@ -139,6 +140,7 @@ def test_densities_of_the_gibbs_law(alpha, gap):
     assert (densities.displacement_density(np.array([-gap - 1e-3]), law, True) == 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [-0.4, 0.3])
 @pytest.mark.parametrize("changes", [{}, {"mu": 2.0}, {"beta": 0.3}, {"n1": 1e-6, "n2": None, "c1": -0.05}], ids=str)
 def test_densities_integrate_to_the_moments(changes, gap):
