@@ -264,7 +264,7 @@ spread-of-the-ensemble: test_spice_runs.py
 error-of-runs-alone: test_spice_runs.py
 - error = math.sqrt(variance / len(high))
 + error = math.sqrt(variance) / len(high)
-whole-periods-of-burn-in: test_lockstep_shaking.py -k stop_under_a_drive
+whole-periods-of-burn-in: test_spice_preparation.py
 - = repeat * math.ceil(time_of_burn_in / repeat - 1e-6)
 + = 1.0 * time_of_burn_in
 model-error-of-the-voltage: test_two_scale.py test_engines.py -k (two_scale and test_engine) or formula_says
@@ -348,8 +348,8 @@ interval-of-a-formula: test_optimise.py -k formula_finds
 - power[best] - model[best]]
 + power[best]]
 interval-without-the-step: test_optimise.py -k coverage or no_wider
-- half = width * (fit.half + fit.shift(bias))
-+ half = width * fit.half
+- half = width * (fit.half_widths + fit.bias_shift(bias))
++ half = width * fit.half_widths
 covariance-of-a-design: test_optimise.py -k coverage
 - np.cov(np.array(known)) / len(known[0])
 + np.cov(np.array(known)) / len(known[0]) ** 2
@@ -418,7 +418,7 @@ noise-under-stiff-damping: test_hard_scenes.py -k stiff_damping
 - return (v + (1.0 + 0.5 * y) * dv)
 + return (v + dv)
 interval-of-one-deviation: test_optimise.py -k coverage
-- half[free] = Q * error
+- half[free] = NORMAL_QUANTILE * error
 + half[free] = error
 charging-for-ever: test_lockstep.py -k burn_in
 - LONGEST_CHARGING = 2e4
