@@ -231,12 +231,19 @@ def test_netlists_run_by_hand(path):
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
 
 
-@pytest.mark.parametrize("name", sorted(BEST))
-def test_circuits_in_lock_step_with_impacts(name):
-    """Random motion against a stop: the load gets power, and no more than the circuit takes from the mass.
+# Of what the mass gives, at the seed below; other seeds differ by some 3 %: what the capacitor has at the ends.
+SHARES = {
+    "bridge": (0.95, 1.04),
+    "doubler": (0.83, 0.92),
+    "parallel_sshi": (0.27, 0.31),  # its coil takes more than the load
+    "series_sshi": (0.52, 0.58),
+    "sece": (0.65, 0.72),
+}
 
-    Within 5 %: the smoothing capacitor's energy at the ends.  Parallel SSHI's coil takes more than the load.
-    """
+
+@pytest.mark.parametrize("name", SHARES)
+def test_circuits_in_lock_step_with_impacts(name):
+    """Random motion against a stop: the load gets its circuit's share of what the mass gives."""
     from harvester.circuit import runs as worker
     from harvester.equations.scaling import Equations
 
@@ -245,7 +252,8 @@ def test_circuits_in_lock_step_with_impacts(name):
     device = worker.CoupledDevice(eqs, WEAK, circuit, 0.1, 4)
     one = next(worker.measure_in_workers(device, [np.random.SeedSequence(3)], kicks=6000, burn_in=100.0))
     taken = eqs.beta * one.moments.vV.mean() * WEAK.watts
-    assert 0.2 * taken < one.load_power < 1.05 * taken
+    low, high = SHARES[name]
+    assert low * taken < one.load_power < high * taken
 
 
 @pytest.mark.parametrize("name", sorted(BEST))

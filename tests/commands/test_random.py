@@ -67,53 +67,83 @@ def judged(scene, *arguments):
     return answer[0]
 
 
-@pytest.mark.slow
-@tries(1850)
-@given(strategies.scenes, st.sampled_from(["published", "averaged"]))
-def test_formulas(scene, engine):
-    judged(scene, "run", "--engine", engine, "--json")
+def answered(statuses, least):
+    """Whether at least that share of what was asked had an answer; the rest are refusals, one line each."""
+    share = statuses.count(0) / len(statuses)
+    assert share > least, f"{share:.0%} of {len(statuses)} have an answer"
 
 
 @pytest.mark.slow
-@tries(60)
-@given(strategies.scenes if LONG else strategies.near(COMPILED))
-def test_ensemble(scene):
-    judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s")
+@pytest.mark.parametrize("engine, count", [("published", 1000), ("averaged", 850)])
+def test_formulas(engine, count):
+    """A fifth of the scenes have what the theories know, and an answer."""
+    statuses = []
+
+    @tries(count)
+    @given(strategies.scenes)
+    def one(scene):
+        statuses.append(judged(scene, "run", "--engine", engine, "--json"))
+
+    one()
+    answered(statuses, 0.2)
 
 
 @pytest.mark.slow
-@tries(15)
-@given(strategies.scenes if LONG else strategies.near(IDEAL))
-def test_ideal(scene):
-    judged(scene, "run", "--engine", "ideal", "--json", *FEW, "--budget", "1s")
+def test_ensemble():
+    """Scenes like the examples, and some with extreme numbers, which are mostly refused."""
+    statuses = []
+
+    @tries(60)
+    @given(strategies.scenes if LONG else strategies.near(COMPILED))
+    def one(scene):
+        statuses.append(judged(scene, "run", "--engine", "ensemble", "--json", *FEW, "--budget", "1s"))
+
+    one()
+    answered(statuses, 0.1 if LONG else 0.5)
+
+
+@pytest.mark.slow
+def test_ideal():
+    """Circuits of ideal elements."""
+    statuses = []
+
+    @tries(15)
+    @given(strategies.scenes if LONG else strategies.near(IDEAL))
+    def one(scene):
+        statuses.append(judged(scene, "run", "--engine", "ideal", "--json", *FEW, "--budget", "1s"))
+
+    one()
+    answered(statuses, 0.0 if LONG else 0.4)
 
 
 @pytest.mark.ngspice
 @pytest.mark.slow
-@tries(8)
-@given(strategies.scenes if LONG else strategies.near([COMPILED[0], IDEAL[0]]))
-def test_spice(scene):
-    judged(
-        scene,
-        "run",
-        "--engine",
-        "spice",
-        "--alone",
-        "--json",
-        "--trajectories",
-        "2",
-        "--duration",
-        "1",
-        "--budget",
-        "2s",
-    )
+def test_spice():
+    """ngspice runs of one second each."""
+    few = ("--alone", "--json", "--trajectories", "2", "--duration", "1", "--budget", "2s")
+    statuses = []
+
+    @tries(8)
+    @given(strategies.scenes if LONG else strategies.near([COMPILED[0], IDEAL[0]]))
+    def one(scene):
+        statuses.append(judged(scene, "run", "--engine", "spice", *few))
+
+    one()
+    answered(statuses, 0.0 if LONG else 0.2)
 
 
 @pytest.mark.slow
-@tries(100)
-@given(strategies.scenes)
-def test_stability(scene):
-    judged(scene, "stability", "--json", "--trajectories", "64")
+def test_stability():
+    """Exponents of any scene that has one."""
+    statuses = []
+
+    @tries(100)
+    @given(strategies.scenes)
+    def one(scene):
+        statuses.append(judged(scene, "stability", "--json", "--trajectories", "64"))
+
+    one()
+    answered(statuses, 0.15)
 
 
 @pytest.mark.slow
@@ -130,19 +160,27 @@ def test_options(data):
 
 
 @pytest.mark.slow
-@tries(500)
-@given(strategies.netlists())
-def test_netlists(text):
-    path = Path("mine.cir")
-    path.write_bytes(text)
-    try:
-        circuit = load_circuit(Load(netlist=str(path.absolute()), parameters={}))
-    except InputError as error:
-        assert str(error).isprintable()
-        assert len(str(error)) < 600
-    else:
-        assert circuit.text.lower().startswith(".subckt mine p n")
-        assert not any(word in circuit.text.lower() for word in (".include", ".control", "shell", "system", "*#"))
+def test_netlists():
+    """A netlist is read, without anything dangerous in it, or refused in one line."""
+    path, read = Path("mine.cir"), []
+
+    @tries(500)
+    @given(strategies.netlists())
+    def one(text):
+        path.write_bytes(text)
+        try:
+            circuit = load_circuit(Load(netlist=str(path.absolute()), parameters={}))
+        except InputError as error:
+            assert str(error).isprintable()
+            assert len(str(error)) < 600
+            read.append(2)
+        else:
+            assert circuit.text.lower().startswith(".subckt mine p n")
+            assert not any(word in circuit.text.lower() for word in (".include", ".control", "shell", "system", "*#"))
+            read.append(0)
+
+    one()
+    answered(read, 0.15)
 
 
 def test_a_load_slower_than_rounding():

@@ -68,17 +68,19 @@ def test_components_to_numbers_and_back():
 
 @pytest.mark.statistics
 @checks("identities", "balance")
-def test_stationary_identities():
-    """Monte Carlo with a stop, a cubic spring and both noises."""
-    many = Trajectories(PAPER, 2048, np.random.SeedSequence(5), 0.1)
+@pytest.mark.parametrize("beta, mu, harvested", [(0.05, 0.05, 0.01), (1.25, 1.0, 0.9)])
+def test_stationary_identities(beta, mu, harvested):
+    """Monte Carlo with a stop, a cubic spring and both noises; the load takes little of the power, or most of it."""
+    eqs = changed(PAPER, beta=beta, mu=mu)
+    many = Trajectories(eqs, 2048, np.random.SeedSequence(5), 0.05)
     burn_in(many)
-    m = many.run(400.0)
-    mu = PAPER.mu
-    for values in (m.V, m.xV - m.V2, m.vV - mu * m.V2, m.balance(PAPER)):
+    m = many.run(1600.0)
+    given = eqs.n1 + eqs.n2 * m.x2
+    taken = m.damped + beta * mu * m.V2 + m.impact_loss
+    assert (beta * mu * m.V2).mean() > harvested * given.mean()
+    assert m.balance(eqs) == pytest.approx((given - taken) / given.mean(), rel=1e-9, abs=1e-12)
+    for values in (m.V, m.xV - m.V2, m.vV - mu * m.V2, given - taken):
         assert abs(values.mean()) < 4 * values.std(ddof=1) / np.sqrt(len(values)) + 2e-3 * m.V2.mean()
-    assert PAPER.n1 + PAPER.n2 * m.x2.mean() == pytest.approx(
-        (m.damped + PAPER.beta * mu * m.V2 + m.impact_loss).mean(), rel=0.02
-    )
 
 
 @checks("decoupled", "omega", "drift", "diffusion", "noisemean")

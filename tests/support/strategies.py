@@ -189,24 +189,23 @@ scenes = st.one_of(tables(), tables(plain=True), tables(plain=True), tables(plai
 
 @st.composite
 def near(draw, scenes):
-    """One of the scenes with other numbers, some of them extreme: its kernels are compiled already."""
-    scene = draw(st.sampled_from(scenes))
+    """One of the scenes with other numbers, in one of three with extreme ones: its kernels are compiled already."""
+    scene, extreme = draw(st.sampled_from(scenes)), draw(st.sampled_from([False, False, True]))
     found = {}
     for name, some in scene.items():
         if isinstance(some, dict):
-            found[name] = {key: draw(_around(NUMBERS[name].get(key), value)) for key, value in some.items()}
+            found[name] = {key: draw(_around(NUMBERS[name].get(key), value, extreme)) for key, value in some.items()}
     return found
 
 
-def _around(kind, value):
-    """Numbers around a scene's own."""
+def _around(kind, value, extreme):
+    """Numbers around a scene's own; with ``extreme`` also some far from it."""
     if kind is None or isinstance(value, dict):
         return st.just(value)
     if kind.most < math.inf:
         return one(kind, True)
-    return st.one_of(
-        *[st.floats(-1.0, 1.0).map(lambda power: kind.read(value) * 10.0**power)] * 29, st.sampled_from(EDGES)
-    )
+    usual = st.floats(-1.0, 1.0).map(lambda power: kind.read(value) * 10.0**power)
+    return st.one_of(*[usual] * 9, st.sampled_from(EDGES)) if extreme else usual
 
 
 ODD_WORDS = ["nan", "inf", "-inf", "-1", "0", "1e999", "-0", "", " ", "--", "-", "1%", "101%", "1 kg", "0x10", "1_0"]

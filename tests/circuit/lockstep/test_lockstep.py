@@ -256,7 +256,7 @@ def test_bridge_in_lock_step():
     one = worker.CoupledDevice(eqs, WEAK, bridge, 0.1, 4)
     measured = next(worker.measure_in_workers(one, [SEED], kicks=20_000, burn_in=400.0))
     taken = eqs.beta * measured.moments.vV.mean() * WEAK.watts
-    assert 0.5 * taken < measured.load_power < taken
+    assert 0.93 * taken < measured.load_power < taken
 
 
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
@@ -269,7 +269,7 @@ def test_no_sliver_is_left_before_a_landing(share):
 
 
 def test_burn_in_waits_for_the_smoothing_capacitor():
-    """Six time constants Rload Csmooth; one that takes years is cut short, with a word."""
+    """At least six time constants Rload Csmooth; one of months is cut short at 20,000 time units, with a word."""
     scene = hv.load("examples/plate_bridge.toml")
 
     def examined(farad):
@@ -280,5 +280,5 @@ def test_burn_in_waits_for_the_smoothing_capacitor():
     w0 = 20.0
     assert 6 * 100.0 * w0 <= examined(1e-4)[0] <= 4e4
     burn_in, warnings = examined(1.0)
-    assert burn_in < 6e6 * w0
+    assert burn_in == 2e4
     assert "before the load's capacitor was charged" in warnings[-1]

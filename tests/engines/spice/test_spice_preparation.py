@@ -9,6 +9,7 @@ from harvester.engines.spice.preparation import CHARGINGS, prepare
 from harvester.equations.problem import Problem
 
 
+@pytest.mark.ngspice
 def test_burn_in_under_a_drive_is_of_whole_periods(tmp_path):
     """Charging takes a time of its own, which is rounded up, so that the means are over whole periods."""
     own = tmp_path / "own.cir"

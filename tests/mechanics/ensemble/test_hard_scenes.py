@@ -206,14 +206,23 @@ def test_quintic_damping_never_blows_up(x0, h, r):
     assert moments.x2.max() <= max(x0, 10.0 * h) ** 2
 
 
-@pytest.mark.parametrize("h", [1e-3, 0.1, 1.0, 1000.0])
+@pytest.mark.parametrize("h", [1e-5, 1e-4, 1e-3, 0.1, 1.0, 1000.0])
 def test_stiff_damping_never_blows_up(h):
-    """c = 1e4 at any step: the exact variance of x' is N1/c."""
-    moments = Trajectories(Equations(c1=-1e4, n1=1.0), 256, SEED, h).run(1000 * h)
+    """c = 1e4 at any step: the variance of x' is that of the scheme, v <- (v + (1 + y/2) dv)/q, which tends to N1/c.
+
+    The spring, which is not in that closed form, moves the slow mass in the longest of the steps alone.
+    """
+    c, n1 = 1e4, 1.0
+    many = Trajectories(Equations(c1=-c, n1=n1), 4096, SEED, h)
+    many.run(100 * h)
+    moments = many.run(1000 * h)
     assert np.isfinite(moments.v2).all()
-    assert moments.v2.mean() < 1e-3
-    if h <= 1e-3:  # shorter than the relaxation time by little
-        assert moments.v2.mean() == pytest.approx(1e-4, rel=1.0)
+    assert moments.v2.mean() < 1.1e-4
+    y = c * h
+    q = 1.0 + y + 0.5 * y * y
+    exact = (1.0 + 0.5 * y) ** 2 * 2.0 * h * n1 / (q * q - 1.0)
+    assert exact == pytest.approx(n1 / c, rel=2.0 * y) or h > 1e-4
+    assert abs(z(moments.mean("v2"), exact)) < 4 or h == 1000.0
 
 
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.02, 0.005), (0.002, 0.005)])

@@ -203,20 +203,19 @@ ENSEMBLE = hv.Ensemble(trajectories=1024)
 
 @pytest.mark.statistics
 def test_coverage_of_the_intervals():
-    """The 95 % intervals of the best mu and of the power there hold the exact ones about 95 times of 100: |z| < 4.
+    """The 95 % intervals of the best mu and of the power there hold the exact ones, but for one in six at most.
 
     In a range with even spacing, where the surface is skewed.  In full, 100 seeds each: see the changelog.
     """
     n, keys, powers = 6, 0, 0
     for seed in range(n):
         engine = dataclasses.replace(ENSEMBLE, seed=seed)
-        answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.5, 4.9)}, engine)
+        answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.5, 4.9)}, engine, budget=600.0)
         key, power = only(answer), answer.mean_power
         keys += key.low95 <= math.sqrt(1.0 + BETA) <= key.high95
         powers += abs(power.value - linear_power(key.value)) <= power.error95
         assert key.high95 / key.low95 < 1.25
-    for held in (keys, powers):
-        assert (held - 0.95 * n) / math.sqrt(n * 0.95 * 0.05) > -4.0
+    assert min(keys, powers) >= n - 1
 
 
 @pytest.mark.statistics
