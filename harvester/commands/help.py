@@ -12,9 +12,7 @@ SETTINGS = cloup.Context.settings(
     max_content_width=WIDTH,
     align_option_groups=False,
     align_sections=False,
-    formatter_settings=cloup.HelpFormatter.settings(
-        theme=cloup.HelpTheme(heading=cloup.Style(bold=True)),
-    ),
+    formatter_settings=cloup.HelpFormatter.settings(theme=cloup.HelpTheme(heading=cloup.Style(bold=True))),
 )
 
 

@@ -39,19 +39,11 @@ def _form(text: str) -> str:
 
 scene_argument = cloup.argument("path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.")
 seed_option = cloup.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="The same seed, the same noise.",
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise."
 )
 json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 vector_option = cloup.option(
-    "--vector",
-    type=_form,
-    multiple=True,
-    metavar="FORM",
-    help="svg or pdf: the figure in that form too; repeatable.",
+    "--vector", type=_form, multiple=True, metavar="FORM", help="svg or pdf: the figure in that form too; repeatable."
 )
 
 
@@ -90,10 +82,7 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         cloup.option("--duration", type=float, help="Of a trajectory after its burn-in, in the unit of --dt."),
         cloup.option("--dt", type=float, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
         cloup.option(
-            "--alone",
-            is_flag=True,
-            default=None,
-            help="spice: ngspice runs only, not paired with a cheap model.",
+            "--alone", is_flag=True, default=None, help="spice: ngspice runs only, not paired with a cheap model."
         ),
     )
     return accuracy(effort(command))

@@ -14,11 +14,7 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
     "Accuracy",
     seed_option,
     cloup.option(
-        "--trajectories",
-        type=click.IntRange(2, 1_000_000),
-        default=4096,
-        show_default=True,
-        help="Independent ones.",
+        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Independent ones."
     ),
 )
 @cloup.option_group(

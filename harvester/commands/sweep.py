@@ -26,9 +26,7 @@ one_runner = mutually_exclusive.rephrased(
     "Where",
     cloup.option("--vary", "varied", multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
     cloup.option(
-        "--points",
-        metavar="FILE.csv",
-        help="Instead of --vary: a list, scene keys first, then a point a line.",
+        "--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
     ),
     constraint=one_grid.rephrased(help="one of the two"),
 )
