@@ -5,6 +5,8 @@ import io
 import json
 import math
 import re
+import sys
+from unittest import mock
 
 from harvester import cli
 
@@ -14,8 +16,10 @@ LONGEST = 1500  # letters of an error
 def asked(*arguments):
     """Exit status, stdout and stderr of the command line, run in this process."""
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = cli.exit_status([*map(str, arguments)])
+    words = [*map(str, arguments)]
+    argv = mock.patch.object(sys, "argv", ["harvester", *words])  # which the provenance of a result quotes
+    with argv, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = cli.exit_status(words)
     return status, out.getvalue(), err.getvalue()
 
 

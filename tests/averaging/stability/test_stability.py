@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 import harvester as hv
 from harvester.averaging.published.ito import diffusion, drift
 from harvester.averaging.stability import exponent as formula
-from harvester.equations.scaling import Equations, scales
+from harvester.equations.scaling import Equations, equations, scales
 from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.ensemble import lyapunov
 from harvester.mechanics.kernels import equation_of_motion as step
@@ -359,7 +359,7 @@ def physical(**load):
 def test_a_physical_scene_is_in_si():
     """Per second: w0 times the exponent of Eq. 2."""
     device = physical(resistance=1e6)
-    eqs, w0 = hv.scaling.equations(device), scales(device).frequency
+    eqs, w0 = equations(device), scales(device).frequency
     answer = stability(device, trajectories=256, duration=200.0)
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(0), 256, 200.0)
     assert w0 == pytest.approx(20.0)

@@ -115,7 +115,7 @@ def test_ensemble_runs_whole_periods():
     exact = 2.0 * np.sum(np.abs((voltage * x)[1:]) ** 2)
     assert pair.extrapolated("V2")[0] == pytest.approx(exact, rel=1e-5)
     assert pair.mean("V2")[1] < 1e-6 * exact
-    assert pair.many.run(1.0).balance(eqs) == pytest.approx(0.0, abs=1e-3)
+    assert pair.trajectories.run(1.0).balance(eqs) == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.ngspice
