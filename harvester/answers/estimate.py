@@ -1,15 +1,13 @@
 """An engine's answer: values with their errors, what it took, and what to beware of."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value, number
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 
 @names_arguments
@@ -49,10 +47,8 @@ class Estimate:
         """The units of the answer's values."""
         return AnswerUnits.of(self.physical)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """Draw the parts of the error, and the energy ledger where there is one, as a matplotlib figure."""
-        from harvester import figures
-
         return figures.estimate(self, title)
 
     def as_json(self) -> dict[str, Any]:

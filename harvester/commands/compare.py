@@ -38,7 +38,7 @@ def compare(
     if folder is not None:
         from harvester import figures
 
-        figures.save(figures.comparison(result, scene.title), folder, "compare", vector)
+        figures.save(result.plot(scene.title), folder, "compare", vector)
     echo_answer(result, as_json)
     if not as_json:
         echo_written(out or ".", *figure("compare", vector))

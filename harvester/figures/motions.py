@@ -21,13 +21,8 @@ def motion(path: MotionShape, title: str | None) -> Plot:
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
     u = path.unit_names
     units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
-    names = {
-        "x": "displacement",
-        "voltage": "voltage",
-        "acceleration": "base acceleration",
-        "v": "velocity",
-        "t": "time",
-    }
+    names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
+    names["t"] = "time"
     values = {name: array for name in names if (array := getattr(path, name)) is not None}
     scales = {
         name: scale(names[name], units[name], [end] if name == "t" else array[last]) for name, array in values.items()
@@ -65,9 +60,8 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         if len(in_time) == 3:
             _density(axes[2, 1], shown["voltage"][settled], scales["voltage"].label)
         entitle(figure, title, "One path")
-        legend(
-            figure, "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
-        )
+        note = "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
+        legend(figure, note)
     return figure
 
 

@@ -12,14 +12,8 @@ from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, n
 
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
 _MOST_BARS = 150  # evaluations with an error bar each
-_STAR: dict[str, Any] = {
-    "marker": "*",
-    "markersize": 13,
-    "clip_on": False,
-    "linestyle": "none",
-    "zorder": 6,
-    "label": "optimum",
-}
+_STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6, "label": "optimum"}
+_STAR["clip_on"] = False
 
 
 def optimum(answer: OptimumShape, title: str | None) -> Plot:
@@ -58,13 +52,8 @@ def _panel(
         here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
-    here.errorbar(
-        x / by,
-        power,
-        error if error.any() and len(x) <= _MOST_BARS else None,
-        **style,
-        label=f"evaluations by {answer.engine}",
-    )
+    bars = error if error.any() and len(x) <= _MOST_BARS else None
+    here.errorbar(x / by, power, bars, **style, label=f"evaluations by {answer.engine}")
     best = answer.estimate.mean_power
     here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
 
@@ -74,36 +63,20 @@ def _plane(here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: F
     from matplotlib.tri import Triangulation
 
     one, two = answer.keys
-    ends = [[key.range.low, key.range.high] for key in answer.keys]
-    by = [
-        mark(axis, key.range.key, end, key.range.logarithmic)
-        for axis, key, end in zip((here.xaxis, here.yaxis), answer.keys, ends, strict=True)
-    ]
+    ranges = zip((here.xaxis, here.yaxis), (one.range, two.range), strict=True)
+    by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
     x = x / by
     triangles = Triangulation(places[:, 0], places[:, 1]).triangles
     filled = here.tricontourf(Triangulation(x[:, 0], x[:, 1], triangles), power, levels=12, cmap="viridis")
     assert here.figure is not None
     here.figure.colorbar(filled, ax=here, label=label)
-    dots: dict[str, Any] = {
-        "marker": "o",
-        "markersize": 3 if len(x) < 100 else 1.5,
-        "markerfacecolor": "white",
-        "markeredgecolor": INK,
-        "markeredgewidth": 0.4,
-    }
-    here.plot(x[:, 0], x[:, 1], linestyle="none", **dots, label=f"evaluations by {answer.engine}")
+    dots: dict[str, Any] = {"marker": "o", "markersize": 3 if len(x) < 100 else 1.5, "linestyle": "none"}
+    dots |= {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.4}
+    here.plot(x[:, 0], x[:, 1], **dots, label=f"evaluations by {answer.engine}")
     spans = [
         None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
         for k, b in zip(answer.keys, by, strict=True)
     ]
-    here.errorbar(
-        one.value / by[0],
-        two.value / by[1],
-        spans[1],
-        spans[0],
-        color="#D55E00",
-        markeredgecolor="white",
-        capsize=3,
-        **_STAR,
-    )
+    look = _STAR | {"color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
+    here.errorbar(one.value / by[0], two.value / by[1], spans[1], spans[0], **look)
     here.grid(visible=False)

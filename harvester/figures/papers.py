@@ -1,4 +1,4 @@
-"""The figures of the paper, one at a time."""
+"""The figures of both theories against Monte Carlo: those of the paper, and the region of stability."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from harvester.figures.quantities import broken, logarithm, scale
-from harvester.figures.shapes import PaperPointShape
+from harvester.figures.shapes import PaperPointShape, TheoriesShape
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
@@ -38,10 +38,9 @@ def paper(points: Sequence[PaperPointShape], title: str | None) -> Plot:
             for number, name in enumerate(curves):
                 _curve(here, [p for p in of_panel if p.curve == name], unit, number)
         entitle(figure, title, "")
+        look: dict[str, Any] = {"linestyle": "none", "markersize": 4}
         marks = [
-            Line2D(
-                [], [], color=paler(INK, _PALER * n), marker=_MARKERS[n % 3], linestyle="none", markersize=4, label=name
-            )
+            Line2D([], [], color=paler(INK, _PALER * n), marker=_MARKERS[n % 3], label=name, **look)
             for n, name in enumerate(curves)
             if name
         ]
@@ -75,3 +74,28 @@ def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -
     else:
         here.xaxis.set_major_locator(MaxNLocator(5))  # more numbers would touch
     return y.factor
+
+
+def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | None) -> Plot:
+    """Draw the boundary of stability in the plane (mu, D22): published, ours, and Monte Carlo with 95 % intervals."""
+    finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
+    top = 1.3 * max(finite, default=1.0) or 1.0
+    y = scale("noise D22 where rest loses stability", "", [top])
+    with styled():
+        figure, here = new(1, 1, (WIDTH, 4.4))
+        edge = np.minimum([e.ensemble for e in edges], top) / y.factor
+        here.fill_between(mu, 0.0, edge, color="0.92", linewidth=0, label="stable (Monte Carlo)", zorder=0)
+        for name in ("published", "averaged"):
+            here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **STYLES[name])
+        marks: dict[str, Any] = {"color": STYLES["ensemble"]["color"], "markeredgecolor": INK, "ecolor": INK}
+        marks |= {"linestyle": "none", "marker": "s", "zorder": 3.5, "label": "ensemble (Monte Carlo)"}
+        known = [(m, e.ensemble, e.ensemble_stderr) for m, e in zip(mu, edges, strict=True)]
+        places, noises, errors = np.array([one for one in known if np.isfinite(one[2])]).reshape(-1, 3).T
+        here.errorbar(places, noises / y.factor, NORMAL_QUANTILE * errors / y.factor, **marks)
+        logarithm(here.xaxis)
+        here.set_ylim(0.0, top / y.factor)
+        here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")
+        here.set_ylabel(broken(y.label, 44))
+        entitle(figure, f"{title}: rest is stable below the line" if title else title, "Rest is stable below the line")
+        legend(figure, "Bars: 95 % sampling intervals.")
+    return figure

@@ -4,10 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from harvester.figures.curves import curve
 from harvester.figures.quantities import scale
 from harvester.figures.shapes import ResponseShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, Plot, curve, entitle, legend, new, styled
 
 _LOOKS: dict[str, dict[str, Any]] = {
     "up": {"color": "#0072B2", "marker": ">", "linestyle": "-", "linewidth": 1.0},

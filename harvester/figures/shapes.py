@@ -43,28 +43,6 @@ class PathShape(Protocol):
     def decoupled_error(self) -> float: ...
 
 
-class ComparisonShape(Protocol):
-    """Answers of several engines to one scene, and paths."""
-
-    @property
-    def estimates(self) -> Sequence[EstimateShape]: ...
-    @property
-    def paths(self) -> Sequence[PathShape]: ...
-
-
-class CostShape(Protocol):
-    """Seconds and relative total error of an engine at one setting; the best are the Pareto front of both."""
-
-    @property
-    def engine(self) -> str: ...
-    @property
-    def seconds(self) -> float | None: ...
-    @property
-    def total_error(self) -> float | None: ...
-    @property
-    def best(self) -> bool: ...
-
-
 class MotionShape(Protocol):
     """One path; rows of ``impacts``, shape (m, 2), are (time, speed), and ``shown`` is the length of its last part."""
 
@@ -161,13 +139,6 @@ class PaperPointShape(TheoriesShape, Protocol):
     def curve(self) -> str: ...
     @property
     def x(self) -> float: ...
-
-
-class EdgeShape(TheoriesShape, Protocol):
-    """The parametric noise at which rest loses its stability, at one time-constant ratio ``mu``."""
-
-    @property
-    def mu(self) -> float: ...
 
 
 class DriveShape(Protocol):

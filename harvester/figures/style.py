@@ -8,43 +8,32 @@ import io
 import math
 import textwrap
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from harvester.arrays import Floats
+from harvester.machine import files
+
 WIDTH = 7.0  # inches: two columns of a journal
+MOST_BARS = 60  # points of a curve with an error bar each; more are a band
 STYLE: Any = {  # of matplotlib's hundreds of names
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.labelsize": 9,
     "figure.titlesize": 10,
-    "legend.fontsize": 8,
-    "legend.title_fontsize": 8,
-    "legend.handlelength": 3.0,
-    "legend.frameon": False,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-4, 5),
-    "grid.color": "0.9",
-    "grid.linewidth": 0.5,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "lines.linewidth": 1.4,
-    "lines.markersize": 4.5,
-    "lines.markeredgewidth": 0.8,
-    "errorbar.capsize": 2,
-    "text.parse_math": False,
+    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 9),
+    **dict.fromkeys(("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 8),
+    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
+    **dict.fromkeys(("xtick.minor.width", "ytick.minor.width"), 0.4),
+    **dict.fromkeys(("legend.frameon", "axes.spines.top", "axes.spines.right", "text.parse_math"), False),
+    **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
+    **{"grid.color": "0.9", "grid.linewidth": 0.5, "legend.handlelength": 3.0, "axes.formatter.limits": (-4, 5)},
+    **{"lines.linewidth": 1.4, "lines.markersize": 4.5, "lines.markeredgewidth": 0.8, "errorbar.capsize": 2},
     "savefig.dpi": 150,
     "svg.hashsalt": "harvester",  # the same names inside the same file, run after run
     "svg.fonttype": "path",  # looks the same where the font is missing
@@ -55,13 +44,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "published": {"color": "#D55E00", "linestyle": (0, (5, 2)), "zorder": 3.2, "label": "published averaging"},
     "averaged": {"color": "#009E73", "linestyle": "-", "zorder": 3.1, "label": "averaged (impact-aware)"},
     "ensemble": {"color": "#999999", "linestyle": "-", "linewidth": 4.0, "zorder": 2.0, "label": "ensemble (exact RC)"},
-    "ideal": {
-        "color": "#CC79A7",
-        "linestyle": (0, (1, 1)),
-        "linewidth": 3.0,
-        "zorder": 2.5,
-        "label": "ideal circuit (ensemble)",
-    },
+    "ideal": {"color": "#CC79A7", "linestyle": (0, (1, 1)), "linewidth": 3.0, "zorder": 2.5},
     "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "zorder": 4.0, "label": "SPICE (ngspice)"},
     "spice alone": {
         "color": "#56B4E9",
@@ -71,6 +54,7 @@ STYLES: dict[str, dict[str, Any]] = {
         "label": "SPICE, not paired",
     },
 }
+STYLES["ideal"]["label"], STYLES["spice alone"]["label"] = "ideal circuit (ensemble)", "SPICE, not paired"
 MARKERS = {"published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o", "spice alone": "^"}
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
@@ -117,6 +101,12 @@ def image(figure: Figure, form: str) -> bytes:
     return out.getvalue()
 
 
+def save(figure: Figure, folder: Path, name: str, vector: Sequence[str] = ()) -> None:
+    """Write ``name``.png, and beside it the vector forms asked for (`harvester.machine.files.VECTOR`)."""
+    for form in ("png", *dict.fromkeys(vector)):
+        files.write(folder / f"{name}.{form}", image(figure, form))
+
+
 def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
     """Set a title of up to three lines: ``otherwise`` where ``text`` is empty, and no title where it is None."""
     if text is None:
@@ -149,6 +139,29 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
             title=textwrap.fill(note, across),
         )
         found.get_title().set_multialignment("center")
+
+
+def curve(axes: Axes, x: Floats, y: Floats, error: Floats, style: dict[str, Any], dot: str = "o") -> None:
+    """Draw a line or markers, with intervals y +- error where there are any.
+
+    nan breaks the line; a point without neighbours, which no line shows, is a marker ``dot``.
+    """
+    many = len(x) > MOST_BARS
+    if many and style.get("marker") and style.get("linestyle") == "none":
+        style = style | {"markersize": 2.0}
+    axes.plot(x, y, **style)
+    if np.any(error > 0.0):
+        if many:
+            axes.fill_between(x, y - error, y + error, color=style["color"], alpha=0.3, linewidth=0, zorder=1.9)
+        else:
+            bars = {"fmt": "none", "elinewidth": 1.0, "zorder": style.get("zorder", 2.0)}
+            axes.errorbar(x, y, error, ecolor=style["color"], **bars)
+    if style.get("linestyle", "-") != "none" and not style.get("marker"):
+        known = np.concatenate(([False], np.isfinite(y), [False]))
+        alone = known[1:-1] & ~known[:-2] & ~known[2:]
+        dots: dict[str, Any] = {"marker": dot, "markersize": 5, "linestyle": "none"}
+        if alone.any():
+            axes.plot(x[alone], y[alone], color=style["color"], zorder=style.get("zorder", 2.0), **dots)
 
 
 def paler(colour: Any, share: float) -> tuple[float, float, float]:

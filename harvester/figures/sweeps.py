@@ -7,10 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from harvester.arrays import Floats
-from harvester.figures.curves import MOST_BARS, curve, relative
 from harvester.figures.quantities import broken, logarithm, mark, plain, quantity, scale, written
 from harvester.figures.shapes import SweepShape
-from harvester.figures.style import MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
+from harvester.figures.style import MARKERS, MOST_BARS, STYLES, WIDTH, Plot, curve, entitle, legend, new, paler, styled
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Rows = list[dict[str, str]]
@@ -48,14 +47,8 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
                 x = np.array([float(row[first.key]) for row in rows]) / x_scale
                 power, error = _powers(rows, y_scale.factor)
                 _stated_error(top, engine, x, power, rows, y_scale.factor, style)
-                curve(
-                    top,
-                    x,
-                    power,
-                    error,
-                    style | {"label": style["label"] if number == 0 else "_"},
-                    MARKERS.get(engine, "o"),
-                )
+                look = style if number == 0 else style | {"label": "_"}
+                curve(top, x, power, error, look, MARKERS.get(engine, "o"))
                 _failed(top, x, power, style["color"])
             if several:
                 _ratios(low, table, curves, reference, x_scale, (number, len(groups)))
@@ -148,9 +141,15 @@ def _ratios(
         style = _style(engine, table, *place, len(here))
         x = np.array([float(row[table.axes[0].key]) for row in here]) / x_scale
         (power, error), (over, its) = _powers(here, 1.0), _powers([base[at(row)] for row in here], 1.0)
-        ratio = relative(power, over)
-        spread = np.abs(ratio) * np.hypot(np.nan_to_num(relative(error, power)), np.nan_to_num(relative(its, over)))
+        ratio = _relative(power, over)
+        spread = np.abs(ratio) * np.hypot(np.nan_to_num(_relative(error, power)), np.nan_to_num(_relative(its, over)))
         curve(low, x, ratio, np.nan_to_num(spread), style | {"label": "_"}, MARKERS.get(engine, "o"))
+
+
+def _relative(values: Floats, by: Floats) -> Floats:
+    """Values divided by others; nan where these are 0."""
+    quotients: Floats = np.divide(values, by, out=np.full(len(values), np.nan), where=by != 0.0)
+    return quotients
 
 
 def _widen(low: Axes) -> None:

@@ -8,12 +8,9 @@ import base64
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from harvester import figures
 from harvester.machine import files
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -74,11 +71,9 @@ class Page:
     about: dict[str, str] = field(default_factory=dict)
 
 
-def drawing(figure: "Figure", alt: str, caption: str) -> Drawing:
+def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:
     """A matplotlib figure as SVG for the page."""
-    from harvester.figures import image
-
-    return Drawing(image(figure, "svg"), alt, caption)
+    return Drawing(figures.image(figure, "svg"), alt, caption)
 
 
 def html(page: Page) -> str:

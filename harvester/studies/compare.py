@@ -4,10 +4,11 @@ import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Ideal, Published, Spice
@@ -25,9 +26,6 @@ from harvester.errors import (
     names_arguments,
 )
 from harvester.uncertainty.value import z_score
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 WEIGHTS = {"published": 0.02, "averaged": 0.02, "ensemble": 1.0, "ideal": 1.0, "spice": 8.0, "paths": 1.0}  # of time
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
@@ -95,11 +93,9 @@ class Comparison:
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """The engines, and the paths, as a matplotlib figure."""
-        from harvester import figures
-
-        return figures.comparison(self, title)
+        return figures.comparison(self.estimates, self.paths, title)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""

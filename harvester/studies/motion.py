@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import AnyScene, served
@@ -21,7 +22,6 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
 
 if TYPE_CHECKING:
-    from harvester.figures import Plot
     from harvester.mechanics.kernels.path import Path
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
@@ -62,10 +62,8 @@ class Motion:
         """The units of its numbers."""
         return AnswerUnits.of(self.physical)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """The path as a matplotlib figure."""
-        from harvester import figures
-
         return figures.motion(self, title)
 
     def text(self) -> str:
@@ -174,8 +172,6 @@ def draw(
     vector: Sequence[str] = (),
 ) -> Motion:
     """Compute a `motion`, and write motion.csv, motion.png, its ``vector`` forms (svg, pdf) and provenance.json."""
-    from harvester import figures
-
     folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
     found = motion(problem, engine, duration, seed)

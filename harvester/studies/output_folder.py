@@ -5,15 +5,13 @@ import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine import files
 from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 
 def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
@@ -69,13 +67,11 @@ class OutputFolder:
         """Write ``name``.csv from its text or lines."""
         files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (one.encode() for one in lines))
 
-    def figure(self, name: str, figure: "Plot") -> None:
+    def figure(self, name: str, figure: "figures.Plot") -> None:
         """Write a figure as ``name``.png, and in the vector forms asked for."""
-        from harvester import figures
-
         figures.save(figure, self.path, name, self.vector)
 
-    def save(self, name: str, text: str, figure: "Plot", about: dict[str, Any] | None = None) -> None:
+    def save(self, name: str, text: str, figure: "figures.Plot", about: dict[str, Any] | None = None) -> None:
         """Write a study's files: ``name``.csv, the figure, and its provenance where there is one."""
         self.table(name, text)
         self.figure(name, figure)

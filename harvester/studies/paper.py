@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from harvester import figures
 from harvester.arrays import Floats
 from harvester.averaging.published import densities, stationary
 from harvester.averaging.published.voltage import amplitude_through
@@ -86,8 +87,6 @@ def draw(
     ``tick`` is called with the fraction done and what is at work.  Raises InputError where the folder cannot be
     written, or for another form.
     """
-    from harvester import figures
-
     folder, drawn = OutputFolder(out, vector), []
     done, total = 0.0, sum(SECONDS[number] for number in numbers)
     for number in numbers:

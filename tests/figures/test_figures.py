@@ -21,7 +21,7 @@ from harvester.studies.stability.region import Edge
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import COLUMNS
 from harvester.studies.sweep.table import Table
-from harvester.studies.work_precision.cost_table import CostRow
+from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 
 R, MU = "load.resistance", "nondimensional.mu"
@@ -95,7 +95,7 @@ EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
         lambda: response(False).plot(),
         lambda: figures.paper(paper_points("E[V^2] against mu"), "Figure"),
         lambda: figures.paper(paper_points("p(displacement x)"), "Figure"),
-        lambda: figures.region(EDGES, "A title"),
+        lambda: figures.region([edge.mu for edge in EDGES], EDGES, "A title"),
         lambda: hv.Averaged().run(hv.load("examples/plate_with_stop.toml")).plot(),
         lambda: hv.Averaged().run(hv.load("examples/paper_figure3.toml")).plot(),
     ],
@@ -257,8 +257,9 @@ def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
 
 
 def test_cost_without_a_known_error():
-    drawn(figures.cost([CostRow("ensemble", seconds=1.0)], "A title"))
-    drawn(figures.cost([CostRow("ensemble", seconds=1.0, total_error=0.1, best=True)], "A title"))
+    for known in ({}, {"total_error": 0.1, "best": True}):
+        rows = (CostRow("ensemble", seconds=1.0, **known),)
+        drawn(Cost(rows, "ensemble", Value(1.0), {}).plot("A title"))
 
 
 def test_an_error_that_is_not_known_is_no_bar():

@@ -38,7 +38,7 @@ def test_comparison_has_every_engine_and_its_z():
     assert abs(sampled["z"]) < 4
     assert rows["published"]["ratio"] == pytest.approx(4.0, rel=0.1)
     assert {p["scene"] for p in told["paths"]} == {"with the stop", "without the stop"}
-    assert figures.image(figures.comparison(result, "title"), "png").startswith(b"\x89PNG")
+    assert figures.image(result.plot("title"), "png").startswith(b"\x89PNG")
 
 
 def test_engines_that_cannot_serve_are_named():

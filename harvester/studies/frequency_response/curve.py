@@ -3,18 +3,15 @@
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester import figures
 from harvester.engines.ensemble import UNLIKE
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.output_folder import csv_text, named
 from harvester.uncertainty.value import Value
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 
 @dataclass(frozen=True)
@@ -102,10 +99,8 @@ class Response:
                 found.append(up.frequency)
         return found
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """Draw power and RMS voltage against the frequency as a matplotlib figure."""
-        from harvester import figures
-
         return figures.response(self, title)
 
     def text(self) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester import figures
 from harvester.engines import Ensemble as Engine
 from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effects, with_power
 from harvester.equations.coefficients import Equations
@@ -142,8 +143,6 @@ def draw(
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.
     """
-    from harvester import figures
-
     problem = Problem.of(scene)
     sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
     found = response(problem, sweep, seed, tick)

@@ -1,8 +1,9 @@
 """The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError, names_arguments
 from harvester.scene.keys import unit_of
@@ -10,9 +11,6 @@ from harvester.studies.optimum.evaluations import Evaluation
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value, number
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 _ENDS = {-1: "low", 1: "high"}
 
@@ -85,10 +83,8 @@ class Optimum:
         """The number of evaluations by the engine itself that failed."""
         return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """The evaluations and the optimum as a matplotlib figure."""
-        from harvester import figures
-
         return figures.optimum(self, title)
 
     def as_json(self) -> dict[str, Any]:

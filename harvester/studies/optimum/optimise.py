@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.engines import Cheapest
 from harvester.engines.protocol import AnyScene, Engine, Vectorised
@@ -134,8 +135,6 @@ def _answer(
 
 
 def _write(folder: OutputFolder, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float]) -> None:
-    from harvester import figures
-
     chosen = {f.name: getattr(engine, f.name) for f in dataclasses.fields(engine)} | options
     about = provenance(
         scene,

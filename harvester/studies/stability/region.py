@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from harvester import figures
 from harvester.arrays import Floats
 from harvester.averaging.stability import exponent as stability
 from harvester.engines.protocol import AnyScene
@@ -75,8 +76,6 @@ def draw(
     ``vector`` are forms of the figure beside its .png: svg, pdf.  Raises InputError for another one or where the folder
     cannot be written, and CannotServeError as `check_rest`.
     """
-    from harvester import figures
-
     problem = Problem.of(scene)
     check_rest(problem)
     folder, points = OutputFolder(out, vector), []
@@ -85,5 +84,5 @@ def draw(
         if tick is not None:
             tick()
     text = csv_text(COLUMNS, map(dataclasses.astuple, points))
-    folder.save("stability", text, figures.region(points, problem.scene.title))
+    folder.save("stability", text, figures.region([edge.mu for edge in points], points, problem.scene.title))
     return points

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harvester import figures
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.sweep.points import Axis
@@ -15,8 +16,6 @@ from harvester.studies.sweep.rows import COLUMNS, TEXTS, Row, lines
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from harvester.figures import Plot
 
 
 @names_arguments
@@ -85,10 +84,8 @@ class Table:
         """The units of its powers and voltages."""
         return AnswerUnits.of("nondimensional" not in self.about.get("scene", {}))
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """Mean power against the first key as a matplotlib figure, ``title`` (empty: the scene's; None: none) above."""
-        from harvester import figures
-
         scene = self.about.get("scene", {})
         return figures.sweep(self, scene.get("title", "") if title == "" else title)
 

@@ -50,15 +50,13 @@ def cost(
     HarvesterError
         where no engine that samples gives a power above zero.
     """
-    from harvester import figures
-
     folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
     measurement = Measurement(problem, seed, budget, tick)
     measurement.measure()
     answer = table_of(measurement)
     about = provenance(problem, seed=seed, budget=budget, reference=answer.reference)
-    folder.save("cost", answer.text(), figures.cost(answer.rows, problem.scene.title), about)
+    folder.save("cost", answer.text(), answer.plot(problem.scene.title), about)
     return answer
 
 

@@ -3,14 +3,11 @@
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from harvester import figures
 from harvester.printing.columns import columns
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
-
-if TYPE_CHECKING:
-    from harvester.figures import Plot
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
 
@@ -78,11 +75,10 @@ class Cost:
         longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
         return (min(longer), False) if longer else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "") -> "figures.Plot":
         """Total error against seconds as a matplotlib figure."""
-        from harvester import figures
-
-        return figures.cost(self.rows, title)
+        known = ((row.engine, row.seconds, row.total_error, row.best) for row in self.rows)
+        return figures.cost([(name, s, error, best) for name, s, error, best in known if s and error], title)
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:

@@ -1,0 +1,16 @@
+"""The names of `harvester.figures`, each with the file that it comes from."""
+
+from .engines import comparison as comparison
+from .engines import cost as cost
+from .engines import estimate as estimate
+from .motions import motion as motion
+from .optima import optimum as optimum
+from .papers import paper as paper
+from .papers import region as region
+from .responses import response as response
+from .style import STYLES as STYLES
+from .style import Plot as Plot
+from .style import image as image
+from .style import new as new
+from .style import save as save
+from .sweeps import sweep as sweep

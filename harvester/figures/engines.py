@@ -1,0 +1,139 @@
+"""The figures of engines: the errors of one answer, several answers side by side, and what accuracy costs."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from harvester.figures.quantities import logarithm, scale
+from harvester.figures.shapes import EstimateShape, PathShape
+from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
+
+_SHOWN = 40.0  # 1/w0 of the path
+_LEDGER = "ledger_"
+_HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
+
+
+def estimate(answer: EstimateShape, title: str | None) -> Plot:
+    """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error says so."""
+    flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
+    flows.pop("residual", None)
+    with styled():
+        figure, axes = new(1, 2 if flows else 1, (WIDTH, 2.4), squeeze=False)
+        _errors(axes[0, 0], answer)
+        if flows:
+            here = axes[0, 1]
+            x = scale("mean power", answer.unit_names.power, [*flows.values()])
+            here.barh([*flows], [v / x.factor for v in flows.values()], color="0.6", edgecolor=INK, linewidth=0.6)
+            here.axvline(0.0, color=INK, linewidth=0.6)
+            here.invert_yaxis()
+            here.set_xlabel(x.label)
+            here.set_title("Where the power went")
+            here.grid(visible=False, axis="y")
+        entitle(figure, title, f"Answer of {answer.engine}")
+    return figure
+
+
+def _errors(here: Axes, answer: EstimateShape) -> None:
+    """Draw the errors of sampling, step and model as a bar each."""
+    power = answer.mean_power
+    parts = {
+        "sampling, 95 %": None if power.stderr is None else power.sampling95,
+        "step": power.bias,
+        "model, estimated": power.model,
+    }
+    by = abs(power.value) / 100.0
+    colour = STYLES.get(answer.engine, {}).get("color", "0.6")
+    for place, (name, error) in enumerate(parts.items()):
+        if error is None or by == 0.0:
+            text = "none, or not known" if error is None else "the power is 0"
+            here.annotate(text, (0.0, place), (4, 0), textcoords="offset points", va="center", fontsize=8, color="0.35")
+        else:
+            here.barh(place, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
+    here.set_yticks(range(len(parts)), [*parts])
+    here.set_ylim(len(parts) - 0.5, -0.5)
+    here.set_xlim(0.0, None if here.containers else 1.0)
+    here.set_xlabel("error of the mean power (%)")
+    here.set_title(f"What the error of {answer.engine} is made of")
+    here.grid(visible=False, axis="y")
+
+
+def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], title: str | None) -> Plot:
+    """Draw each engine's power with its whole error, and V of one path from three sources, with and without the stop.
+
+    The axis of the powers need not begin at zero: what is compared is differences and errors.
+    """
+    paths, height = len(curves), 0.7 + 0.32 * len(estimates)
+    with styled():
+        size = (WIDTH, 1.0 + height + 1.9 * paths)
+        figure, axes = new(1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]])
+        powers = axes[0, 0]
+        values = [e.mean_power.value for e in estimates]
+        x = scale("mean power", estimates[0].unit_names.power, values)
+        for place, answer in enumerate(estimates):
+            look = {"color": STYLES[answer.engine]["color"], "marker": MARKERS[answer.engine], "markersize": 6}
+            bars = {"markeredgecolor": INK, "ecolor": INK, "capsize": 3, "linestyle": "none", "zorder": 3}
+            error = answer.mean_power.error95 / x.factor
+            powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
+            text = f"{answer.mean_power.value / x.factor:.4g}" + (f" ± {error:.2g}" if error else "")
+            left = _relative_place(answer.mean_power.value, values) > 0.6
+            where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
+            at = (answer.mean_power.value / x.factor, place)
+            powers.annotate(text, at, textcoords="offset points", va="center", fontsize=8, **where)
+        powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
+        powers.set_ylim(len(estimates) - 0.5, -0.5)
+        powers.margins(x=0.1)
+        powers.set_xlabel(f"{x.label}; bars: 95 % sampling + step + model, as far as stated")
+        powers.grid(visible=False, axis="y")
+        for panel, path in zip(axes[1:, 0], curves, strict=True):
+            shown = path.t > path.t[-1] - _SHOWN
+            t = path.t[shown]
+            published, spice = STYLES["published"], STYLES["spice"]["color"]
+            look = {"color": published["color"], "linestyle": published["linestyle"], "linewidth": 1.1}
+            panel.plot(t, path.decoupled[shown], **look, label="published: V decoupled from x and x'")
+            panel.plot(t, path.exact[shown], color=STYLES["ensemble"]["color"], linewidth=4, label="exact RC update")
+            panel.plot(t, path.spice[shown], color=spice, linewidth=1, label="ngspice")
+            text = f"decoupled off by {path.decoupled_error:.0%} RMS, ngspice by {path.spice_error:.1g} of the exact"
+            panel.set_title(f"One path {path.title}: {text}")
+            panel.set_ylabel("voltage V\n(nondimensional)")
+            panel.set_xlim(t[0], t[-1])
+        if paths:
+            axes[-1, 0].set_xlabel("time ω0 t (nondimensional)")
+        entitle(figure, title, "Engines side by side")
+        legend(figure)
+    return figure
+
+
+def _relative_place(value: float, values: list[float]) -> float:
+    """Where a value lies between the smallest of all (0) and the largest (1)."""
+    room = max(values) - min(values)
+    return (value - min(values)) / room if room > 0.0 else 0.0
+
+
+def _label(answer: EstimateShape) -> str:
+    """The label of an engine, which says so where there is no error to draw."""
+    return answer.engine if answer.mean_power.error95 else f"{answer.engine}\n(error not known)"
+
+
+def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:
+    """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front)."""
+    shown = [(engine, seconds, 100.0 * error, best) for engine, seconds, error, best in points]
+    best = sorted((seconds, error) for _, seconds, error, on_front in shown if on_front)
+    with styled():
+        figure, here = new(1, 1, (WIDTH, 4.6))
+        for engine in dict.fromkeys(point[0] for point in shown):
+            of_engine = [(seconds, error) for name, seconds, error, _ in shown if name == engine]
+            look = {"color": STYLES[engine]["color"], "marker": MARKERS[engine], "label": STYLES[engine]["label"]}
+            look |= {"linestyle": "none", "markersize": 6, "markeredgecolor": INK, "zorder": 3}
+            here.plot(*zip(*of_engine, strict=True), **look)
+        if best:
+            front = {"color": INK, "linewidth": 1, "zorder": 2, "label": "front: none is as fast and as accurate"}
+            here.step(*zip(*best, strict=True), where="post", **front)
+            logarithm(here.xaxis)
+            logarithm(here.yaxis)
+            here.margins(0.08)
+        here.set_xlabel("time of the computation (s)")
+        here.set_ylabel("total error of the mean power (%)")
+        entitle(figure, title, "What accuracy costs")
+        legend(figure, "Total error: sampling at 95 % plus step and model, each counted as large as it may be unseen.")
+    return figure
