@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from harvester.circuit.runs import CoupledDevice
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-CHARGINGS = 6.0  # time constants Rload Csmooth of a smoothing capacitor's charging in the burn-in: e^-6 is left
 LONGEST_CHARGING = 2e4  # nondimensional
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
@@ -86,7 +85,7 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
     from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -95,7 +94,7 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     eqs, s, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
-    charging = CHARGINGS * (circuit.storage or 0.0) * s.frequency
+    charging = CHARGING_TIMES * (circuit.storage or 0.0) * s.frequency
     known = UNSERVED.isdisjoint(problem.effects)
     ideal = ideal_circuit(circuit, s) if known and charging <= LONGEST_CHARGING else None
     ngspice_rule = known and eqs.mu is not None

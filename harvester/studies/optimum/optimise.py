@@ -10,11 +10,12 @@ from typing import Any
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.engines import Cheapest
+from harvester.engines.options import Asked, number
 from harvester.engines.protocol import AnyScene, Engine, Vectorised
 from harvester.engines.selection import Named, default_engine
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid, names_arguments
+from harvester.errors import InputError, names_arguments
 from harvester.scene.scene import Scene
 from harvester.studies.optimum import formula_search
 from harvester.studies.optimum.answer import OptimalKey, Optimum, end
@@ -33,8 +34,8 @@ def optimise(
     scene: AnyScene,
     over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
     engine: Named | None = None,
-    within: float = 0.01,
-    budget: float = 60.0,
+    within: float | str = 0.01,
+    budget: float | str = 60.0,
     out: str | Path | None = None,
     tick: Tick | None = None,
     vector: Sequence[str] = (),
@@ -44,8 +45,8 @@ def optimise(
     ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
     default `Ensemble`, for a netlist `Spice`; it may be a name.  ``within`` is the relative error of the power at the
     optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
-    towards it.  ``budget`` is in seconds, compilation included.  ``out`` is a folder for optimise.csv (all
-    evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
+    towards it.  ``budget`` is in seconds, compilation included; both may be texts ("1%", "30s").  ``out`` is a folder
+    for optimise.csv (all evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -67,10 +68,8 @@ def optimise(
     engine = engine_of(default_engine(problem) if engine is None else engine)
     if isinstance(engine, Cheapest):
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
-    if not 1e-5 <= within < 1.0:
-        raise invalid("`within`", "be between 0.001% and 100%", f"{within:.3g}")
-    if not (budget > 0.0 and math.isfinite(budget)):
-        raise invalid("`budget`", "be above 0", budget)
+    asked = Asked(within=within, budget=budget)
+    within, budget = number(asked.within) or 0.0, number(asked.budget) or 0.0
     for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
         point = scene
         for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is an error before anything runs
