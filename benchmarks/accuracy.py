@@ -11,7 +11,7 @@ from common import PAPER, report
 
 from harvester.averaging.published.stationary import mean_square_voltages
 from harvester.averaging.two_scale.law import solve_many
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories

@@ -6,7 +6,7 @@ import time
 from importlib import metadata
 from pathlib import Path
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.machine.provenance import machine, versions
 
 # The paper's parameters, and their converged E[V^2] (.08814 with standard error 6e-5, tests/systems.py).

@@ -18,7 +18,7 @@ import numpy as np
 from common import PAPER, report
 from peers import by_hand
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance
 from harvester.mechanics.kernels.noise import random_words

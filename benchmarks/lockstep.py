@@ -57,7 +57,7 @@ def lockstep(name, compiled, restitution=None):
     from harvester.circuit.lockstep.drive import Drive
     from harvester.circuit.ngspice.deck import build_deck
     from harvester.circuit.ngspice.instance import ngspice
-    from harvester.equations.scaling import Equations
+    from harvester.equations.coefficients import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.05, restitution=restitution)
     load = circuit(name)
@@ -104,7 +104,8 @@ def costs():
 def errors():
     from harvester.circuit import runs as worker
     from harvester.circuit.worker_pool import map_in_workers
-    from harvester.equations.scaling import Equations, Scales
+    from harvester.equations.coefficients import Equations
+    from harvester.equations.scales import Scales
     from harvester.mechanics.kernels.noise import gaussian_grid, refined
     from harvester.mechanics.kernels.path import trace
     from harvester.netlists.load_circuit import load_circuit

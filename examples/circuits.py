@@ -17,7 +17,7 @@ import numpy as np
 
 import harvester as hv
 from harvester import figures
-from harvester.equations.scaling import scales
+from harvester.equations.scales import scales
 from harvester.figures.quantities import logarithm
 from harvester.figures.style import legend, styled
 from harvester.scene.physical import Stop

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 
 T = TypeVar("T")

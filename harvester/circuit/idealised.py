@@ -10,7 +10,7 @@ SECE's quarter oscillation loses some 5 % of the power there, and nothing here.
 import math
 from functools import partial
 
-from harvester.equations.scaling import Scales
+from harvester.equations.scales import Scales
 from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit
 from harvester.netlists.load_circuit import LoadCircuit
 

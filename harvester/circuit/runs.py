@@ -13,7 +13,8 @@ from harvester.arrays import Floats
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.ngspice.library import find_library
 from harvester.circuit.worker_pool import map_in_workers, worker_count
-from harvester.equations.scaling import Equations, Scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule

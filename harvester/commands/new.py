@@ -101,7 +101,7 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
     from harvester.devices.best_load import NEAR, load_range
 
     load, eqs = problem.scene.load, problem.equations
-    if not problem.shaken:
+    if not problem.equations.is_shaken:
         return ["harvester keys excitation   (what may shake the base: add one to the scene, or new --force)"]
     if load is None:
         return [_optimise(problem, file)]

@@ -113,7 +113,7 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     if problem.netlist is not None:
         return [], {"best_load": None}
     if "external_noise" not in problem.effects or Averaged.refusal(problem):
-        why = [] if problem.shaken else ["best load: not looked for, as nothing shakes the base"]
+        why = [] if problem.equations.is_shaken else ["best load: not looked for, as nothing shakes the base"]
         return why, {"best_load": None}
     scene = problem.scene
     try:
@@ -151,7 +151,7 @@ def _engines(problem: Problem) -> tuple[list[str], dict[str, Any]]:
 
 def engines(problem: Problem) -> list[str]:
     """Names of the engines that give a problem a mean power; none without shaking or load."""
-    if problem.scene.load is None or not problem.shaken:
+    if problem.scene.load is None or not problem.equations.is_shaken:
         return []
     formulas = () if "external_noise" in problem.effects else (Published.NAME, Averaged.NAME)
     return [name for name in serving(problem) if name not in formulas]

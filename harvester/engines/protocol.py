@@ -6,14 +6,17 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
-from harvester.equations.problem import SHAKING, Problem
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
-NOT_WHITE = SHAKING - {"external_noise"}  # what else may shake the base
+# What may shake the base beside white noise.
+NOT_WHITE = frozenset(
+    {"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}
+)
 
 
 class Engine(Protocol):

@@ -14,7 +14,7 @@ No physical result depends on the length l (a test).
 import math
 
 from harvester.equations.coefficients import Equations
-from harvester.equations.scales import Scales, device, recorded_shaking, scales
+from harvester.equations.scales import Scales, recorded_shaking, scales
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, Stop
@@ -71,7 +71,8 @@ _SOURCES = {
 
 
 def _from_device(scene: Scene, s: Scales) -> Equations:
-    oscillator, piezo = device(scene)
+    oscillator, piezo = scene.oscillator, scene.piezo
+    assert oscillator is not None and piezo is not None, "Scene checks this"
     rate = s.mass * s.frequency  # M w0
     damping = oscillator.damping
     if oscillator.damping_ratio is not None:
@@ -110,29 +111,23 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
     )
 
 
+# Keys of [nondimensional] that are coefficients as they stand; 0 is an absent effect.
+_ALIKE = ("alpha", "alpha2", "beta", "mu", "c1", "c2", "c3", "gap", "stop_stiffness", "stop_damping", "drive")
+
+
 def _from_table(table: Nondimensional) -> Equations:
     eps1 = 1.0 if table.eps1 is None else table.eps1
     eps2 = 1.0 if table.eps2 is None else table.eps2
     noise = scaled(table.D11, eps1**2)
     return Equations(
+        **{name: getattr(table, name) or None for name in _ALIKE},
         linear=None if table.linear == 1.0 else table.linear,
-        alpha2=table.alpha2 or None,
-        alpha=table.alpha or None,
-        beta=table.beta or None,
-        mu=table.mu or None,
-        c1=table.c1 or None,
-        c2=table.c2 or None,
-        c3=table.c3 or None,
         restitution=table.restitution,
-        gap=table.gap or None,
         opposite_restitution=table.opposite_restitution,
         opposite_gap=None if table.opposite_restitution is None else table.opposite_gap or 0.0,
-        stop_stiffness=table.stop_stiffness or None,
-        stop_damping=table.stop_damping or None,
         n1=None if table.filtered else noise,
         n2=scaled(table.D22, eps2**2),
         n12=scaled(table.D12, eps1 * eps2),
-        drive=table.drive or None,
         drive_frequency=table.drive_frequency if table.drive else None,
         coloured=noise if table.filtered else None,
         correlation_time=table.correlation_time,

@@ -3,24 +3,12 @@
 from functools import cached_property
 from pathlib import Path
 
-from harvester.equations.effects import effects
 from harvester.equations.from_scene import equations_at
 from harvester.equations.scales import Scales, scales
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load
-
-SHAKING = frozenset(
-    {
-        "external_noise",
-        "harmonic_drive",
-        "coloured_noise",
-        "band_pass_noise",
-        "recorded_acceleration",
-        "tabulated_noise",
-    }
-)
 
 
 class Problem:
@@ -40,7 +28,7 @@ class Problem:
         self.scene = scene
         self.scales = scales(scene)
         self.equations = equations_at(scene, self.scales)
-        self.effects = effects(self.equations)
+        self.effects = self.equations.effects
         self.physical = scene.physical
         self.units = self.scales if self.physical else Scales(1.0, 1.0, 1.0, 1.0, 1.0)
 
@@ -55,11 +43,6 @@ class Problem:
     def netlist(self) -> str | None:
         """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
         return None if self.scene.load is None else self.scene.load.netlist
-
-    @property
-    def shaken(self) -> bool:
-        """Whether anything shakes the mass at rest."""
-        return not SHAKING.isdisjoint(self.effects)
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:

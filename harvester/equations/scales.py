@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from harvester.errors import InputError
-from harvester.scene.physical import Excitation, Oscillator, Piezo
+from harvester.scene.physical import Excitation
 from harvester.scene.records import Record, TabulatedDensity, read_density, read_record
 from harvester.scene.scene import Scene
 from harvester.scene.units import LARGEST, SMALLEST
@@ -60,14 +60,9 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         beta = scene.nondimensional.beta
         stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
         coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
-        return Scales(
-            mass=DEFAULT_MASS,
-            frequency=DEFAULT_FREQUENCY,
-            length=DEFAULT_LENGTH,
-            coupling=coupling,
-            capacitance=DEFAULT_CAPACITANCE,
-        )
-    oscillator, piezo = device(scene)
+        return Scales(DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE)
+    oscillator, piezo = scene.oscillator, scene.piezo
+    assert oscillator is not None and piezo is not None, "Scene checks this"
     return Scales(
         mass=oscillator.mass,
         frequency=math.sqrt(abs(oscillator.stiffness) / oscillator.mass),
@@ -83,7 +78,8 @@ def natural_length(scene: Scene) -> float:
     With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
     under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
     """
-    oscillator, _ = device(scene)
+    oscillator = scene.oscillator
+    assert oscillator is not None, "Scene checks this"
     stiffness = abs(oscillator.stiffness)
     excitation = scene.excitation or Excitation()
     if excitation.acceleration_psd:
@@ -101,16 +97,7 @@ def natural_length(scene: Scene) -> float:
 def recorded_shaking(excitation: Excitation) -> tuple[Record | None, TabulatedDensity | None]:
     """The base's acceleration in time, and its density, in SI units."""
     record, density = excitation.acceleration_file, excitation.acceleration_psd_file
-    return (
-        None if record is None else read_record(record),
-        None if density is None else read_density(density),
-    )
-
-
-def device(scene: Scene) -> tuple[Oscillator, Piezo]:
-    """The oscillator and the piezo of a physical scene."""
-    assert scene.oscillator is not None and scene.piezo is not None, "Scene checks this"
-    return scene.oscillator, scene.piezo
+    return None if record is None else read_record(record), None if density is None else read_density(density)
 
 
 def _within(what: str, value: float) -> None:

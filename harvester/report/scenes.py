@@ -6,7 +6,6 @@ from typing import Any
 
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.report.effects import WORDS, absent, present
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Listing, Page, Section, TextTable
 from harvester.scene.keys import unit_of
@@ -38,6 +37,30 @@ _COEFFICIENTS = {
     "bandwidth": "bandwidth of the noise",
     "record": "recorded acceleration",
     "density": "tabulated density",
+}
+_EFFECTS = {
+    "negative_stiffness": "negative stiffness: two wells",
+    "quadratic_stiffness": "quadratic stiffness",
+    "softening_stiffness": "cubic stiffness that softens",
+    "cubic_stiffness": "cubic stiffness",
+    "linear_damping": "linear damping",
+    "damping_x2": "damping that grows with x²",
+    "damping_x4": "damping that grows with x⁴",
+    "impact": "rigid stop: impacts with a restitution coefficient",
+    "compliant_stop": "compliant stop: a spring and a damper in contact",
+    "gap": "stop at a distance, or with preload",
+    "opposite_stop": "opposite stop",
+    "external_noise": "white noise of the base",
+    "parametric_noise": "white noise on the stiffness",
+    "correlated_noise": "correlation of both noises",
+    "harmonic_drive": "harmonic motion of the base",
+    "coloured_noise": "coloured noise of the base (Ornstein and Uhlenbeck)",
+    "band_pass_noise": "noise of the base in a band",
+    "recorded_acceleration": "recorded acceleration of the base",
+    "tabulated_noise": "noise of the base with a tabulated density",
+    "back_coupling": "back-coupling: the voltage's force on the mass",
+    "resistive_load": "load resistance",
+    "netlist": "circuit from a netlist",
 }
 
 
@@ -71,9 +94,11 @@ def scene_section(problem: Problem, text: str = "") -> Section:
 
 def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
+    present = [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
+    absent = [name for name in _EFFECTS if name not in present]
     tables = [
-        TextTable(caption, ["effect", "what it is"], [[name, WORDS[name]] for name in names])
-        for caption, names in (("On", present(problem)), ("Off", absent(problem)))
+        TextTable(caption, ["effect", "what it is"], [[name, _EFFECTS[name]] for name in names])
+        for caption, names in (("On", present), ("Off", absent))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."
     return Section("Effects on and off", texts=[text], tables=tables)

@@ -19,7 +19,7 @@ from harvester.averaging.published.voltage import amplitude_through
 from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale import densities as two_scale_densities
 from harvester.averaging.two_scale import law as two_scale
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.studies.output_folder import OutputFolder, csv_text
 from harvester.studies.stability import region
 

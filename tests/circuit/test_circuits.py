@@ -245,7 +245,7 @@ SHARES = {
 def test_circuits_in_lock_step_with_impacts(name):
     """Random motion against a stop: the load gets its circuit's share of what the mass gives."""
     from harvester.circuit import runs as worker
-    from harvester.equations.scaling import Equations
+    from harvester.equations.coefficients import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01, restitution=0.96)
     circuit = load_circuit(Load(netlist=name, parameters={"R": best_load(name), "C": 0.3 / best_load(name)}))

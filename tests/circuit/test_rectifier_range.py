@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.equations.scaling import Equations, Scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace

@@ -10,7 +10,7 @@ import pytest
 
 from harvester.circuit import runs as worker
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load

@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_lyapunov
 import harvester as hv
 from harvester.devices.meaning import meaning
 from harvester.devices.stop_hits import amplitude, variances
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from tests.support.datasheet import NOISE, SHEET, problem_of
 
 

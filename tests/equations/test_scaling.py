@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harvester.averaging.published.stationary import mean_square_voltage
-from harvester.equations.scaling import Equations, Scales, effects, equations, natural_length, physical, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import Scales, natural_length, scales
+from harvester.equations.to_scene import physical
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.scene import Scene
@@ -79,7 +82,7 @@ def test_round_trip(eqs, stops, device):
     eqs = dataclasses.replace(eqs, **stops)
     scene = physical(eqs, device)
     back = equations(scene, device.length)
-    assert effects(back) == effects(eqs)
+    assert back.effects == eqs.effects
     for name in (f.name for f in dataclasses.fields(eqs)):
         assert getattr(back, name) == pytest.approx(getattr(eqs, name), rel=1e-12, abs=0)
     s = scales(scene, device.length)
@@ -175,7 +178,7 @@ def test_zero_is_absent():
     for number in ("2000.0", "100000.0", "-0.001", "2.0", "0.0001", "0.002", "-0.0004"):
         assert f" = {number}\n" in text
         text = text.replace(f" = {number}\n", " = 0\n")
-    assert effects(equations(loads(text))) == ("impact", "opposite_stop", "back_coupling", "resistive_load")
+    assert equations(loads(text)).effects == ("impact", "opposite_stop", "back_coupling", "resistive_load")
 
 
 def test_noise_intensities():
@@ -188,17 +191,17 @@ def test_noise_intensities():
 
 
 def test_effects():
-    assert effects(Equations()) == ()
-    assert effects(equations(PLATE)) == ("linear_damping", "external_noise", "back_coupling", "resistive_load")
-    assert effects(Equations(restitution=0.0)) == ("impact",)  # a plastic stop is a stop
-    assert effects(Equations(alpha=1, c2=1, c3=1, n2=1, n12=1)) == (
+    assert Equations().effects == ()
+    assert equations(PLATE).effects == ("linear_damping", "external_noise", "back_coupling", "resistive_load")
+    assert Equations(restitution=0.0).effects == ("impact",)  # a plastic stop is a stop
+    assert Equations(alpha=1, c2=1, c3=1, n2=1, n12=1).effects == (
         "cubic_stiffness",
         "damping_x2",
         "damping_x4",
         "parametric_noise",
         "correlated_noise",
     )
-    assert effects(Equations(linear=-1, alpha2=1, alpha=-1, gap=1, opposite_restitution=0.0, stop_stiffness=1)) == (
+    assert Equations(linear=-1, alpha2=1, alpha=-1, gap=1, opposite_restitution=0.0, stop_stiffness=1).effects == (
         "negative_stiffness",
         "quadratic_stiffness",
         "softening_stiffness",

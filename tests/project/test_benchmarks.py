@@ -17,7 +17,7 @@ effects = importlib.import_module("effects")
 mutants = importlib.import_module("mutants")
 by_hand = importlib.import_module("peers.by_hand")
 
-from harvester.equations.scaling import Equations  # noqa: E402
+from harvester.equations.coefficients import Equations  # noqa: E402
 from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
 from harvester.mechanics.kernels.lanes import advance  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402

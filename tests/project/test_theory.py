@@ -17,7 +17,10 @@ from harvester.averaging.published import ito, stationary, voltage
 from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
-from harvester.equations.scaling import Equations, equations, physical, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import scales
+from harvester.equations.to_scene import physical
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.paper import simple_exponent

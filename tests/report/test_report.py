@@ -15,7 +15,6 @@ import harvester as hv
 from harvester import report
 from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
-from harvester.equations.effects import effects
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.report import effects as words
@@ -227,7 +226,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
 def test_every_effect_has_a_word():
     many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0))
     variants = [many, Equations(alpha=-1.0, coloured=1.0)]
-    names = {name for eqs in variants for name in effects(eqs)} | {"netlist"}
+    names = {name for eqs in variants for name in eqs.effects} | {"netlist"}
     assert names == set(words.WORDS)
 
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harvester.equations.scaling import equations, scales
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import scales
 from harvester.errors import InputError
 from harvester.scene.keys import TABLES, read_value, split_key
 from harvester.scene.load import Load

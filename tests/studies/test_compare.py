@@ -5,8 +5,8 @@ import pytest
 
 import harvester as hv
 from harvester import figures
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.scaling import Equations
 from harvester.studies.compare import compare, one_path
 from tests.support.systems import PAPER, scene
 

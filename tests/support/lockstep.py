@@ -6,7 +6,7 @@ import numpy as np
 
 from harvester.circuit import runs as worker
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Scales
+from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.netlists.load_circuit import load_circuit

@@ -16,7 +16,7 @@ from harvester.averaging.published.stationary import Stationary
 from harvester.averaging.published.voltage import C, dK_dA, omega2
 from harvester.averaging.stability.exponent import published
 from harvester.averaging.stability.linearised import Override, load, log, with_overrides
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 
 def earlier_velocity(x: Floats, v: Floats, w: Floats, s: Floats) -> Floats:

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 # The paper's Figures 1 and 2.
 PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)

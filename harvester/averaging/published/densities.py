@@ -17,7 +17,7 @@ from harvester.averaging.published.ito import stiffness
 from harvester.averaging.published.orbit import G, G_inverse, frequency
 from harvester.averaging.published.stationary import Stationary
 from harvester.averaging.published.voltage import K, amplitude_through, dK_dA
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 
 def transformed_density(y: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:

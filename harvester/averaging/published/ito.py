@@ -27,7 +27,7 @@ import math
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero
 from harvester.averaging.published.voltage import C, K, dK_dA
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 
 def stiffness(A: Floats, eqs: Equations) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, st
 from harvester.averaging.published.ito import diffusion, drift
 from harvester.averaging.published.orbit import nu2
 from harvester.averaging.published.voltage import K, omega2
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
 _PHI = np.asarray(

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from harvester.arrays import Floats
 from harvester.averaging.stability.linearised import Override, coupled, load, log, matrix, modes, with_overrides
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 
 def decoupled(c1: Floats | float, stiffness: Floats | float, n2: Floats | float, r: Override = None) -> Floats:

@@ -19,7 +19,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.averaging.stability.exact import decoupled, noiseless
 from harvester.averaging.stability.linearised import Override, coupled, load, log, m_coth, modes, with_overrides
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brings a warning
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough

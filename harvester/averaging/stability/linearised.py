@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 Override = Floats | float | None  # an argument in place of the equations' own; None: theirs
 

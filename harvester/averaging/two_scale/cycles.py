@@ -26,7 +26,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero, or_zero_by_point
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 _SOFTEST = 1e-3  # the voltage may take all but this share of the spring's potential
 

@@ -9,7 +9,7 @@ from scipy.linalg import solveh_banded
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero
 from harvester.averaging.two_scale.cycles import Cycles
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 
 def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:

@@ -32,7 +32,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero, or_zero_by_point
 from harvester.averaging.two_scale.cycles import Cycles
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 _NARROWEST = 0.1  # the slow voltage may take all but this share of an orbit's width
 _SOFTEST = 1e-3  # the voltage may take all but this share of the linear spring

@@ -22,7 +22,7 @@ from harvester.averaging.grids import around_the_mass, or_zero
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import diffusion, drift, log_mass, normalised, slope_on_grid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 _POINTS, _DEGREE = 32, 12  # of a panel
 _KEPT_BELOW, _KEPT_ABOVE = 12.0, 18.0  # energies less likely than e^-12, e^-18 of the likeliest are left out

@@ -28,7 +28,7 @@ from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import paid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits, potential
 from harvester.averaging.two_scale.gap_grid import Grid, half_widths_that_matter
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 _ROUNDS = 6  # of the voltage, the potential that it bends, and the rest position
 _UNSETTLED = 0.1  # change of E[V^2] in the last round beyond which there is no answer

@@ -30,7 +30,7 @@ from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, st
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
 from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
 _AMPLITUDES = 96

@@ -8,7 +8,7 @@ from harvester.arrays import Floats
 from harvester.circuit.lockstep.rigid_stop import plan_impact
 from harvester.circuit.lockstep.state import COEFFICIENTS, STATE, STOPS
 from harvester.circuit.lockstep.transitions import aim
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick

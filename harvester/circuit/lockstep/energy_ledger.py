@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from harvester.circuit.lockstep.state import AFTER, BEFORE, DURING
-from harvester.equations.scaling import Scales
+from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import intensity, spring
 

@@ -75,7 +75,7 @@ class Spice(Sampled):
         """Why the engine cannot serve a problem; empty where it can."""
         if problem.netlist is None and problem.equations.mu is None:
             return "engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'"
-        if not problem.shaken:
+        if not problem.equations.is_shaken:
             return "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
         return ""
 

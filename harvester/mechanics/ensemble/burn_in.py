@@ -8,7 +8,7 @@ energy, of V^2 and of the load's power, estimated from the same window.
 
 import numpy as np
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.bounds import friction_bounds, surely_bounded

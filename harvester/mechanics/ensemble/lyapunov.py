@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.compiled import kernel

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats, aligned
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.bounds import check_bounded

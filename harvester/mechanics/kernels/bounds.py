@@ -2,7 +2,7 @@
 
 import math
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import SUMS
 from harvester.mechanics.kernels.path import Path

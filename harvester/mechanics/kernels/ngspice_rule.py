@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import friction, kick
 from harvester.mechanics.kernels.lanes import LANES

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import (
     carried,

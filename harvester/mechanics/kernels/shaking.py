@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates

@@ -2,7 +2,7 @@
 
 import math
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
 TOLERATED = 1.5  # times the default: a longer step is not kept

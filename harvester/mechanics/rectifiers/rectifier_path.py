@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.equation_of_motion import kick

@@ -11,7 +11,9 @@ from scipy.integrate import quad, solve_ivp
 import harvester as hv
 from harvester.averaging.published.ito import diffusion, drift
 from harvester.averaging.stability import exponent as formula
-from harvester.equations.scaling import Equations, equations, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.ensemble import lyapunov
 from harvester.mechanics.kernels import equation_of_motion as step

@@ -10,7 +10,7 @@ import harvester as hv
 from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.averaging.two_scale.law import solve, solve_many
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair

@@ -9,7 +9,7 @@ import harvester as hv
 from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale.cycles import Orbits
 from harvester.averaging.two_scale.law import solve, solve_many
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair

@@ -12,7 +12,7 @@ from harvester.circuit.lockstep.compliant_stop import contact_energy
 from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of, note_stored_energy
 from harvester.circuit.lockstep.state import BEFORE, DURING
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.noise import gaussian_grid

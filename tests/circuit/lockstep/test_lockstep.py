@@ -10,8 +10,9 @@ from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.transitions import proposed_step
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.scaling import Equations, Scales
+from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.netlists.load_circuit import load_circuit

@@ -19,7 +19,8 @@ import pytest
 
 from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.energy_ledger import ledger_of
-from harvester.equations.scaling import Equations, Scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 

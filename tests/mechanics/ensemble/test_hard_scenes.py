@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from numba import njit
 from scipy.integrate import quad, solve_ivp
 
-from harvester.equations.scaling import Equations, equations
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble import lyapunov

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import chi2, norm
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import correlation_time, from_path

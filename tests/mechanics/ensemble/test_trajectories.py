@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble.burn_in import burn_in

@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import brentq
 
 import harvester as hv
-from harvester.equations.scaling import Equations
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from tests.support.systems import changed, scene, z

@@ -9,8 +9,8 @@ from harvester.circuit import runs as worker
 from harvester.circuit.ngspice.deck import integration_options
 from harvester.engines import Spice
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.scaling import Equations
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import from_path

@@ -11,7 +11,9 @@ from scipy.integrate import quad, solve_ivp
 
 import harvester as hv
 from harvester.circuit import runs as worker
-from harvester.equations.scaling import Equations, equations, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories

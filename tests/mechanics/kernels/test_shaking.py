@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.equations.scaling import Equations, Scales, effects, equations, physical
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import Scales
+from harvester.equations.to_scene import physical
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -263,7 +266,7 @@ def test_there_and_back(eqs):
     s = Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=50.2e-9)
     there = physical(eqs, s)
     assert vars(equations(hv.loads(there.to_toml()), length=1e-3)) == pytest.approx(vars(eqs), rel=1e-12)
-    assert effects(equations(there)) == effects(eqs)
+    assert equations(there).effects == eqs.effects
 
 
 def test_power_does_not_depend_on_the_length():

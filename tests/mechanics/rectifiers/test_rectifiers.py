@@ -12,7 +12,9 @@ from numba import njit
 from harvester.circuit import runs as worker
 from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.equations.scaling import Equations, Scales, equations, scales
+from harvester.equations.coefficients import Equations
+from harvester.equations.from_scene import equations
+from harvester.equations.scales import Scales, scales
 from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair

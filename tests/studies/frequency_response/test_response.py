@@ -10,8 +10,9 @@ from click.testing import CliRunner
 
 import harvester as hv
 from harvester.cli import cli
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.scaling import Equations, scales
+from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError
 from harvester.studies.frequency_response.curve import Response, ResponsePoint
 from harvester.studies.frequency_response.response import draw, frequencies, response
