@@ -60,10 +60,7 @@ def engine(which: Named, **options: Any) -> Engine:
 def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
     """Several engines, each with those of the options that it has.
 
-    Raises
-    ------
-    InputError
-        as `engine`: an option that none of them has would be ignored.
+    InputError for an option that none of them has, which would be ignored.
     """
     kinds = [_kind(one) for one in which]
     given = {name: value for name, value in options.items() if value is not None}

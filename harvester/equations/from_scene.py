@@ -14,7 +14,7 @@ No physical result depends on the length l (a test).
 import math
 
 from harvester.equations.coefficients import Equations
-from harvester.equations.scales import Scales, recorded_shaking, scales
+from harvester.equations.scales import Scales, recorded_shaking
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, Stop
@@ -24,22 +24,11 @@ from harvester.scene.units import LARGEST
 TURN = 2.0 * math.pi  # rad
 
 
-def equations(scene: Scene, length: float | None = None) -> Equations:
-    """The nondimensional coefficients of a scene; zero coefficients are absent effects.
-
-    ``length`` is the l (m) of a physical scene (default `natural_length`); a nondimensional scene
-    has none.
-
-    Raises
-    ------
-    InputError
-        where a coefficient or a scale is too large, or a scale too small, to compute with.
-    """
-    return equations_at(scene, scales(scene, length))
-
-
 def equations_at(scene: Scene, s: Scales) -> Equations:
-    """As `equations`, at scales that are known already; a nondimensional scene does not need them."""
+    """The nondimensional coefficients of a scene at given scales; zero coefficients are absent effects.
+
+    InputError where a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
+    """
     found = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
     for name, value in vars(found).items():
         if isinstance(value, float) and not abs(value) <= LARGEST:

@@ -17,11 +17,7 @@ class Problem:
     ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are present; ``scales`` are
     those of the device that carries them in ngspice; ``units`` those of the scene's own units, which for a
     nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
-
-    Raises
-    ------
-    InputError
-        where a coefficient or a scale is too large, or a scale too small, to compute with.
+    InputError where one is too large or too small to compute with.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -46,13 +42,7 @@ class Problem:
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:
-        """The load as a circuit for ngspice; None for an open circuit.
-
-        Raises
-        ------
-        InputError
-            for a netlist that is unknown, or not allowed, and for parameters that it lacks or that lack a value.
-        """
+        """The load as a circuit for ngspice, None for an open one; InputError for a netlist that cannot be used."""
         if self.scene.load is not None:
             return load_circuit(self.scene.load, self.scales.capacitance)
         mu = self.equations.mu  # of a nondimensional scene

@@ -14,10 +14,7 @@ from harvester.scene.units import LARGEST, SMALLEST
 class Scales:
     """The device that turns nondimensional numbers into SI: M (kg), w0 (rad/s), l (m), theta (N/V), Cp (F).
 
-    Raises
-    ------
-    InputError
-        for a device so far from any real one that its scales could over- or underflow.
+    InputError for a device so far from any real one that its scales could over- or underflow.
     """
 
     mass: float

@@ -1,9 +1,7 @@
 """Reports: what a command found, in one HTML file with all that is needed to trust it and to do it again."""
 
 from harvester.report.answers import of_comparison, of_run
-from harvester.report.costs import of_cost
 from harvester.report.page import Page, html, write
-from harvester.report.papers import of_paper
-from harvester.report.sweeps import of_sweep
+from harvester.report.studies import of_cost, of_paper, of_sweep
 
 __all__ = ["Page", "html", "of_comparison", "of_cost", "of_paper", "of_run", "of_sweep", "write"]

@@ -20,17 +20,8 @@ def lead(estimate: Estimate) -> list[str]:
 
 def table(estimates: Sequence[Estimate]) -> TextTable:
     """The table of each engine's mean power, its errors in percent of it, and what it took."""
-    heads = [
-        "engine",
-        "mean power",
-        "sampling, 95 %",
-        "step",
-        "model",
-        "together",
-        "mean square voltage",
-        "seconds",
-        "steps",
-    ]
+    heads = ["engine", "mean power", "sampling, 95 %", "step", "model", "together"]
+    heads += ["mean square voltage", "seconds", "steps"]
     rows = []
     for one in estimates:
         power = one.mean_power

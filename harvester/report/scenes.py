@@ -38,7 +38,7 @@ _COEFFICIENTS = {
     "record": "recorded acceleration",
     "density": "tabulated density",
 }
-_EFFECTS = {
+EFFECTS = {
     "negative_stiffness": "negative stiffness: two wells",
     "quadratic_stiffness": "quadratic stiffness",
     "softening_stiffness": "cubic stiffness that softens",
@@ -95,9 +95,9 @@ def scene_section(problem: Problem, text: str = "") -> Section:
 def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     present = [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
-    absent = [name for name in _EFFECTS if name not in present]
+    absent = [name for name in EFFECTS if name not in present]
     tables = [
-        TextTable(caption, ["effect", "what it is"], [[name, _EFFECTS[name]] for name in names])
+        TextTable(caption, ["effect", "what it is"], [[name, EFFECTS[name]] for name in names])
         for caption, names in (("On", present), ("Off", absent))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."

@@ -71,13 +71,7 @@ def text(some: tuple[SceneKey, ...]) -> str:
 
 
 def split_key(key: str) -> tuple[str, str]:
-    """The table and the name of a key, such as ("load", "resistance") for "load.resistance".
-
-    Raises
-    ------
-    InputError
-        for a key that no scene has, with the nearest match.
-    """
+    """The table and the name of a key, such as ("load", "resistance"); InputError for a key that no scene has."""
     table, _, name = key.partition(".")
     if table not in TABLES:
         raise unknown("scene table", table, TABLES)
@@ -88,13 +82,7 @@ def split_key(key: str) -> tuple[str, str]:
 
 
 def read_value(key: str, text: str) -> float:
-    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
-
-    Raises
-    ------
-    InputError
-        for an unknown key or a value that the key cannot take.
-    """
+    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units; InputError for another."""
     _, name = split_key(key)
     try:
         return any_quantity(text) if name.startswith("parameters.") else with_prefix(text, kind_of(key))

@@ -34,14 +34,7 @@ class Kind:
         return text if self.above == -math.inf else f"{text}, above {self.above:g}"
 
     def read(self, value: object) -> float:
-        """The value in SI units, from a number or from a text with a unit.
-
-        Raises
-        ------
-        ValueError
-            with the text ``must ...`` when it is no number, has another dimension, is not
-            finite or lies outside the range, or is of a size that no device has.
-        """
+        """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another."""
         number = self._number(value)
         if number is None or not math.isfinite(number):
             raise ValueError(f"must {self.must}")
@@ -105,10 +98,7 @@ ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")  # of any dimens
 
 
 def with_prefix(text: str, kind: Kind) -> float:
-    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4".
-
-    Raises ValueError as `Kind.read` does.
-    """
+    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`."""
     parts = split_unit(text)
     if parts is None:
         raise ValueError(f"must {kind.must}")
@@ -120,10 +110,7 @@ def with_prefix(text: str, kind: Kind) -> float:
 
 
 def any_quantity(value: object) -> float:
-    """A quantity of any dimension in SI base units, as a netlist's parameter is: 1e6, "1 Mohm", "10 uF".
-
-    Raises ValueError as `Kind.read` does.
-    """
+    """A quantity of any dimension in SI base units, such as 1e6, "1 Mohm", "10 uF"; ValueError as `Kind.read`."""
     parts = split_unit(value)
     if parts is None or parts[1] == "":
         return ANY.read(value)

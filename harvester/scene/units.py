@@ -68,13 +68,7 @@ def _registry() -> Any:
 
 
 def fraction(value: str) -> float:
-    """A fraction from a text such as "1%" or ".01".
-
-    Raises
-    ------
-    ValueError
-        with the text ``must ...`` for anything else, and outside of 0 to 1.
-    """
+    """A fraction from a text such as "1%" or ".01"; ValueError (``must ...``) for anything else, and outside 0 to 1."""
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", value)
     number = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
     if not 0.0 < number < 1.0:
@@ -83,13 +77,7 @@ def fraction(value: str) -> float:
 
 
 def seconds(value: str) -> float:
-    """A time in seconds from a text such as "30s", "2min", "1h" or "30".
-
-    Raises
-    ------
-    ValueError
-        with the text ``must ...`` for anything else.
-    """
+    """A time in seconds from a text such as "30s", "2min", "1h" or "30"; ValueError (``must ...``) for another."""
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", value)
     if match is None or float(match[1]) == 0.0:
         raise ValueError("must be a time above 0, such as 30s or 2min")

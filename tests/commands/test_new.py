@@ -9,10 +9,10 @@ import pytest
 import harvester as hv
 from harvester.commands.new import next_lines
 from harvester.devices.meaning import meaning
-from harvester.equations.from_scene import equations
 from tests.support.datasheet import NOISE, SHEET, problem_of
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
+from tests.support.to_scene import equations
 
 
 def options(sheet):

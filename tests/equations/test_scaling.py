@@ -9,15 +9,14 @@ from hypothesis import strategies as st
 
 from harvester.averaging.published.stationary import mean_square_voltage
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import Scales, natural_length, scales
-from harvester.equations.to_scene import physical
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load, loads
 from tests.support.paths import ROOT
 from tests.support.systems import linear_v2
+from tests.support.to_scene import equations, physical
 
 PLATE = load(ROOT / "examples" / "plate.toml")
 FULL = loads("""

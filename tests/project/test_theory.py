@@ -18,14 +18,13 @@ from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import scales
-from harvester.equations.to_scene import physical
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
 from tests.support.systems import PAPER, changed
+from tests.support.to_scene import equations, physical
 
 CHECKED = set()
 

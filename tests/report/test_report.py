@@ -17,8 +17,8 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.report import effects as words
 from harvester.report.numbers import amount, share, signs
+from harvester.report.scenes import EFFECTS, effects_section
 from harvester.studies.compare import Comparison
 from harvester.studies.paper import Drawn, FigurePoint
 from harvester.studies.work_precision.cost_table import Cost, CostRow
@@ -227,13 +227,14 @@ def test_every_effect_has_a_word():
     many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0))
     variants = [many, Equations(alpha=-1.0, coloured=1.0)]
     names = {name for eqs in variants for name in eqs.effects} | {"netlist"}
-    assert names == set(words.WORDS)
+    assert names == set(EFFECTS)
 
 
 def test_present_and_absent_make_all():
     for path in (PLATE, ROOT / "examples" / "plate_bridge.toml"):
         problem = Problem.of(path)
-        assert sorted([*words.present(problem), *words.absent(problem)]) == sorted(words.WORDS)
+        tables = effects_section(problem).tables
+        assert sorted(row[0] for table in tables for row in table.rows) == sorted(EFFECTS)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import scales
 from harvester.errors import InputError
 from harvester.scene.keys import TABLES, read_value, split_key
@@ -15,6 +14,7 @@ from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load, loads
 from tests.support.paths import ROOT
+from tests.support.to_scene import equations
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
 PLATE = """

@@ -77,10 +77,7 @@ class Prepared:
 def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
-    Raises
-    ------
-    MissingProgramError
-        when ngspice is not installed.
+    MissingProgramError when ngspice is not installed.
     """
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library

@@ -12,7 +12,6 @@ import harvester as hv
 from harvester.averaging.published.ito import diffusion, drift
 from harvester.averaging.stability import exponent as formula
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.ensemble import lyapunov
@@ -21,6 +20,7 @@ from harvester.mechanics.kernels.noise import random_words
 from harvester.studies.stability.exponent import stability
 from tests.support.paper import exponent_as_printed, simple_exponent
 from tests.support.systems import FIGURE7, changed, scene
+from tests.support.to_scene import equations
 
 SEED = np.random.SeedSequence(20261122)
 # The linear part of the paper's Figure 7.

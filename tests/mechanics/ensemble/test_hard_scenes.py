@@ -8,7 +8,6 @@ from numba import njit
 from scipy.integrate import quad, solve_ivp
 
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble import lyapunov
@@ -18,6 +17,7 @@ from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop,
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
+from tests.support.to_scene import equations
 
 pytestmark = pytest.mark.statistics
 

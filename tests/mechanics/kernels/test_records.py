@@ -12,7 +12,6 @@ from scipy.integrate import quad, solve_ivp
 import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -21,6 +20,7 @@ from harvester.mechanics.kernels.path import trace
 from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge, read_density, read_record
 from tests.support.lockstep import device, rms_difference
 from tests.support.systems import PAPER, changed, z
+from tests.support.to_scene import equations
 
 SEED = np.random.SeedSequence(20261121)
 TONES = ((0.5, 0.7, 0.3), (0.3, 1.31, 1.0), (0.2, 3.17, 2.0))

@@ -9,9 +9,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import Scales
-from harvester.equations.to_scene import physical
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -20,6 +18,7 @@ from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import deviation, forcing, shaker
 from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, linear, scene, z
+from tests.support.to_scene import equations, physical
 
 SEED = np.random.SeedSequence(20261121)
 

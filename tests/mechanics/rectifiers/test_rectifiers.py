@@ -13,7 +13,6 @@ from harvester.circuit import runs as worker
 from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import equations
 from harvester.equations.scales import Scales, scales
 from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
@@ -36,6 +35,7 @@ from harvester.scene.load import Load
 from harvester.scene.toml import load
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import changed, z
+from tests.support.to_scene import equations
 
 SEED = np.random.SeedSequence(20261121)
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)

@@ -1,25 +1,26 @@
-"""From equations back to a physical scene: the inverse of `harvester.equations.from_scene`."""
+"""From a scene to its equations at any length, and from equations back to a physical scene."""
 
 import math
 
 from harvester.equations.coefficients import Equations
-from harvester.equations.from_scene import TURN, scaled
-from harvester.equations.scales import Scales
+from harvester.equations.from_scene import TURN, equations_at, scaled
+from harvester.equations.scales import Scales, scales
 from harvester.errors import invalid
 from harvester.scene.load import Load
 from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop
 from harvester.scene.scene import Scene
 
 
+def equations(scene: Scene, length: float | None = None) -> Equations:
+    """The nondimensional coefficients of a scene, at the length l (m; a physical scene's `natural_length`)."""
+    return equations_at(scene, scales(scene, length))
+
+
 def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     """The physical scene whose equations, at length ``s.length``, are ``eqs``: inverse of `equations`.
 
-    ``s.coupling`` is used where beta is None; else theta = sqrt(beta k Cp).
-
-    Raises
-    ------
-    InputError
-        for correlated noise, and for a record, which no physical scene has.
+    ``s.coupling`` is used where beta is None; else theta = sqrt(beta k Cp).  InputError for correlated noise, and for
+    a record, which no physical scene has.
     """
     if eqs.n12 is not None:
         raise invalid("n12", "be absent from a physical scene", eqs.n12)

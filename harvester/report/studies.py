@@ -1,0 +1,240 @@
+"""The reports of `cost`, `sweep` and `paper`."""
+
+from typing import Any
+
+import numpy as np
+
+from harvester import figures
+from harvester.equations.problem import Problem
+from harvester.machine.provenance import origin
+from harvester.printing.answer_units import AnswerUnits
+from harvester.report.engines import refusals
+from harvester.report.numbers import amount, share, signs, with_errors
+from harvester.report.page import Page, Section, TextTable, drawing
+from harvester.report.scenes import coefficients, command_line, made_by, scene_page
+from harvester.scene.keys import unit_of
+from harvester.scene.scene import Scene
+from harvester.studies.output_folder import provenance
+from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
+from harvester.studies.sweep.printed_rows import warnings
+from harvester.studies.sweep.rows import Row
+from harvester.studies.sweep.table import Table
+from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
+from harvester.uncertainty.value import NORMAL_QUANTILE
+
+
+def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
+    """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
+    problem = Problem.of(scene)
+    power = with_errors(cost.power, AnswerUnits.of(problem.physical).power)
+    fastest = [_fastest(cost, target) for target in TARGETS]
+    figure = drawing(
+        cost.plot(None),
+        f"Total error against seconds. {'. '.join(line for line in fastest if line)}.",
+        "Each marker is an engine at one setting; the line is the front, where no other is as fast and as accurate.",
+    )
+    failed = [[row.engine, row.setting, signs(row.error)] for row in cost.rows if row.error]
+    rows = [row for row in cost.rows if not row.error]
+    unknown = any(row.step is not None and row.step_bias is None for row in rows)
+    found = Section(
+        "What accuracy costs",
+        texts=[
+            f"Errors are relative to the power of {cost.reference} at a step of zero, {power}."
+            " Total: sampling at 95 % + step + model, a bias that was not seen counted as large as it may be unseen.",
+            *(["The bias of the step is not known for a netlist of one's own, and not counted."] if unknown else []),
+        ],
+        drawings=[figure],
+        tables=[
+            _errors("The front: no other is as fast and as accurate", cost.best),
+            _needed(cost),
+            _errors("All settings", rows),
+            *([TextTable("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
+            *refusals(cost.refused),
+        ],
+    )
+    lead = [line for line in fastest if line] or ["No engine is known to reach 10 % in the time given."]
+    made: dict[str, Any] = {"seed": seed, "budget": f"{budget:g} s", "reference": cost.reference}
+    return scene_page(problem, "cost", lead, found, provenance(problem), **made)
+
+
+def _fastest(cost: Cost, target: float) -> str:
+    """The engine that was measured to reach a target in the shortest time, in words."""
+    engines = dict.fromkeys(row.engine for row in cost.rows if not row.error)
+    needed = {name: cost.needed(name, target) for name in engines}
+    measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+    best = min(measured, key=lambda name: measured[name], default="")
+    return f"Within {100 * target:g} %: {best} in {measured[best]:.2g} s" if best else ""
+
+
+def _needed(cost: Cost) -> TextTable:
+    """The table of the seconds that each engine needs for each target."""
+    engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
+    rows = []
+    for target in TARGETS:
+        needed = [cost.needed(name, target) for name in engines]
+        rows.append(
+            [f"{100 * target:g} %", *("-" if n is None else signs(f"{'' if n[1] else '~'}{n[0]:.2g}") for n in needed)]
+        )
+    note = "~: a prediction. -: the engine's biases are not known to be smaller."
+    return TextTable("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
+
+
+def _errors(caption: str, rows: list[CostRow]) -> TextTable:
+    heads = ["engine", "setting", "seconds", "sampling, 95 %", "step", "model", "total"]
+    cells = [
+        [
+            row.engine,
+            row.setting,
+            "-" if row.seconds is None else f"{row.seconds:.2g}",
+            *(share(error, 1.0) for error in (row.sampling_error, row.step_bias, row.model_bias, row.total_error)),
+        ]
+        for row in rows
+    ]
+    return TextTable(caption, heads, cells, range(2, len(heads)))
+
+
+MOST_ROWS = 400  # of the table on the page
+
+
+def of_sweep(scene: Scene | Problem, table: Table) -> Page:
+    """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
+    about = table.about
+    names = list(dict.fromkeys(row["engine"] for row in table.rows))
+    best = [_best(table, [row for row in table.rows if row["engine"] == name and not row["error"]]) for name in names]
+    seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
+    keys = ", ".join(axis.key for axis in table.axes)
+    figure = drawing(
+        table.plot(None),
+        f"Mean power against {keys}. {'. '.join(line for line in best if line)}.",
+        f"Mean power against {table.axes[0].key}, engine by engine.",
+    )
+    failed = sum(bool(row["error"]) for row in table.rows)
+    found = Section(
+        "Sweep",
+        texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
+        drawings=[figure],
+        tables=[_summary(table, names), _rows(table, failed > 0)],
+        warnings=[signs(line.removeprefix("warning, ")) for line in warnings(table.rows)],
+    )
+    base = f"Where the points start from; each has its own {keys}."
+    lead = [line for line in best if line]
+    seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
+    return scene_page(Problem.of(scene), f"sweep of {keys}", lead, found, about, base, seed=seed)
+
+
+def _best(table: Table, rows: list[Row]) -> str:
+    """The largest power in rows of one engine, with its error where there is one, and its place."""
+    if not rows:
+        return ""
+    row = max(rows, key=lambda one: float(one["mean_power"]))
+    where = ", ".join(f"{a.key} = {_value(row[a.key], a.key)}" for a in table.axes)
+    error = _sampling(row)
+    sampling = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
+    return f"{row['engine']}: largest {amount(float(row['mean_power']), table.unit_names.power)}{sampling} at {where}"
+
+
+def _summary(table: Table, names: list[str]) -> TextTable:
+    """The table of what each engine took, and of the largest errors that it states."""
+    rows = []
+    for name in names:
+        mine = [row for row in table.rows if row["engine"] == name]
+        good = [row for row in mine if not row["error"]]
+        worst = [_worst(good, column, factor) for column, factor in (("stderr", NORMAL_QUANTILE), ("bias", 1.0))]
+        seconds = sum(float(row["seconds"]) for row in good)
+        failed, warned = len(mine) - len(good), sum(bool(row["warnings"]) for row in mine)
+        rows.append([name, str(len(mine)), str(failed), str(warned), *worst, f"{seconds:.2g}"])
+    heads = ["engine", "points", "failed", "with warnings"]
+    heads += ["sampling, 95 %, at most", "step and model, at most", "seconds"]
+    note = (
+        "Errors relative to the mean power of their point; 95 % are 1.96 standard errors."
+        " none: nothing is sampled. -: no such error, or not known."
+    )
+    return TextTable("Engines", heads, rows, range(1, len(heads)), note)
+
+
+def _sampling(row: Row) -> float | None:
+    """The 95 % error of sampling of a row's mean power: 1.96 standard errors, as rows tell no degrees of freedom."""
+    return NORMAL_QUANTILE * float(row["mean_power_stderr"]) if row["mean_power_stderr"] else None
+
+
+def _worst(rows: list[Row], column: str, factor: float) -> str:
+    found = [
+        factor * abs(float(row[f"mean_power_{column}"]) / float(row["mean_power"]))
+        for row in rows
+        if row[f"mean_power_{column}"] and float(row["mean_power"])
+    ]
+    return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
+
+
+def _rows(table: Table, failures: bool) -> TextTable:
+    """The table of all rows, or of the first `MOST_ROWS`."""
+    heads = [*(a.key for a in table.axes), "engine", "mean power", "sampling, 95 %", "step and model"]
+    heads += ["mean square voltage", "seconds", *(["error"] if failures else [])]
+    rows = []
+    for row in table.rows[:MOST_ROWS]:
+        cells = [_value(row[a.key], a.key) for a in table.axes] + [row["engine"]]
+        if row["error"]:
+            rows.append([*cells, "-", "-", "-", "-", "-", signs(row["error"])])
+            continue
+        power = float(row["mean_power"])
+        bias = float(row["mean_power_bias"]) if row["mean_power_bias"] else None
+        cells += [amount(power, table.unit_names.power), share(_sampling(row), power), share(bias, power)]
+        cells += [amount(float(row["mean_square_voltage"]), table.unit_names.mean_square_voltage), row["seconds"]]
+        rows.append([*cells, *([""] if failures else [])])
+    left = len(table.rows) - len(rows)
+    note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
+    numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]
+    return TextTable("Points", heads, rows, numbers, note)
+
+
+def _value(text: str, key: str) -> str:
+    return amount(float(text), unit_of(key))
+
+
+def of_paper(drawn: list[Drawn]) -> Page:
+    """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
+    about = origin()
+    sections = [_section(one) for one in drawn]
+    parameters = Section(
+        "Parameters",
+        texts=["As the paper's text prints them. What it leaves open is assumed, and stands in each figure's title."],
+        tables=[coefficients("Figures 1 to 6", RESPONSE), coefficients("Figures 7 to 9", STABILITY)],
+    )
+    return Page(
+        title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
+        kind="paper",
+        lead=[f"{one.title}: {one.seconds:.2g} s" for one in drawn],
+        sections=[*sections, parameters],
+        command=command_line(about),
+        about=made_by(about, seed="fixed for each figure"),
+    )
+
+
+def _section(one: Drawn) -> Section:
+    rows = []
+    for panel in dict.fromkeys(p.panel for p in one.points):
+        points = [p for p in one.points if p.panel == panel]
+        theories = (_off(points, name) for name in ("published", "averaged"))
+        rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
+    heads = ["panel", "points", "published off by", "averaged off by", "Monte Carlo, 95 %"]
+    note = (
+        "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
+        " value of the panel."
+    )
+    summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
+    figure = drawing(figures.paper(one.points, None), f"{one.title}. {summary}.", one.title)
+    table = TextTable("How far the theories are off", heads, rows, range(1, 5), note)
+    return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
+
+
+def _size(points: list[FigurePoint]) -> float:
+    return float(np.max(np.abs([p.ensemble for p in points]))) or 1.0
+
+
+def _off(points: list[FigurePoint], name: str) -> str:
+    far = np.max(np.abs([getattr(p, name) - p.ensemble for p in points]))
+    return share(float(far), _size(points))
+
+
+def _noise(points: list[FigurePoint]) -> str:
+    return share(NORMAL_QUANTILE * max(p.ensemble_stderr for p in points), _size(points))
