@@ -89,12 +89,8 @@ def run_in_this_process(
     ``start``, None for the first of its resting places; ``compiled`` and ``shaking`` see
     `harvester.circuit.lockstep.drive.Drive`.
 
-    Raises
-    ------
-    CircuitError
-        when ngspice refuses the circuit, does not converge or comes no further.
-    UnboundedResponseError
-        when the motion left the finite numbers.
+    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; UnboundedResponseError
+    when the motion left the finite numbers.
     """
     from harvester.circuit.lockstep.drive import Drive
     from harvester.circuit.ngspice.deck import build_deck
@@ -142,10 +138,7 @@ def _control(device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     """Start the workers and compile what this device's runs need; returns the seconds that took.
 
-    Raises
-    ------
-    MissingProgramError
-        when ngspice is not installed.
+    Raises MissingProgramError when ngspice is not installed.
     """
     begin = time.perf_counter()
     find_library()
@@ -172,10 +165,8 @@ def measure_in_workers(
     Time averages begin at the nondimensional time ``burn_in``; ``with_control`` adds the control variate.
     Trajectories begin in each of the scene's resting places in turn.
 
-    Raises
-    ------
-    CircuitError
-        when ngspice refuses the circuit, does not converge, comes no further for ``device.patience`` seconds, or dies.
+    Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
+    seconds, or dies.
     """
     starts = itertools.cycle(device.eqs.resting_places)
     yield from map_in_workers(_measure, [(device, seed, kicks, burn_in, with_control, next(starts)) for seed in seeds])

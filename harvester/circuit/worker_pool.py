@@ -33,10 +33,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
     `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
     still run when the iteration ends, by an error or because its reader stops, are killed.
 
-    Raises
-    ------
-    CircuitError
-        of a job, or when its process dies.
+    Raises CircuitError of a job, or when its process dies.
     """
     running: dict[Future[T], tuple[int, loky.ProcessPoolExecutor]] = {}
     waiting = deque(enumerate(arguments))

@@ -38,10 +38,7 @@ report_option = cloup.option(
 def report_file(report: str | None, out: str | None) -> Path | None:
     """The file of the page, None where none is wanted.
 
-    Raises
-    ------
-    InputError
-        where it cannot be written.
+    Raises InputError where it cannot be written.
     """
     if report is None:
         return None

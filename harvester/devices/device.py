@@ -41,10 +41,7 @@ Tables: TypeAlias = dict[str, list[Entry]]  # of a scene file, in order; "" hold
 def read(name: str, text: str) -> float:
     """The value of a field in SI units, read as the command line reads scene keys.
 
-    Raises
-    ------
-    InputError
-        with the field's name, for a text that is no such value.
+    Raises InputError with the field's name, for a text that is no such value.
     """
     try:
         return with_prefix(text, _kind(name))
@@ -68,10 +65,7 @@ def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
 def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[str, str]) -> None:
     """Refuse fields that do not go together.
 
-    Raises
-    ------
-    InputError
-        which names what must be left out, or what must be given too.
+    Raises InputError which names what must be left out, or what must be given too.
     """
     if all(name in known for name in ("mass", "stiffness", "frequency")):
         raise InputError("one of `mass`, `stiffness` and `frequency` must be left out, but all three are given")
@@ -96,10 +90,7 @@ def scene_tables(
 ) -> Tables:
     """The tables of the scene of a device, from the texts of its datasheet; ``netlist`` as the scene file names it.
 
-    Raises
-    ------
-    InputError
-        for a text that is no value, fields that do not go together, and those that are missing.
+    Raises InputError for a text that is no value, fields that do not go together, and those that are missing.
     """
     parameters = parameters or {}
     check(texts, netlist, parameters)

@@ -54,10 +54,7 @@ def _commented(line: str, comment: str) -> str:
 def check(path: Path, force: bool) -> None:
     """Refuse a file that cannot be made.
 
-    Raises
-    ------
-    InputError
-        where it is there and not to be overwritten, or its folder is not there.
+    Raises InputError where it is there and not to be overwritten, or its folder is not there.
     """
     if path.exists() and not path.is_file():
         raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
@@ -70,10 +67,7 @@ def check(path: Path, force: bool) -> None:
 def write(path: Path, tables: Tables, force: bool) -> Problem:
     """Write the file, whole or not at all, and return the problem of its scene.
 
-    Raises
-    ------
-    InputError
-        where `check` refuses the file, where it cannot be written, and for tables that are no scene.
+    Raises InputError where `check` refuses the file, where it cannot be written, and for tables that are no scene.
     """
     check(path, force)
     content = text(tables)

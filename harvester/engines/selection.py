@@ -49,10 +49,8 @@ def default_engines(scene: AnyScene) -> list[str]:
 def engine(which: Named, **options: Any) -> Engine:
     """An engine by its name, with its options; an engine is given back with the options replaced.
 
-    Raises
-    ------
-    InputError
-        for an unknown name or option, with the nearest match, and for an option that this engine would ignore.
+    Raises InputError for an unknown name or option, with the nearest match, and for an option that this engine would
+    ignore.
     """
     return engines([which], **options)[0]
 

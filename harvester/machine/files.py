@@ -14,10 +14,7 @@ VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 def folder(path: str | Path, argument: str = "out") -> Path:
     """Make sure that a folder exists and can be written, and return it; errors name the ``argument``.
 
-    Raises
-    ------
-    InputError
-        where it cannot be made or written.
+    Raises InputError where it cannot be made or written.
     """
     if not str(path):  # Path("") is the present folder: an unset variable of a shell
         raise invalid(f"`{argument}`", "be a folder", "")
@@ -45,10 +42,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
 
     ``content`` is one piece or several.
 
-    Raises
-    ------
-    InputError
-        where the disk or the folder does not take it; an older file of that name stays as it was.
+    Raises InputError where the disk or the folder does not take it; an older file of that name stays as it was.
     """
     if isinstance(content, str):
         content = content.encode()

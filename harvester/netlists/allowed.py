@@ -27,10 +27,7 @@ _QUANTITIES |= {"true", "false", "tc1", "tc2", "temp", "dtemp", "m", "gmin"}
 def allowed_lines(lines: Iterable[Line]) -> Iterator[Line]:
     """Yield the lines as they come, each after its check.
 
-    Raises
-    ------
-    InputError
-        at the first line that is not allowed.
+    Raises InputError at the first line that is not allowed.
     """
     for line in lines:
         _check_line(line)

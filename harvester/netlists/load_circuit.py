@@ -65,11 +65,8 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
 
     ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives one.
 
-    Raises
-    ------
-    InputError
-        for an unknown netlist, one that could run a command or reach a file outside its folder,
-        one without two terminals or without Rload, and parameters that it lacks or that lack a value.
+    Raises InputError for an unknown netlist, one that could run a command or reach a file outside its folder, one
+    without two terminals or without Rload, and parameters that it lacks or that lack a value.
     """
     if load.netlist is None:
         assert load.resistance is not None, "Load checks this"

@@ -26,11 +26,8 @@ class Line:
 def read_lines(path: Path) -> Iterator[Line]:
     """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
 
-    Raises
-    ------
-    InputError
-        for a file that cannot be read or is no text, for more than `MOST_BYTES` in all, for a command to ngspice
-        inside a comment, and for an include from outside the netlist's folder.
+    Raises InputError for a file that cannot be read or is no text, for more than `MOST_BYTES` in all, for a command to
+    ngspice inside a comment, and for an include from outside the netlist's folder.
     """
     yield from _lines_of(path, path.parent.resolve(), (), [MOST_BYTES])
 

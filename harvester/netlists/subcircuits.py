@@ -42,11 +42,8 @@ def joined(text: str) -> str:
 def split_subcircuits(file: str, lines: Iterable[Line]) -> tuple[dict[str, list[Line]], list[Line]]:
     """Return the lines of each subcircuit, by its name in lower case, and the lines outside of them.
 
-    Raises
-    ------
-    InputError
-        where subcircuits are nested, not ended, of the same name, or hold a card of the bench, and where ``file`` has
-        none.
+    Raises InputError where subcircuits are nested, not ended, of the same name, or hold a card of the bench, and where
+    ``file`` has none.
     """
     subcircuits: dict[str, list[Line]] = {}
     outside: list[Line] = []

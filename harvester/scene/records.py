@@ -109,11 +109,8 @@ class TabulatedDensity:
 def read_record(path: str) -> Record:
     """Read the record of a CSV file, in SI units, with its `bridge`.
 
-    Raises
-    ------
-    InputError
-        in one line, for a file that cannot be read or has no such columns, times that do not ascend in equal steps,
-        values that are no finite numbers, or too few of them.
+    Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
+    equal steps, values that are no finite numbers, or too few of them.
     """
     time, values = _columns_of(path, "acceleration_file", ("time", TIME), ("acceleration", ACCELERATION))
     key, steps = "excitation.acceleration_file", np.diff(time)

@@ -52,11 +52,8 @@ def csv_text(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 class OutputFolder:
     """A folder that a study writes its files into, each whole or not at all; ``vector`` are forms of its figures.
 
-    Raises
-    ------
-    InputError
-        for a form that is neither svg nor pdf, a folder that cannot be made or written, and a file that the disk does
-        not take.
+    Raises InputError for a form that is neither svg nor pdf, a folder that cannot be made or written, and a file that
+    the disk does not take.
     """
 
     def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:

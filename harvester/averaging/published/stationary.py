@@ -56,12 +56,8 @@ def density(eqs: Equations) -> Stationary:
     in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
     amplitudes where p A is above 1e-14 of its peak.
 
-    Raises
-    ------
-    SimulationError
-        without external noise, where no density exists.
-    UnboundedResponseError
-        where p does not fall off, or so slowly that E[A^2] is infinite.
+    Raises SimulationError without external noise, where no density exists; UnboundedResponseError where p does not fall
+    off, or so slowly that E[A^2] is infinite.
     """
     if eqs.n1 is None:
         raise SimulationError(_NO_NOISE)
@@ -109,10 +105,7 @@ def mean_square_voltage(eqs: Equations) -> float:
     With a stop the paper uses the same V with x = |y|, so the value does not depend on it
     other than through p(A): here lies its factor of about four.
 
-    Raises
-    ------
-    SimulationError, UnboundedResponseError
-        as `density`, and where E[V^2] is infinite though p(A) exists.
+    Raises SimulationError, UnboundedResponseError as `density`, and where E[V^2] is infinite though p(A) exists.
     """
     answer = mean_square_voltages([eqs])[0]
     if isinstance(answer, SimulationError):

@@ -85,14 +85,9 @@ def solve(eqs: Equations) -> TwoScale:
     5, with and without parametric noise (`benchmarks/accuracy.py`); the true error was below it in all.
     For a stop at a distance or preloaded see `harvester.averaging.two_scale.gap_law`.
 
-    Raises
-    ------
-    SimulationError
-        without external noise, where no stationary law exists.
-        Also where the voltage and the orbits that it bends do not settle (strong coupling near grazing), or where a
-        preloaded mass hardly leaves the stop.
-    UnboundedResponseError
-        where the law does not fall off at large amplitudes.
+    Raises SimulationError without external noise, where no stationary law exists. Also where the voltage and the orbits
+    that it bends do not settle (strong coupling near grazing), or where a preloaded mass hardly leaves the stop;
+    UnboundedResponseError where the law does not fall off at large amplitudes.
     """
     answer = solve_many([eqs])[0]
     if isinstance(answer, SimulationError):

@@ -114,10 +114,7 @@ class Drive:
     def path(self) -> Path:
         """The path of the finished run, in the form of `harvester.mechanics.kernels.path.trace`.
 
-        Raises
-        ------
-        SimulationError
-            for more than two impacts a step: the stops are too near each other.
+        Raises SimulationError for more than two impacts a step: the stops are too near each other.
         """
         s = self.state[0]
         if s.impacts > len(self.impacts):

@@ -99,13 +99,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         ``patience`` seconds can be given up; it cannot be stopped.  After that, and after a fatal error, no other
         circuit runs in this process.
 
-        Raises
-        ------
-        CircuitError
-            with the node and the time in trouble when ngspice refuses the netlist, stops before the end
-            or comes no further.
-        Exception
-            of a Python callback (``compiled=False``), after the run.
+        Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist, stops before the end
+        or comes no further; Exception of a Python callback (``compiled=False``), after the run.
         """
         if self.lost:
             raise CircuitError("ngspice failed earlier in this process and cannot run another circuit")
@@ -161,10 +156,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 def ngspice() -> Ngspice:
     """The one ngspice of this process, loaded at the first call.
 
-    Raises
-    ------
-    MissingProgramError
-        when the library cannot be loaded.
+    Raises MissingProgramError when the library cannot be loaded.
     """
     NgSpiceShared.LIBRARY_PATH = find_library()
     try:

@@ -10,10 +10,7 @@ from harvester.errors import MissingProgramError
 def find_library() -> str:
     """Find the ngspice library: the path in NGSPICE_LIBRARY_PATH, else the system's.
 
-    Raises
-    ------
-    MissingProgramError
-        when there is none, with how to get it.
+    Raises MissingProgramError when there is none, with how to get it.
     """
     named = os.environ.get("NGSPICE_LIBRARY_PATH")
     found = named or ctypes.util.find_library("ngspice")

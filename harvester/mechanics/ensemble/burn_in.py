@@ -33,12 +33,8 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
     A step that turns out too long for the response is made shorter, and the trajectories begin again, unless their step
     is fixed.  ``budget`` is the time that this may take, about, in seconds; below one it counts as one.
 
-    Raises
-    ------
-    UnboundedResponseError
-        when the energy keeps growing.
-    SimulationError
-        when it is bounded, but does not become stationary in the budget, or in a sensible time.
+    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but does not become
+    stationary in the budget, or in a sensible time.
     """
     while True:
         try:
@@ -61,12 +57,8 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
 def until_steady(trajectories: Trajectories, budget: float | None = None) -> tuple[Moments, list[str]]:
     """Run at the present step until the start is forgotten: moments of the last window, and warnings.
 
-    Raises
-    ------
-    UnboundedResponseError
-        when the energy keeps growing.
-    SimulationError
-        when it is bounded, but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.
+    Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but still changes
+    after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
     eqs, circuit, mu = trajectories.eqs, trajectories.circuit, trajectories.eqs.mu
     load = CHARGING_TIMES * circuit.memory if circuit is not None else LOAD_TIMES / mu if mu is not None else 0.0

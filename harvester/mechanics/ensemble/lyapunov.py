@@ -106,10 +106,8 @@ def exponent(
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
     play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is called with the fraction done.
 
-    Raises
-    ------
-    SimulationError
-        where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or would take too long.
+    Raises SimulationError where a trajectory stops dead (restitution 0 and no voltage that pushes the mass off), or
+    would take too long.
     """
     if h is None:
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))

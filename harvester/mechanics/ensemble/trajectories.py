@@ -64,10 +64,8 @@ class Trajectories:
         advance the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop
         at rest or none.
 
-    Raises
-    ------
-    InputError
-        for a start behind a stop, a step out of range, and a circuit on a device without external noise or with mu.
+    Raises InputError for a start behind a stop, a step out of range, and a circuit on a device without external noise
+    or with mu.
     """
 
     def __init__(

@@ -9,11 +9,8 @@ from harvester.errors import UnboundedResponseError
 def check_bounded(eqs: Equations) -> None:
     """Refuse a friction that feeds energy at every large amplitude, and a spring that pushes the mass away for good.
 
-    Raises
-    ------
-    UnboundedResponseError
-        where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, or where the spring's energy falls
-        without bound on a side without a stop.
+    Raises UnboundedResponseError where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, or where
+    the spring's energy falls without bound on a side without a stop.
     """
     name, top, cure = _loss_at_large_amplitude(eqs)
     if top < 0.0:

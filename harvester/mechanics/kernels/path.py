@@ -110,10 +110,7 @@ def trace(
     (k - 1) h to k h while its kick comes at k h, half a step late: paths of different steps on one
     refined noise are compared at equal k h, and a start other than rest is half a step early.
 
-    Raises
-    ------
-    InputError
-        for a start behind a stop, and coloured noise without ``shaking``.
+    Raises InputError for a start behind a stop, and coloured noise without ``shaking``.
     """
     start = (eqs.resting_places[0], 0.0, 0.0) if start is None else start
     check_start(eqs.rigid_stops, start[0], start[0])

@@ -176,10 +176,7 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
 
     ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
 
-    Raises
-    ------
-    InputError
-        for random shaking without a generator.
+    Raises InputError for random shaking without a generator.
     """
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None

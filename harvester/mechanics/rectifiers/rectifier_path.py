@@ -65,10 +65,7 @@ def trace_ideal(
 
     ``noise``, ``h`` and ``stride`` as of `harvester.mechanics.kernels.path.trace`.
 
-    Raises
-    ------
-    InputError
-        for a start behind the stop.
+    Raises InputError for a start behind the stop.
     """
     if eqs.restitution is not None and start[0] < 0.0:
         raise invalid("start", "have x of at least 0, where the stop is", start[0])

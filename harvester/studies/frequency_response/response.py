@@ -37,10 +37,7 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
 
     They are spaced by ratio where the ends differ tenfold.
 
-    Raises
-    ------
-    InputError
-        for anything else.
+    Raises InputError for anything else.
     """
     parts = text.split(":")
     if len(parts) != 3 or not re.fullmatch("[0-9]{1,5}", parts[2]) or not LEAST <= int(parts[2]) <= MOST:

@@ -71,10 +71,7 @@ class Surface:
     def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
         """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
 
-        Raises
-        ------
-        SpentError
-            when ``share`` of the budget is spent before all are done; those that are done are kept.
+        Raises SpentError when ``share`` of the budget is spent before all are done; those that are done are kept.
         """
         done: list[Evaluation] = []
         some = _TOGETHER if isinstance(engine, Vectorised) else 1

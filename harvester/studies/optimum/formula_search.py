@@ -29,10 +29,7 @@ _END = 1e-4  # of the range: nearer to its end than this is at it
 def search(surface: Surface, engine: Engine, interval: bool = True) -> SearchResult:
     """Find the peaks that a scan shows, and, where ``interval`` asks for it, the interval of the best.
 
-    Raises
-    ------
-    HarvesterError
-        where every place fails, the last error.
+    Raises HarvesterError where every place fails, the last error.
     """
     begin = len(surface.points)
     climbed: list[Peak] = []

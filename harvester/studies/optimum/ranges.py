@@ -45,10 +45,7 @@ class Range:
 def parse(text: str) -> Range:
     """The range that a text describes, such as ``load.resistance=1k:10M``.
 
-    Raises
-    ------
-    InputError
-        for a key that no scene has, or ends that it cannot take.
+    Raises InputError for a key that no scene has, or ends that it cannot take.
     """
     key, equals, ends = text.partition("=")
     if not equals or ends.count(":") != 1:

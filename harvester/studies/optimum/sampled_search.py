@@ -62,10 +62,7 @@ class SampledSearch:
     def find(self) -> SearchResult:
         """Find the peaks, best first.
 
-        Raises
-        ------
-        HarvesterError
-            where every place fails, the last error.
+        Raises HarvesterError where every place fails, the last error.
         """
         begin, flat = len(self.surface.points), ""
         found: list[Peak] = []

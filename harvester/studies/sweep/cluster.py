@@ -21,14 +21,8 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
 
     Dask gives a task whose worker died to another worker; a task that ended several is an error.
 
-    Raises
-    ------
-    MissingProgramError
-        where Dask is not installed.
-    InputError
-        where no scheduler answers, or has no workers.
-    SimulationError
-        where it goes while it is needed.
+    Raises MissingProgramError where Dask is not installed; InputError where no scheduler answers, or has no workers;
+    SimulationError where it goes while it is needed.
     """
     client = _client(address)
     try:

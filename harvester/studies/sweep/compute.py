@@ -55,15 +55,9 @@ def compute_table(
     computes the others, also those that failed.  A point that fails is a row with its error.  ``tick`` is called for
     each row that is done, ``skip`` (default: ``tick``) for each that is kept.
 
-    Raises
-    ------
-    InputError
-        for a point that no scene can be, before anything is computed, an option that no engine takes, a folder that
-        cannot be written, or an earlier sweep that was another one.
-    KeyboardInterrupt
-        at ^C, with a text that says how to go on.
-    HarvesterError
-        when every point failed, the last error; the table is written all the same.
+    Raises InputError for a point that no scene can be, before anything is computed, an option that no engine takes, a
+    folder that cannot be written, or an earlier sweep that was another one; KeyboardInterrupt at ^C, with a text that
+    says how to go on; HarvesterError when every point failed, the last error; the table is written all the same.
     """
     names = [e.NAME for e in engines]
     for name in names:

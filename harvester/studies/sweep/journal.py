@@ -50,10 +50,7 @@ def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
 class Journal:
     """The finished rows of the sweep that writes into a folder, on disk; one program at a time may hold it.
 
-    Raises
-    ------
-    InputError
-        where another program is at work in the folder.
+    Raises InputError where another program is at work in the folder.
     """
 
     def __init__(self, out: Path) -> None:
@@ -71,10 +68,7 @@ class Journal:
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
         """The rows of an earlier run of the same sweep; None where there is no journal, or it is damaged.
 
-        Raises
-        ------
-        InputError
-            where the journal is that of another sweep.
+        Raises InputError where the journal is that of another sweep.
         """
         if not self.path.exists():
             return None

@@ -38,10 +38,7 @@ def read_axis(text: str) -> Axis:
 
     FROM:TO:COUNT is spaced evenly, by ratio where the ends differ tenfold.
 
-    Raises
-    ------
-    InputError
-        for a key that no scene has, or values that it cannot take.
+    Raises InputError for a key that no scene has, or values that it cannot take.
     """
     key, equals, values = text.partition("=")
     if not equals:
@@ -76,10 +73,8 @@ class Points:
 
     The n-th point of a list takes the n-th value of each axis.
 
-    Raises
-    ------
-    InputError
-        for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length or none.
+    Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length
+    or none.
     """
 
     axes: tuple[Axis, ...]
@@ -147,10 +142,7 @@ def grid(axes: Sequence[Axis]) -> Points:
 def read_points(path: str | Path) -> Points:
     """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
 
-    Raises
-    ------
-    InputError
-        where the file cannot be read, or says something that no scene key can take, with the line.
+    Raises InputError where the file cannot be read, or says something that no scene key can take, with the line.
     """
     try:
         with Path(path).open("rb") as file:

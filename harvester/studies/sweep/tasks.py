@@ -81,10 +81,7 @@ def tasks(
 def compute(task: Task) -> list[Answer]:
     """Compute an answer for each point of a task, in whatever process this runs.
 
-    Raises
-    ------
-    MissingProgramError
-        where ngspice is not installed, which is no fault of the point.
+    Raises MissingProgramError where ngspice is not installed, which is no fault of the point.
     """
     answers: list[Estimate | HarvesterError] = []
     try:

@@ -43,12 +43,8 @@ def cost(
     Writes cost.csv, cost.png, its ``vector`` forms (svg, pdf) and provenance.json.  An engine that fails is a row with
     its error.
 
-    Raises
-    ------
-    InputError
-        for a folder that cannot be written, or another form.
-    HarvesterError
-        where no engine that samples gives a power above zero.
+    Raises InputError for a folder that cannot be written, or another form; HarvesterError where no engine that samples
+    gives a power above zero.
     """
     folder = OutputFolder(out, vector)
     problem = Problem.of(scene)

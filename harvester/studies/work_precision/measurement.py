@@ -70,10 +70,7 @@ class Measurement:
     def measure(self) -> None:
         """Run the engines from the fastest to the slowest, and the biases as soon as the default step is known.
 
-        Raises
-        ------
-        SimulationError
-            where the load takes no power.
+        Raises SimulationError where the load takes no power.
         """
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if kind is not Spice:

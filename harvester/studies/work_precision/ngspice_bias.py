@@ -38,12 +38,8 @@ def ngspice_bias(
     The errors of both from the step are the same and leave no trace.  The bias of the finest tolerance is
     taken from its difference to the next, at the `ORDER` of the error.
 
-    Raises
-    ------
-    MissingProgramError
-        when ngspice is not installed.
-    CircuitError
-        when ngspice refuses the circuit or does not converge.
+    Raises MissingProgramError when ngspice is not installed; CircuitError when ngspice refuses the circuit or does not
+    converge.
     """
     from harvester.engines.spice.preparation import prepare
     from harvester.engines.spice.runs import FEWEST, Runs

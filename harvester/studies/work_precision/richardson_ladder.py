@@ -57,10 +57,7 @@ def richardson_ladder(model: Model, h: float, trajectories: int, seed: int, seco
     differences lie further from the fit than their errors allow, the covariance is made larger in proportion.  Steps
     that are unstable are left out.
 
-    Raises
-    ------
-    UnboundedResponseError
-        where even the finest pair is unstable.
+    Raises UnboundedResponseError where even the finest pair is unstable.
     """
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
