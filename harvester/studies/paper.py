@@ -149,7 +149,7 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
 
 
 def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
-    """p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
+    """The densities p(A), p(x) and p(x') at the centres of the Monte Carlo's bins."""
     from harvester.mechanics.ensemble.histograms import Histogram
 
     for curve, changes in curves.items():

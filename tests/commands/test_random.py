@@ -175,7 +175,7 @@ def test_netlists():
             assert len(str(error)) < 600
             read.append(2)
         else:
-            assert circuit.text.lower().startswith(".subckt mine p n")
+            assert circuit.text.lower().startswith(f".subckt {circuit.name.lower()} ")
             assert not any(word in circuit.text.lower() for word in (".include", ".control", "shell", "system", "*#"))
             read.append(0)
 

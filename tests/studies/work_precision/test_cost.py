@@ -360,6 +360,7 @@ def test_units_of_a_device():
     assert abs(row.step_bias - exact) < 4 * row.step_bias_stderr < 0.4 * exact
 
 
+@pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("text", "error", "line"),
     [
