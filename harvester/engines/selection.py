@@ -60,6 +60,7 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
 
     InputError for an option that none of them has, which would be ignored.
     """
+    which = [which] if isinstance(which, str) else which
     kinds = [_kind(one) for one in which]
     given = {name: value for name, value in options.items() if value is not None}
     everybody = {name for kind in (*ENGINES.values(), Cheapest) for name in _options(kind)}

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from harvester.errors import InputError
+from harvester.errors import InputError, names_arguments
 from harvester.scene.checks import check_opposite_stop, check_stop_damping
 from harvester.scene.keys import TABLES, key_kind, read_value, split_key
 from harvester.scene.load import Load
@@ -61,6 +61,7 @@ class Scene(SceneTable):
         """Whether the scene is in SI units, rather than nondimensional."""
         return self.nondimensional is None
 
+    @names_arguments
     def with_load(
         self,
         load: Load | float | str | None = None,

@@ -185,7 +185,7 @@ def compare(
         raise last
     paths: list[PathComparison] = []
     tell(0.0, "paths")
-    if drawn and "spice" not in refused:
+    if drawn and Spice.NAME in names and Spice.NAME not in refused:
         bare = Problem(problem.scene.without_stop())
         pairs = [("without the stop", bare)]
         if bare.scene != problem.scene:

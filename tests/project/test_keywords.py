@@ -64,3 +64,12 @@ def test_an_option_that_would_be_ignored(engine):
     """A formula has no trajectories: the number that was asked for would do nothing."""
     with pytest.raises(hv.InputError, match="trajectories"):
         hv.compare(SCENE, engines=[engine], trajectories=5)
+
+
+def test_what_is_given_in_another_form():
+    """A misspelt keyword of a method, one name in place of a list of names, and None in place of a number."""
+    with pytest.raises(hv.InputError, match="did you mean 'resistance'"):
+        SCENE.with_load(resistanc=1.0)
+    assert [one.engine for one in hv.compare(SCENE, engines="averaged").estimates] == ["averaged"]
+    with pytest.raises(hv.InputError, match="`within` and `budget` must be numbers or texts"):
+        hv.optimise(SCENE, {"load.resistance": ("1 kohm", "1 Mohm")}, "averaged", within=None)

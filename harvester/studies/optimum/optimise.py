@@ -69,6 +69,8 @@ def optimise(
     if isinstance(engine, Cheapest):
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
     asked = Asked(within=within, budget=budget)
+    if asked.within is None or asked.budget is None:
+        raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
     within, budget = number(asked.within) or 0.0, number(asked.budget) or 0.0
     for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
         point = scene
