@@ -1,12 +1,13 @@
-"""Files that are written whole or not at all: first under another name, then renamed."""
+"""Files that are read only where they are files, and written whole or not at all: under another name, then renamed."""
 
 import contextlib
 import os
+import stat
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from harvester.errors import InputError, invalid
+from harvester.errors import InputError, invalid, shown
 
 VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 
@@ -23,11 +24,36 @@ def folder(path: str | Path, argument: str = "out") -> Path:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             pass
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise InputError(
-            f"`{argument}` must be a folder that can be written, but {str(path)!r} is not: {error.strerror}"
+            f"`{argument}` must be a folder that can be written, but {shown(str(path))} is not: {_why(error)}"
         ) from None
     return path
+
+
+def read(path: str | Path, argument: str, most: int) -> bytes:
+    """Read a file of at most ``most`` bytes; errors begin with ``argument``, such as "`points`".
+
+    Only a regular file is read: a pipe would wait for its writer, and a device such as /dev/zero has no end.
+
+    Raises InputError where it is none, is longer, or cannot be read.
+    """
+    name = shown(str(path))
+    try:
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise OSError(0, "it is a pipe or a device")
+            data = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{argument} must be a readable file, but {name} is not: {_why(error)}") from None
+    if len(data) > most:
+        raise InputError(f"{argument} must be a file of at most {most} bytes, but {name} is longer")
+    return data
+
+
+def _why(error: OSError | ValueError) -> str:
+    """Why the system did not open a file; ValueError is Python's of a name that no file can have."""
+    return error.strerror or "" if isinstance(error, OSError) else "its name has a NUL character"
 
 
 def check_vector(forms: Sequence[str]) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harvester.errors import InputError, invalid
+from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
 
@@ -63,14 +64,8 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
 
 
 def _text(path: Path, left: list[int]) -> str:
-    """The text of a regular file; takes its size from the bytes ``left``."""
-    if path.exists() and not path.is_file():
-        raise invalid("load.netlist", "be a readable file (it is none)", str(path))
-    try:
-        with path.open("rb") as file:
-            data = file.read(left[0] + 1)
-    except OSError as error:
-        raise invalid("load.netlist", f"be a readable file ({error.strerror})", str(path)) from None
+    """The text of a file; takes its size from the bytes ``left``."""
+    data = files.read(path, "load.netlist", MOST_BYTES)
     left[0] -= len(data)
     if left[0] < 0:
         raise InputError(f"netlist {path.name} must have at most {MOST_BYTES} bytes with all that it includes")

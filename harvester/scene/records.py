@@ -19,6 +19,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
+from harvester.machine import files
 from harvester.scene.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
 
 BRIDGE = 4  # steps
@@ -151,21 +152,20 @@ def _columns_of(path: str, name: str, *columns: tuple[str, Kind]) -> tuple[Float
     """The columns of a file, by their names, in SI units; a file that did not change is read once."""
     try:
         state = Path(path).stat()
-    except OSError as error:
-        raise InputError(
-            f"excitation.{name} must be a readable file, but {shown(path)} is not: {error.strerror}"
-        ) from None
-    return _read(path, name, columns, state.st_mtime_ns, state.st_size)
+    except (OSError, ValueError):  # `_read` says why
+        return _read(path, name, columns, None)
+    return _read(path, name, columns, (state.st_mtime_ns, state.st_size))
 
 
 @lru_cache(8)
-def _read(path: str, name: str, columns: tuple[tuple[str, Kind], ...], _changed: int, size: int) -> tuple[Floats, ...]:
+def _read(
+    path: str, name: str, columns: tuple[tuple[str, Kind], ...], _state: tuple[int, int] | None
+) -> tuple[Floats, ...]:
     key = f"excitation.{name}"
-    if size > MOST_BYTES:
-        raise InputError(f"{key} must be a file of at most {MOST_BYTES} bytes, but {shown(path)} is longer")
+    text = files.read(path, key, MOST_BYTES)
     try:
-        rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8-sig"))))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        rows = list(csv.reader(io.StringIO(text.decode("utf-8-sig"), newline=None)))
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{key} must be a CSV file in UTF-8, but {shown(path)} is not: {error}") from None
     rows = [row for row in rows if row and not row[0].lstrip().startswith("#")]
     heads = rows[0] if rows else []

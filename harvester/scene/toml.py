@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments, shown
+from harvester.machine import files
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
@@ -39,8 +40,12 @@ def _files_beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
     paths = {}
     for key in FILES:
         if isinstance(name := excitation.get(key), str):
-            path = (folder / name).resolve()
-            if not path.is_relative_to(folder.resolve()):
+            try:
+                path = (folder / name).resolve()
+                inside = path.is_relative_to(folder.resolve())
+            except (RuntimeError, ValueError):  # links in a circle; a NUL
+                inside = False
+            if not inside:
                 raise invalid(f"excitation.{key}", "be in the folder of the scene file", name)
             paths[key] = str(path)
     return paths
@@ -62,17 +67,14 @@ def load(path: str | Path) -> Scene:
     """
     name, path = str(path), Path(path)
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except FileNotFoundError:
+        data = files.read(name, "scene", MOST_BYTES)
+    except InputError as error:
+        if not isinstance(error.__context__, FileNotFoundError) or not name:
+            raise
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
         hint = f": did you mean {beside[near[0]]!r}?" if near else ": 'harvester new FILE.toml' makes one"
         raise InputError(f"scene must be a file, but there is no {shown(name)}{hint}") from None
-    except OSError as error:
-        raise InputError(f"scene must be a readable file, but {shown(name)} is not: {error.strerror}") from None
-    if len(data) > MOST_BYTES:
-        raise InputError(f"scene must be a file of at most {MOST_BYTES} bytes, but {shown(name)} is longer")
     try:
         return loads(data.decode(), path.parent)
     except UnicodeDecodeError:

@@ -69,3 +69,33 @@ def test_folder_without_a_name():
 def test_read_only_file_system():
     with pytest.raises(InputError, match=r"^`out` must be a folder that can be written, but '/proc/sweep' is not: "):
         files.folder("/proc/sweep")
+
+
+@pytest.mark.parametrize(
+    "name, why",
+    [
+        ("pipe", "it is a pipe or a device"),
+        ("/dev/zero", "it is a pipe or a device"),
+        ("", "Is a directory"),
+        ("none", "No such file or directory"),
+        ("x" * 300, "File name too long"),
+        ("a\0b", "its name has a NUL character"),
+    ],
+)
+def test_read_what_is_no_file(tmp_path, name, why):
+    """A pipe that nobody writes, and a device without end, are refused at once."""
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match=rf"^`points` must be a readable file, but '.*' is not: {why}$"):
+        files.read(tmp_path / name, "`points`", 10)
+
+
+def test_read(tmp_path):
+    (tmp_path / "a").write_bytes(b"0123456789")
+    assert files.read(str(tmp_path / "a"), "scene", 10) == b"0123456789"
+    with pytest.raises(InputError, match=r"^scene must be a file of at most 9 bytes, but '.*/a' is longer$"):
+        files.read(tmp_path / "a", "scene", 9)
+
+
+def test_no_folder_has_this_name(tmp_path):
+    with pytest.raises(InputError, match=r"is not: its name has a NUL character$"):
+        files.folder(tmp_path / "a\0b")

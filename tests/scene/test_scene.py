@@ -1,5 +1,6 @@
 """Scene files: round trip, and one clear line for everything that is no scene."""
 
+import os
 import re
 
 import pytest
@@ -204,9 +205,17 @@ def test_what_is_no_scene_file(tmp_path, content, line):
         load(path)
 
 
-def test_endless_file():
-    with pytest.raises(InputError, match="scene must be a file of at most"):
-        load("/dev/zero")
+def test_a_pipe_or_a_device(tmp_path):
+    """Neither is waited for, nor read without end."""
+    os.mkfifo(tmp_path / "a.toml")
+    for path in (tmp_path / "a.toml", "/dev/zero"):
+        with pytest.raises(InputError, match=rf"^scene must be a readable file, but '{path}' is not: it is a pipe or"):
+            load(path)
+
+
+def test_a_name_that_no_file_has():
+    with pytest.raises(InputError, match=r"^scene must be a readable file, but 'a.*b' is not: its name has a NUL"):
+        load("a\0b")
 
 
 @pytest.mark.parametrize("name", ["plat.toml", "plate", "Plate.toml"])

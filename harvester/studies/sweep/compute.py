@@ -28,6 +28,7 @@ from harvester.studies.sweep.tasks import Task, tasks
 
 SAVED = 60.0  # seconds between two times that sweep.csv is written on the way
 SHARE = 0.02  # of the time that this may take
+MOST_BYTES = 1_000_000_000  # of a file of an earlier sweep
 
 Told = Callable[[str], None]  # called with the name of the engine of a row
 
@@ -191,10 +192,10 @@ def _kept(out: Path, journal: Journal, points: Points, names: Sequence[str], now
 def _rows_of_files(out: Path, points: Points, names: Sequence[str], now: dict[str, str]) -> Iterator[JournalRow]:
     """The rows of sweep.csv, where provenance.json says that they are of the same sweep."""
     try:
-        before = json.loads((out / "provenance.json").read_text())
-        text = (out / "sweep.csv").read_text()
+        before = json.loads(files.read(out / "provenance.json", "`out`", MOST_BYTES))
+        text = files.read(out / "sweep.csv", "`out`", MOST_BYTES).decode()
         rows = list(csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1])))  # a last line without end was cut off
-    except (OSError, ValueError, csv.Error):
+    except (InputError, ValueError, csv.Error):
         return
     check_same(out, identity(before) if isinstance(before, dict) else before, now)
     of: dict[tuple[str, ...], list[int]] = {}

@@ -55,6 +55,7 @@ class Journal:
 
     def __init__(self, out: Path) -> None:
         self.path = out / NAME
+        self._files = self.path, out / f"{NAME}-journal"  # SQLite's own, of a transaction
         self._database: sqlite3.Connection | None = None
         self._folder, self._locks = os.open(out, os.O_RDONLY), True
         try:
@@ -87,7 +88,7 @@ class Journal:
             self._begin(now, kept)
         except sqlite3.DatabaseError:  # damaged, or no database: a new file in its place
             self._disconnect()
-            for path in (self.path, self.path.with_name(f"{NAME}-journal")):
+            for path in self._files:
                 path.unlink(missing_ok=True)
             self._begin(now, kept)
 
@@ -132,6 +133,9 @@ class Journal:
 
     def _connected(self) -> sqlite3.Connection:
         if self._database is None:
+            for path in self._files:
+                if path.exists() and not path.is_file():  # SQLite would wait for a pipe's writer
+                    raise InputError(f"`out` must take {NAME}, but there is a {path.name} that is no file: remove it")
             address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
             self._database = sqlite3.connect(address, uri=True, isolation_level=None)
             self._database.executescript(f"PRAGMA synchronous = OFF; PRAGMA cache_size = -{_CACHE}")

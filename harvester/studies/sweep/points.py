@@ -13,6 +13,7 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown
+from harvester.machine import files
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
@@ -144,15 +145,10 @@ def read_points(path: str | Path) -> Points:
 
     Raises InputError where the file cannot be read, or says something that no scene key can take, with the line.
     """
+    data = files.read(path, "`points`", MOST_BYTES)
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise InputError(f"`points` must be a file of at most {MOST_BYTES} bytes, but {shown(str(path))} is longer")
         lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), skipinitialspace=True, strict=True)
         rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
-    except OSError as error:
-        raise InputError(f"`points` must be a readable file, but {shown(str(path))} is not: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"`points` must be a CSV file in UTF-8, but {shown(str(path))} is not: {error}") from None
     if len(rows) < 2:

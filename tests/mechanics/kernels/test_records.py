@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+import os
 import re
 
 import numpy as np
@@ -243,17 +244,23 @@ def test_file_is_found_beside_the_scene(tmp_path, monkeypatch):
     assert equations(scene).record.values[1] == pytest.approx(-9.80665 * 0.842 / (scales(scene).length * 400.0))
 
 
-@pytest.mark.parametrize("name", ["../shake.csv", "/etc/passwd", "data/../../shake.csv"])
+@pytest.mark.parametrize("name", ["../shake.csv", "/etc/passwd", "data/../../shake.csv", "a\\u0000b", "loop"])
 def test_file_outside_the_folder_is_refused(tmp_path, name):
     written(tmp_path, GOOD)
     (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "loop").symlink_to("loop")
     with pytest.raises(InputError, match=r"excitation\.acceleration_file must be in the folder of the scene file"):
         plate(tmp_path / "scenes", f'acceleration_file = "{name}"')
 
 
-def test_missing_file_is_one_line(tmp_path):
-    with pytest.raises(InputError, match=r"acceleration_file must be a readable file, but .* is not: No such file"):
-        equations(plate(tmp_path, 'acceleration_file = "none.csv"'))
+@pytest.mark.parametrize(
+    "name, why",
+    [("none.csv", "No such file"), ("pipe", "it is a pipe"), (".", "Is a directory")],
+)
+def test_what_is_no_file_is_one_line(tmp_path, name, why):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match=rf"acceleration_file must be a readable file, but .* is not: {why}"):
+        equations(plate(tmp_path, f'acceleration_file = "{name}"'))
 
 
 @pytest.mark.parametrize("key", ["acceleration_file", "acceleration_psd_file"])

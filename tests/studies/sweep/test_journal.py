@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import json
+import os
 import re
 import signal
 import sqlite3
@@ -163,11 +164,18 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
     assert earlier(tmp_path) == [(0, 0, row("1"))]
 
 
-def test_a_folder_in_its_place(tmp_path):
-    (tmp_path / NAME).mkdir()
+@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
+@pytest.mark.parametrize("name", [NAME, f"{NAME}-journal"])
+def test_no_file_in_its_place(tmp_path, name, make):
+    """A pipe too, which would be waited for without end."""
+    make(tmp_path / name)
     made = Journal(tmp_path)
-    with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: "):
+    line = f"^`out` must take sweep.journal, but there is a {name} that is no file: remove it$"
+    with pytest.raises(InputError, match=line):
         made.begin(NOW, [])
+    if name == NAME:
+        with pytest.raises(InputError, match=line):
+            made.earlier(NOW)
     made.close()
 
 
