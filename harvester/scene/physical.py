@@ -145,7 +145,9 @@ class Excitation(SceneTable):
     acceleration_file: (
         Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"] | None
     ) = None
-    acceleration_psd_file: Annotated[str, "noise of a tabulated density, a CSV file", "'psd.csv'"] | None = None
+    acceleration_psd_file: (
+        Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"] | None
+    ) = None
 
     def __post_init__(self) -> None:
         check_shaking(self, "acceleration_amplitude", "frequency", "acceleration_psd")

@@ -1,7 +1,8 @@
 """Recorded shaking: an acceleration over time, or a table of its density over frequency, from CSV files.
 
 The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal steps of time, or
-``frequency (Hz),psd (g^2/Hz)``, one-sided.
+``frequency (Hz),psd (g^2/Hz)``, one-sided.  Between its points a density is a straight line in log-log; beside
+a 0, which has no logarithm, it is one in the density itself.
 
 A record is repeated for ever.  Its end is joined to its beginning by a cubic over `BRIDGE` steps; between its samples
 it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing is folded back.
@@ -14,6 +15,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +29,8 @@ FEWEST = 16  # rows of a record
 MOST_BYTES = 64_000_000
 UNEVEN = 0.01  # of a step: how far a time may be off an even grid
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
+LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
+MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
 _FINER = 8  # points of a fine grid to one that the content needs, for cubic interpolation
 
 
@@ -72,39 +76,74 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class TabulatedDensity:
-    """A one-sided density over ascending frequencies: straight lines in log-log between them, zero outside."""
+    """A one-sided density over ascending frequencies: straight lines in log-log between them, zero outside.
+
+    Where one end of a segment is 0 the line is straight in the density itself.
+    """
 
     frequencies: Floats
     values: Floats
 
     @property
     def rms(self) -> float:
-        """The root of the density's integral, by the trapezoidal rule."""
-        return math.sqrt(float(np.trapezoid(self.values, self.frequencies)))
+        """The root of the density's integral."""
+        return math.sqrt(float(self.below(self.frequencies[-1:])[0]))
+
+    @property
+    def width(self) -> float:
+        """The bandwidth (integral of G)^2/(integral of G^2): of several bands about that of the narrowest."""
+        top = self.values.max()
+        square = TabulatedDensity(self.frequencies, (self.values / top) ** 2)
+        return float((self.rms**2 / top / square.rms) ** 2)
 
     def scaled(self, time: float, value: float) -> "TabulatedDensity":
-        """The density of shaking whose times are multiplied by ``time`` and accelerations by ``value``."""
+        """The density of the acceleration whose times are multiplied by ``time`` and accelerations by ``value``."""
         return TabulatedDensity(self.frequencies / time, self.values * value**2 * time)
 
-    def at(self, frequencies: Floats) -> Floats:
-        """The density at any frequencies, in their shape."""
-        with np.errstate(divide="ignore"):
-            logs = np.interp(np.log(frequencies), np.log(self.frequencies), np.log(self.values), -np.inf, -np.inf)
-        return np.asarray(np.exp(logs))
+    def below(self, frequencies: Floats) -> Floats:
+        """The density's integral up to any frequencies, in their shape."""
+        f = self.frequencies
+        whole = np.append(0.0, np.cumsum(self._within(np.arange(len(f) - 1), f[1:])))
+        at = np.clip(frequencies, f[0], f[-1])
+        k = np.minimum(np.searchsorted(f, at, "right"), len(f) - 1) - 1
+        return np.asarray(whole[k] + self._within(k, at))
 
-    def record(self, h: float, rng: np.random.Generator) -> Record:
-        """Make a record of the period `SPAN` with random phases, for a grid of steps h.
+    def _within(self, k: Any, f: Floats) -> Floats:
+        """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line beside a 0."""
+        low, high, left, right = self.frequencies[k], self.frequencies[k + 1], self.values[k], self.values[k + 1]
+        straight = left * right == 0.0
+        way = f - low
+        line = way * (left + 0.5 * (right - left) * way / (high - low))
+        ratio = np.where(straight, 1.0, right) / np.where(straight, 1.0, left)
+        u = np.log(f / low)
+        z = u * (1.0 + np.log(ratio) / np.log(high / low))
+        law = left * low * u * np.where(z == 0.0, 1.0, np.expm1(z) / np.where(z == 0.0, 1.0, z))
+        return np.asarray(np.where(straight, line, law))
 
-        Each line has the amplitude sqrt(2 G df): the sum is near Gaussian, and its density exact.
+    def record(self, h: float, rng: np.random.Generator, width: float = math.inf) -> Record:
+        """Make a record with random phases, for a grid of steps h and a response of the bandwidth ``width``.
+
+        Its lines are 1/period apart, and each has the power of the density half-way to its neighbours: the sum is near
+        Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
+        `LINES` are in the narrowest band.
+
+        Raises InputError where that would be more than `MOST_SAMPLES`.
         """
         from scipy.fft import irfft
 
-        count = round(SPAN / h)
+        count = round(max(min(SPAN, MOST_SAMPLES * h), LINES / min(self.width, width)) / h)
+        if count > MOST_SAMPLES:
+            raise InputError(
+                "excitation.acceleration_psd_file must have no band, and the device no resonance, so narrow that "
+                f"{LINES:g} lines in it take more than {MOST_SAMPLES} steps, but these take {count} of {h:.2g}/w0: "
+                "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
+            )
+        period = count * h
         lines = np.arange(1, (count + 1) // 2)
+        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / period))
         series = np.zeros(count // 2 + 1, complex)
-        phases = np.exp(2j * math.pi * rng.uniform(size=len(lines)))
-        series[lines] = np.sqrt(0.5 * self.at(lines / SPAN) / SPAN) * phases * count
-        return Record(SPAN / count, np.asarray(irfft(series, count)))
+        series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
+        return Record(h, np.asarray(irfft(series, count)))
 
 
 def read_record(path: str) -> Record:

@@ -148,7 +148,7 @@ def _step(problem: Problem) -> float:
     from harvester.mechanics.kernels.step_size import default_step, whole_steps
 
     eqs = problem.equations
-    check_bounded(eqs)
+    check_bounded(eqs, driven=problem.netlist is not None)
     far = max(x * x for x in eqs.resting_places)
     return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
 

@@ -6,12 +6,10 @@ two standard errors, and until these times have gone by: `LOAD_TIMES` time const
 energy, of V^2 and of the load's power, estimated from the same window.
 """
 
-import numpy as np
-
 from harvester.equations.coefficients import Equations
-from harvester.errors import SimulationError, UnboundedResponseError
+from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
-from harvester.mechanics.kernels.bounds import friction_bounds, surely_bounded
+from harvester.mechanics.kernels.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
 
@@ -34,8 +32,12 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
     is fixed.  ``budget`` is the time that this may take, about, in seconds; below one it counts as one.
 
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but does not become
-    stationary in the budget, or in a sensible time.
+    stationary in the budget, or in a sensible time; InputError for a fixed step in which friction feeds too much.
     """
+    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(trajectories.eqs)) > 1.0:
+        raise invalid(
+            "`dt`", f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere", f"{trajectories.h:.3g}/w0"
+        )
     while True:
         try:
             moments, warnings = until_steady(trajectories, budget)
@@ -109,17 +111,9 @@ def memory(trajectories: Trajectories, window: Moments, length: float) -> float:
 
 
 def slowest_transient(eqs: Equations) -> float:
-    """Longest time constant of small motions about x = 0 off the stops that die out; 0 where some do not.
-
-    Without a load the voltage is a spring.
-    """
-    linear = 1.0 if eqs.linear is None else eqs.linear
-    beta, mu = eqs.beta or 0.0, eqs.mu
-    matrix = [[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]]
-    if mu is not None:
-        matrix = [[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]]
-    rate = -float(np.linalg.eigvals(matrix).real.max())
-    return 1.0 / rate if rate > 1e-9 else 0.0
+    """Longest time constant of small motions about x = 0 off the stops that die out; 0 where some do not."""
+    rate = -growth_near(eqs)
+    return 1.0 / rate if rate > SLOWEST else 0.0
 
 
 def _check_cost(trajectories: Trajectories, length: float, most_steps: float) -> None:

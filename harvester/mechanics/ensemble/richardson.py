@@ -20,7 +20,7 @@ def compile_pair(
     eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ngspice_rule: bool = False
 ) -> None:
     """Compile all that a `RichardsonPair` calls, by a few steps of a single block of trajectories."""
-    h = 1e-3 if eqs.shaking_period is None else None
+    h = 1e-3 if eqs.shaking_period is None and eqs.density is None else None  # those have a record for every step
     block = Trajectories(eqs, 1, seed, h, circuit=circuit, ngspice_rule=ngspice_rule)
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
         block.run(0.01)

@@ -78,7 +78,7 @@ class Trajectories:
         circuit: IdealCircuit | None = None,
         ngspice_rule: bool = False,
     ) -> None:
-        check_bounded(eqs)
+        check_bounded(eqs, driven=circuit is not None)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
             raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
         if h is not None and not 1e-6 <= h <= 1e3:

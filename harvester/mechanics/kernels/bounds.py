@@ -2,16 +2,30 @@
 
 import math
 
+import numpy as np
+
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 
+SLOWEST, ROUNDING = 1e-9, 1e-14  # in w0, and of the largest coefficient: eigenvalues are not known better
 
-def check_bounded(eqs: Equations) -> None:
+
+def check_bounded(eqs: Equations, driven: bool = False) -> None:
     """Refuse a friction that feeds energy at every large amplitude, and a spring that pushes the mass away for good.
 
-    Raises UnboundedResponseError where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, or where
-    the spring's energy falls without bound on a side without a stop.
+    ``driven``: by a circuit that is not in the equations, and may take energy.
+
+    Raises UnboundedResponseError where the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is negative, where
+    linear equations have an eigenvalue that grows, or where the spring's energy falls without bound on a side without
+    a stop.
     """
+    feed = eqs.c1 or 0.0
+    growth = None if driven or feed <= 0.0 else linear_growth(eqs)
+    if growth is not None and growth > SLOWEST + ROUNDING * (feed + (eqs.beta or 0.0) + (eqs.mu or 0.0)):
+        raise UnboundedResponseError(
+            f"the response grows without bound: the equations are linear, and as the damping is negative, their "
+            f"motions grow as exp({growth:.3g} w0 t); give a positive damping, or damping_x2"
+        )
     name, top, cure = _loss_at_large_amplitude(eqs)
     if top < 0.0:
         raise UnboundedResponseError(
@@ -28,6 +42,30 @@ def check_bounded(eqs: Equations) -> None:
                 f"the response grows without bound: far {side} rest the spring pushes the mass away and nothing holds "
                 f"it; give a cubic_stiffness above 0, or a rigid {stop}"
             )
+
+
+def linear_growth(eqs: Equations) -> float | None:
+    """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0; None where any is not."""
+    nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha, eqs.c2, eqs.c3, eqs.restitution, eqs.stop_stiffness)
+    return growth_near(eqs) if all(one is None for one in nonlinear) else None
+
+
+def growth_near(eqs: Equations) -> float:
+    """The largest real part of the eigenvalues of small motions (x, x', V) about x = 0 off the stops, in w0.
+
+    Without a load the voltage is a spring.
+    """
+    linear, beta, mu = eqs.spring[0], eqs.beta or 0.0, eqs.mu
+    matrix = [[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]]
+    if mu is not None:
+        matrix = [[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]]
+    return float(np.linalg.eigvals(matrix).real.max())
+
+
+def strongest_feed(eqs: Equations) -> float:
+    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere."""
+    c1, c2, c3 = eqs.c1 or 0.0, eqs.c2 or 0.0, eqs.c3 or 0.0
+    return max(c1 + (c2 * c2 / (4.0 * c3) if c2 > 0.0 and c3 > 0.0 else 0.0), 0.0)
 
 
 def friction_bounds(eqs: Equations) -> bool:

@@ -23,8 +23,10 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
+from harvester.mechanics.kernels.bounds import linear_growth
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates
+from harvester.scene.records import Record
 
 
 def _noise_filter(eqs: Equations, h: float) -> tuple[Floats, Floats]:
@@ -51,8 +53,15 @@ def deviation(eqs: Equations, h: float) -> float:
 def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | None:
     """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
     if eqs.density is not None:
-        return eqs.density.record(h, rng).values
+        return _record(eqs, h, rng).values
     return None if eqs.record is None else eqs.record.sampled(round(eqs.record.period / h))
+
+
+def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
+    """A record of the density, long enough for the resonance, whose bandwidth is minus its eigenvalue's real part."""
+    assert eqs.density is not None
+    growth = linear_growth(eqs)
+    return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
 def shaker(
@@ -190,7 +199,7 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
     if rng is None:
         raise invalid("forcing", "be given where coloured noise shakes the mass", None)
     if eqs.density is not None:
-        return eqs.density.record(h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
+        return _record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
     whole = shaker(eqs, h)
     assert whole is not None
     out = np.empty(steps + 1)

@@ -18,6 +18,7 @@ from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.kernels.shaking import samples_of
 from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge, read_density, read_record
 from tests.support.lockstep import device, rms_difference
 from tests.support.systems import PAPER, changed, z
@@ -145,16 +146,56 @@ def power_density(frequency):
 
 def test_density_between_its_points():
     f = np.array([0.005, 0.01, 0.05, 0.2, 1.0, 2.0, 2.1])
-    assert LEVEL.at(f) == pytest.approx([power_density(one) for one in f])
+    assert LEVEL.below(f) == pytest.approx(
+        [quad(power_density, 0.01, one, points=[0.1, 0.3])[0] for one in f.clip(0.01)]
+    )
 
 
-def test_record_of_a_density_has_it():
-    """Its lines have the density, whatever the phases; the rest of the grid has nothing."""
-    record = LEVEL.record(0.1, np.random.default_rng(1))
-    lines = np.abs(np.fft.rfft(record.values) / len(record.values)) ** 2 * 2 * SPAN
-    f = np.arange(len(lines)) / SPAN
+RAMPS = TabulatedDensity(np.array([0.1, 0.2, 0.5, 1.0]), np.array([0.0, 2.0, 2.0, 0.0]))
+PEAK = TabulatedDensity(np.array([3.0, 3.1, 3.2]), np.array([0.0, 1e-5, 0.0]))
+
+
+def test_density_that_begins_and_ends_at_zero():
+    """A 0 has no logarithm: beside it the density is a straight line."""
+    assert RAMPS.below(np.array([0.05, 0.15, 0.2, 0.5, 0.75, 3.0])) == pytest.approx([0, 0.025, 0.1, 0.7, 1.075, 1.2])
+    assert PEAK.rms**2 == pytest.approx(1e-6)
+    nothing_between = TabulatedDensity(np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 0.0, 0.0, 1.0]))
+    assert nothing_between.below(np.array([2.0, 3.0, 4.0])) == pytest.approx([0.5, 0.5, 1.0])
+
+
+@pytest.mark.parametrize("density", [LEVEL, RAMPS, PEAK])
+def test_record_of_a_density_has_it(density):
+    """Its lines have the density's power half-way to their neighbours, whatever the phases."""
+    record = density.record(0.1, np.random.default_rng(1))
+    powers = 2.0 * np.abs(np.fft.rfft(record.values) / len(record.values)) ** 2
+    edges = (np.arange(len(powers)) + 0.5) / record.period
     assert record.period == pytest.approx(SPAN)
-    assert lines == pytest.approx(LEVEL.at(np.maximum(f, 1e-9)), abs=1e-9)
+    assert np.cumsum(powers)[:-1] == pytest.approx(density.below(edges)[:-1], rel=1e-9, abs=1e-12 * density.rms**2)
+
+
+def resonance(f, c):
+    """The squared size of the displacement's transfer function at the frequency f, of a linear mass of damping c."""
+    s = 2j * math.pi * f
+    return abs(1.0 / (1.0 + s * s + c * s)) ** 2
+
+
+@pytest.mark.parametrize("centre", [0.9, 1.0, 1.03])
+@pytest.mark.parametrize("width, c", [(2e-3, 0.1), (6e-3, 0.004), (0.5, 0.002)])
+def test_narrow_bands_and_resonances_are_held(centre, width, c):
+    """The record is so long that a linear mass has its variance to 1 %, where 1/`SPAN` is up to half the band."""
+    low, high = (centre + end * width for end in (-0.5, 0.5))
+    band = TabulatedDensity(np.array([low, high]) / (2.0 * math.pi), np.array([1.0, 1.0]))
+    record = samples_of(Equations(c1=-c, density=band), 0.1, np.random.default_rng(1))
+    powers = 2.0 * np.abs(np.fft.rfft(record) / len(record)) ** 2
+    found = powers @ resonance(np.arange(len(powers)) / (0.1 * len(record)), c)
+    f = np.linspace(*band.frequencies, 200_001)
+    assert found == pytest.approx(np.trapezoid(resonance(f, c), f), rel=0.01)
+
+
+def test_a_band_too_narrow_for_any_record_is_refused():
+    band = TabulatedDensity(np.array([0.16, 0.16 * (1 + 1e-6)]), np.array([1.0, 1.0]))
+    with pytest.raises(InputError, match=r"^excitation\.acceleration_psd_file must have no band.* `dt`"):
+        band.record(0.1, np.random.default_rng(1))
 
 
 @pytest.mark.statistics
@@ -163,11 +204,7 @@ def test_variance_under_a_tabulated_density(c):
     """E[x^2] = integral of |H|^2 G df, within four standard errors, which do not fall short of the true spread."""
     eqs = Equations(c1=-c, density=LEVEL)
 
-    def weighted(f):
-        s = 2j * math.pi * f
-        return abs(1 / (1 + s * s + c * s)) ** 2 * power_density(f)
-
-    exact = quad(weighted, 0.01, 2.0, limit=500, points=[0.1, 0.159, 0.3])[0]
+    exact = quad(lambda f: resonance(f, c) * power_density(f), 0.01, 2.0, limit=500, points=[0.1, 0.159, 0.3])[0]
     scores = []
     for seed in range(5):
         pair = RichardsonPair(Trajectories(eqs, 1024, np.random.SeedSequence(seed), 0.05), 100.0)

@@ -1,0 +1,63 @@
+"""Growth without bound is found before anything runs where the equations are linear, and no step is too long for it."""
+
+import numpy as np
+import pytest
+
+from harvester.equations.coefficients import Equations
+from harvester.errors import InputError, SimulationError, UnboundedResponseError
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.bounds import check_bounded, strongest_feed
+from harvester.mechanics.kernels.step_size import default_step
+
+SEED = np.random.SeedSequence(20261122)
+FILTERED = {"coloured": 0.01, "correlation_time": 1e-8}
+
+
+@pytest.mark.parametrize("c1, grows", [(1e-6, "5e-07"), (0.2, "0.1"), (1e12, r"1e\+12")])
+def test_linear_growth_is_found_from_the_eigenvalues(c1, grows):
+    with pytest.raises(UnboundedResponseError, match=rf"grows without bound: .* grow as exp\({grows} w0 t\)"):
+        check_bounded(Equations(c1=c1, beta=1e-9, mu=1.0, **FILTERED))
+
+
+@pytest.mark.parametrize(
+    "eqs",
+    [
+        Equations(c1=0.05, beta=0.5, mu=1.0, n1=0.01),
+        Equations(c1=0.05, c3=0.1, n1=0.01),
+        Equations(c1=0.05, restitution=0.9, n1=0.01),
+        Equations(c1=-1e-12, beta=1e6, mu=1e12, n1=0.01),
+        Equations(beta=1e6, mu=1e12, n1=0.01),
+    ],
+    ids=["the load takes it", "damping_x4", "stop", "fast load", "no damping"],
+)
+def test_what_may_be_bounded_is_not_refused(eqs):
+    check_bounded(eqs)
+
+
+def test_what_a_circuit_may_hold_is_not_refused():
+    check_bounded(Equations(c1=0.05, n1=0.01), driven=True)
+
+
+@pytest.mark.parametrize(
+    "eqs, feed",
+    [
+        (Equations(c1=1e3, c3=1e3), 1e3),
+        (Equations(c1=-2.0, c2=40.0, c3=20.0), 18.0),
+        (Equations(c1=1e12, restitution=0.9), 1e12),
+        (Equations(c1=-5.0), 0.0),
+    ],
+)
+def test_no_step_turns_what_friction_feeds_into_a_loss(eqs, feed):
+    """From a feed of 1 a step on, 1/(1 + y + y^2/2) falls where exp(-y) grows: E[V^2] was 1e-5."""
+    assert strongest_feed(eqs) == pytest.approx(feed)
+    assert default_step(eqs, 1.0) * feed <= 0.5
+    if feed:
+        with pytest.raises(InputError, match=r"^`dt` must be below .*/w0, for damping is negative somewhere"):
+            burn_in(Trajectories(eqs, 64, SEED, 0.1))
+
+
+def test_violent_growth_against_a_stop_is_no_small_number():
+    """Printed as a mean square voltage of 5e-9 +- 1e-9 before."""
+    with pytest.raises(SimulationError):
+        burn_in(Trajectories(Equations(c1=1e12, gap=0.5, restitution=0.9, beta=0.05, mu=1.0, **FILTERED), 64, SEED))
