@@ -3,6 +3,7 @@
 pint knows the units; it loads (.3 s) only when a text carries one that is not among the usual ones.
 """
 
+import math
 import re
 from functools import cache, lru_cache
 from typing import Any
@@ -17,6 +18,8 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", 
 _UNIT = re.compile(r"(?:[A-Za-z_µμΩ·*/()\s]|\^-?[0-9](?!\s*\^))+")
 _POWERS = {"**": "^", "²": "^2", "³": "^3"}
 _LONGEST = 40  # letters of a unit
+# Radians in the units of frequencies and densities: a turn of 2 pi of them is one cycle, which Hz counts.
+_ANGULAR = {"Hz": 1.0, "(m/s^2)^2/Hz": -1.0}
 # Usual units in the SI unit that a kind is in: what nearly every scene file has.
 USUAL_UNITS = {
     (prefix + unit, unit): 10.0**power
@@ -47,7 +50,7 @@ def unit_factor(text: str, unit: str | None) -> float | None:
 
 
 def factor_by_pint(text: str, unit: str | None) -> float | None:
-    """The factor of `unit_factor` from pint's tables, which know the usual units too."""
+    """The factor of `unit_factor` from pint's tables, which know the usual units too; rad/s and rpm become cycles."""
     for written, power in _POWERS.items():
         text = text.replace(written, power)
     if len(text) > _LONGEST or not _UNIT.fullmatch(text):
@@ -55,9 +58,19 @@ def factor_by_pint(text: str, unit: str | None) -> float | None:
     registry = _registry()
     try:
         one = registry.Quantity(1.0, registry.parse_units(text))
-        return float((one.to_base_units() if unit is None else one.to(unit)).magnitude)
+        if unit is None:
+            return float(one.to_base_units().magnitude)
+        turns = _radians(one) - _radians(registry.Quantity(1.0, unit))
+        if turns not in (0.0, _ANGULAR.get(unit)):
+            return None
+        return float(one.to(unit).magnitude / (2.0 * math.pi) ** turns)
     except Exception:  # of pint, tokenize, eval, ...: text that is no unit has no common error
         return None
+
+
+def _radians(one: Any) -> float:
+    """The power of radians in the unit of a quantity, which pint takes for pure numbers."""
+    return float(dict(one.to_base_units().unit_items()).get("radian", 0.0))
 
 
 @cache

@@ -1,11 +1,13 @@
 """Numbers with units: right dimension, right size, and nothing but ValueError for anything else."""
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harvester.scene.keys import read_value
-from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.scene.kinds import FREQUENCY, Kind, any_quantity, with_prefix
 from harvester.scene.units import USUAL_UNITS, factor_by_pint
 
 MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0)
@@ -29,6 +31,11 @@ G = 9.80665
         (PSD, "2 (m/s^2)^2/Hz", 2.0),
         (PSD, "2 m^2/s^3", 2.0),
         (RATIO, "0.5", 0.5),
+        (FREQUENCY, "20.1 rad/s", 20.1 / (2.0 * math.pi)),
+        (FREQUENCY, "192 rpm", 3.2),
+        (FREQUENCY, "1152 deg/s", 3.2),
+        (FREQUENCY, "3.2 cycle/s", 3.2),
+        (PSD, "2 (m/s^2)^2 s/rad", 4.0 * math.pi),
     ],
 )
 def test_read(kind, text, value):
@@ -46,6 +53,14 @@ def test_read(kind, text, value):
 def test_what_is_no_mass(bad):
     with pytest.raises(ValueError, match="must be a mass"):
         MASS.read(bad)
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"), [(MASS, "40 g rad"), (FREQUENCY, "3 rad^2/s"), (FREQUENCY, "3 Hz/rad"), (PSD, "1 g^2 rad/Hz")]
+)
+def test_angles_elsewhere_are_no_units(kind, text):
+    with pytest.raises(ValueError, match="must be a"):
+        kind.read(text)
 
 
 @pytest.mark.parametrize(
