@@ -24,7 +24,8 @@ from harvester.commands.response import response
 from harvester.commands.run import run
 from harvester.commands.stability import stability
 from harvester.commands.sweep import sweep
-from harvester.errors import HarvesterError
+from harvester.errors import HarvesterError, named
+from harvester.machine.limits import check_limits
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 
@@ -70,6 +71,7 @@ def main() -> NoReturn:
 def exit_status(arguments: list[str]) -> int:
     """Run a command line and return its exit status; any failure is one line on stderr."""
     try:
+        check_limits()
         cli.main(arguments or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
         return 0
     except HarvesterError as error:
@@ -80,14 +82,10 @@ def exit_status(arguments: list[str]) -> int:
         return _say(str(error.__cause__ or error) or "interrupted", 130)
     except SystemExit:  # click's way out when the reader of a pipe has gone
         return 0
-    except OSError as error:  # such as a full disk behind stdout
-        return _say(f"the system refused: {error}", 3)
-    except Exception as error:  # a defect of ours: still one line, with a way to see more
+    except Exception as error:  # still one line, with a way to see more
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise
-        return _say(
-            f"internal error, please report it: {type(error).__name__}: {error} (HARVESTER_TRACEBACK=1 shows where)", 3
-        )
+        return _say(str(named(error)), 3)
 
 
 _FILL = {"path": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}

@@ -71,6 +71,18 @@ class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge."""
 
 
+def named(error: Exception) -> HarvesterError:
+    """The named error of one that nobody foresaw: of memory, of the system, or a defect of this package."""
+    if isinstance(error, HarvesterError):
+        return error
+    if isinstance(error, MemoryError):
+        return SimulationError("there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`")
+    if isinstance(error, OSError | ImportError):  # a full disk behind stdout; a library that is not loaded
+        return SimulationError(f"the system refused: {error}")
+    what = f"{type(error).__name__}: {error}"
+    return SimulationError(f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows where)")
+
+
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = 120
 

@@ -140,7 +140,7 @@ class Ensemble(Sampled):
             value = mean_with_errors(pair, model.name)
             if target.reached(value):
                 return pair
-            bias, bias_error = (error / abs(value.value) for error in pair.bias(model.name))
+            bias, bias_error = pair.relative_bias(model.name)
             factor = best_factor(target.within, abs(bias), bias_error)
             seconds = time.perf_counter() - target.begin
             if factor < 1.0 and self.dt is not None:
@@ -195,7 +195,7 @@ def disagreement(moments: "Moments") -> str | None:
 
 def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:
     """What was chosen, and why."""
-    bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
+    bias, error = pair.relative_bias(name)
     second = " s" if physical else ""
     return (
         f"a step of {pair.trajectories.h / unit:.3g}{second}, whose bias is {bias:.2%} +- "
@@ -210,4 +210,6 @@ def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
 
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0, 0.0
-    return mean_and_error(moments.balance(eqs))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = mean_and_error(moments.balance(eqs))
+    return found if np.isfinite(found).all() else (0.0, 0.0)

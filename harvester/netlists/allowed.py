@@ -12,6 +12,7 @@ from harvester.netlists.read_lines import Line
 from harvester.netlists.subcircuits import BENCH, DEFINITIONS, header_of, joined, set_parameters
 
 MOST_ELEMENTS = 10_000  # of the load, its inner subcircuits written out
+DEEPEST = 100  # calls of a subcircuit within another
 
 _ELEMENTS = "rclkdqjmswvibefghxt"  # first letters; no a: XSPICE models read files
 _MODELS = ("r", "c", "l", "d", "npn", "pnp", "njf", "pjf", "nmos", "pmos", "vdmos", "vdmosn", "vdmosp", "sw", "csw")
@@ -90,7 +91,7 @@ def check_names(subcircuits: dict[str, list[Line]], outside: list[Line]) -> None
 
 
 def check_size(subcircuits: dict[str, list[Line]], load: str) -> None:
-    """Refuse subcircuits that call themselves, and a load of more than `MOST_ELEMENTS` with all calls written out."""
+    """Refuse subcircuits that call themselves, and a load of too many elements or calls one within another."""
     sizes: dict[str, int] = {}
 
     def size(name: str, line: Line | None, within: tuple[str, ...]) -> int:
@@ -99,6 +100,8 @@ def check_size(subcircuits: dict[str, list[Line]], load: str) -> None:
             raise invalid(f"netlist {line.where}", "call a subcircuit of this netlist", name)
         if line is not None and name in within:
             raise invalid(f"netlist {line.where}", "call no subcircuit within itself", name)
+        if line is not None and len(within) > DEEPEST:
+            raise InputError(f"netlist {line.where} must call at most {DEEPEST} subcircuits one within another")
         if name not in sizes:
             sizes[name] = 0
             for inner in subcircuits[name]:

@@ -3,6 +3,8 @@
 from harvester.errors import InputError, invalid
 from harvester.scene.table import SceneTable
 
+NARROWEST = 1e-9  # room between two stops, as a part of their distance from rest: rounding leaves no less
+
 
 def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str) -> None:
     """Refuse a key without the key that it needs, and more than one way of shaking beside white noise.
@@ -44,5 +46,5 @@ def check_opposite_stop(prefix: str, rigid: bool, gap: float | None, opposite_ga
     if not rigid:
         raise InputError(f"{prefix}restitution must go with a rigid stop, but there is none: turn the axis round")
     least, place = 0.0 - (gap or 0.0), opposite_gap or 0.0
-    if not place > least:
-        raise invalid(f"{prefix}gap", f"be above {least:g}, so that the stops leave room", place)
+    if not place - least > NARROWEST * max(abs(place), abs(least)):
+        raise invalid(f"{prefix}gap", f"be above {least:.12g}, so that the stops leave room", place)

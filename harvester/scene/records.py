@@ -23,6 +23,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.machine import files
 from harvester.scene.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
+from harvester.scene.units import LARGEST
 
 BRIDGE = 4  # steps
 FEWEST = 16  # rows of a record
@@ -127,7 +128,7 @@ class TabulatedDensity:
         Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
         `LINES` are in the narrowest band.
 
-        Raises InputError where that would be more than `MOST_SAMPLES`.
+        Raises InputError where that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
         """
         from scipy.fft import irfft
 
@@ -142,6 +143,11 @@ class TabulatedDensity:
         lines = np.arange(1, (count + 1) // 2)
         powers = np.diff(self.below(np.append(0.0, lines + 0.5) / period))
         series = np.zeros(count // 2 + 1, complex)
+        if not powers.any():
+            raise InputError(
+                f"excitation.acceleration_psd_file must have densities below {math.pi / h:.2g} times w0, which a step of "
+                f"{h:.2g}/w0 can carry, but has none there"
+            )
         series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
         return Record(h, np.asarray(irfft(series, count)))
 
@@ -228,7 +234,7 @@ def _column(rows: list[list[str]], heads: list[str], key: str, name: str, kind: 
             values[k] = float(row[place])
         except (ValueError, IndexError):
             values[k] = math.nan
-        if not math.isfinite(values[k]):
+        if not abs(values[k] * factor) <= LARGEST:
             got = row[place] if place < len(row) else ""
-            raise invalid(f"{key} column {name!r} row {k + 1}", "be a finite number", got)
+            raise invalid(f"{key} column {name!r} row {k + 1}", f"be a number of at most {LARGEST:g} in size", got)
     return values * factor

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -170,6 +171,37 @@ def test_a_defect_of_ours_is_one_line_too(harvester, monkeypatch):
     assert err.startswith(
         "harvester: internal error, please report it: ZeroDivisionError: division by zero (HARVESTER_"
     )
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (MemoryError(), "there is not enough memory: try fewer --trajectories, --workers or a longer --dt"),
+        (ImportError("failed to map segment"), "the system refused: failed to map segment"),
+    ],
+)
+def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
+    """Also as a row of a sweep."""
+
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr(hv.Ensemble, "run", fail)
+    assert harvester("run", PLATE, "--engine", "ensemble")[::2] == (3, f"harvester: {line}\n")
+    sweep = ("sweep", PLATE, "--engine", "ensemble", "--vary", "load.resistance=1k", "--out", tmp_path)
+    assert harvester(*sweep)[::2] == (3, f"harvester: {line}\n")
+
+
+def test_limits_of_the_process(harvester, monkeypatch):
+    """Below so much address space OpenBLAS and LLVM hang or abort; numba does not start with no thread."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
+    line = "harvester: NUMBA_NUM_THREADS must be a whole number above 0, but is '0': unset it\n"
+    assert harvester("run", PLATE)[::2] == (2, line)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (600_000 * 1024, -1))
+    line = (
+        "harvester: the address space of a process must be at least 1000 MB, but is 614 MB: raise it with ulimit -v\n"
+    )
+    assert harvester("run", PLATE)[::2] == (3, line)
 
 
 def test_interrupt(harvester, monkeypatch):

@@ -213,7 +213,7 @@ def test_an_exponent_that_overflowed():
         (
             {"c1": -0.01, "drive": 0.1, "drive_frequency": 1e-50, "mu": 1.0, "beta": 0.1},
             ("run",),
-            "period of the drive",
+            "the shaking repeats after",
         ),
         (
             {"beta": 0.05, "mu": 2e-3, "c1": -0.01, "D11": 0.01},

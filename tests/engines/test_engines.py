@@ -330,3 +330,11 @@ def test_a_formula_says_where_it_is_not_within():
     assert not any(told in w for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
     assert any(told in w for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
     assert any("is not known" in w for w in hv.Published(within=0.5).run(scene(PAPER)).warnings)
+
+
+def test_a_mass_that_does_not_move_takes_no_power():
+    """Held on a stop: the balance of power is zeros, no nan (which --json cannot say)."""
+    held = changed(linear(0.05, 1.0), n1=None, c1=-0.5, restitution=0.3, gap=-1.0, drive=0.01, drive_frequency=1.0)
+    answer = hv.Ensemble(trajectories=64, duration=10.0, within=0.05).run(scene(held))
+    assert answer.mean_power.value == 0.0
+    assert (answer.details["power_balance"], answer.details["power_balance_stderr"]) == (0.0, 0.0)

@@ -311,3 +311,13 @@ def test_charging_time_of_the_smoothing_capacitor():
     assert load_circuit(Load(netlist="bridge", parameters={"R": 1e6, "C": 2e-6})).storage == pytest.approx(2.0)
     assert load_circuit(Load(netlist="sece")).storage == pytest.approx(1.0)  # 1 Meg, 1 u
     assert load_circuit(Load(resistance=1e3)).storage is None
+
+
+def test_calls_without_end(tmp_path):
+    """Deeper than Python counts."""
+    inner = "".join(f".subckt s{k} p n\nX1 p n s{k + 1}\n.ends\n" for k in range(5000))
+    said = refusal(
+        tmp_path,
+        f"{GOOD.replace('Rload', 'X1 p n s0' + chr(10) + 'Rload', 1)}{inner}.subckt s5000 p n\nR1 p n 1\n.ends\n",
+    )
+    assert "must call at most 100 subcircuits one within another" in said

@@ -159,6 +159,10 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         (ND + "linear = -2", "nondimensional.linear must be 1 or -1, but is -2.0"),
         (ND + "gap = 1", "nondimensional.gap must go with a stop, but there is none: give its restitution"),
         (
+            ND + "restitution = 1\ngap = 1\nopposite_restitution = 1\nopposite_gap = -0.999999999999999",
+            "nondimensional.opposite_gap must be above -1, so that the stops leave room, but is -0.999999999999999",
+        ),
+        (
             ND + "restitution = 1\nopposite_gap = 1",
             "nondimensional.opposite_gap must go with a stop, but there is none",
         ),

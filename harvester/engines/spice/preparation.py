@@ -47,7 +47,7 @@ class Prepared:
 
     def relative_bias(self, name: str) -> float | None:
         """Of the step, as the cheap model shows it; None where there is none."""
-        return None if self.pair is None else abs(self.pair.bias(name)[0] / self.pair.mean(name)[0])
+        return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
     @property
     def reason(self) -> str:
@@ -129,7 +129,7 @@ def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bo
     A longer step would save little of the few ngspice runs that are needed.
     """
     while True:
-        bias, error = (one / abs(pair.mean(name)[0]) for one in pair.bias(name))
+        bias, error = pair.relative_bias(name)
         factor = 1.0 if fixed else best_factor(target.within, abs(bias), error)
         if error < KNOWN * target.within:
             pair.stop_coarse()

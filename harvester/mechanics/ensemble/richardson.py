@@ -119,6 +119,12 @@ class RichardsonPair:
         fine, coarse = self._moments_of_both
         return step_bias(getattr(fine, name), getattr(coarse, name))
 
+    def relative_bias(self, name: str) -> tuple[float, float]:
+        """`bias` as a part of the mean; of a mean of zero, where nothing moves, as it is."""
+        bias, error = self.bias(name)
+        size = abs(self.mean(name)[0]) or 1.0
+        return bias / size, error / size
+
     def extrapolated(self, name: str) -> tuple[float, float]:
         """Mean of one moment at a step of 0, and its standard error; over the time that both ran.
 

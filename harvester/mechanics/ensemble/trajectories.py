@@ -27,6 +27,7 @@ from harvester.mechanics.kernels.step_size import default_step, remedy, whole_st
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.mechanics.rectifiers.rectifier_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 
+SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
 
@@ -81,8 +82,8 @@ class Trajectories:
         check_bounded(eqs, driven=circuit is not None)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
             raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
-        if h is not None and not 1e-6 <= h <= 1e3:
-            raise invalid("`dt`", "be between 1e-6 and 1e3 times 1/w0", f"{h:.3g}/w0")
+        if h is not None and not SHORTEST <= h <= LONGEST:
+            raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-count // LANES)
         self.count = self.blocks * LANES
         places = np.array(eqs.resting_places)
@@ -100,9 +101,22 @@ class Trajectories:
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
-        """Begin again with a step of h, or the next shorter one of which a period takes whole multiples."""
+        """Begin again with a step of h, or the next shorter one of which a period takes whole multiples.
+
+        Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow that a period takes
+        more than `MOST_OF_A_PERIOD`.
+        """
         self.h, self.time = whole_steps(self.eqs, h), 0.0
         h = self.h
+        if (repeat := self.eqs.shaking_period) is not None:
+            period = f"the shaking repeats after {repeat:.2g}/w0"
+            if h < SHORTEST:
+                raise SimulationError(f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0")
+            if repeat > MOST_OF_A_PERIOD * h:
+                raise SimulationError(
+                    f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: it is too slow for the response, "
+                    "which follows it as at rest; give a longer `dt`, or a shorter record"
+                )
         start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
         self.state = aligned((self.blocks, 3 if self.circuit is None else 5, LANES))
         self.state[:, :3] = start
@@ -114,7 +128,7 @@ class Trajectories:
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.stride = 2 * max(1, round(0.2 / h))
         self.filter = aligned((self.blocks, 2, LANES))
-        if (repeat := self.eqs.shaking_period) is not None:  # whole readings, at least 16, to a period
+        if repeat is not None:  # whole readings, at least 16, to a period
             self.stride = math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
         self.samples: list[Floats | None] = [None] * self.blocks
         if self.eqs.is_shaken_otherwise:
@@ -134,18 +148,11 @@ class Trajectories:
         ------
         UnboundedResponseError
             when a trajectory leaves the finite numbers.
-        SimulationError
-            for a drive so slow that a period takes more than `MOST_OF_A_PERIOD`.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
         reading = self.stride * self.h
         readings_a_period = round((self.eqs.shaking_period or reading) / reading)
-        if readings_a_period * self.stride > MOST_OF_A_PERIOD:
-            raise SimulationError(
-                f"a period of the drive would take {readings_a_period * self.stride:.1e} steps of {self.h:.2g}/w0: it "
-                "is too slow for the response, which follows it as at rest; give a longer `dt`"
-            )
         readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)

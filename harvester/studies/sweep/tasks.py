@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.protocol import Engine, Vectorised
-from harvester.errors import HarvesterError, MissingProgramError, SimulationError
+from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import Row, answered
@@ -94,6 +94,5 @@ def compute(task: Task) -> list[Answer]:
     except Exception as error:  # a defect of ours must not end a sweep of a day
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise
-        what = SimulationError(f"internal error, please report it: {type(error).__name__}: {error}")
-        answers = [what for _ in task.points]
+        answers = [named(error) for _ in task.points]
     return [answered(answer) if isinstance(answer, Estimate) else answer for answer in answers]

@@ -14,7 +14,7 @@ import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
-from harvester.errors import CannotServeError, InputError
+from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
@@ -227,8 +227,14 @@ GOOD = "time (s),acceleration (g)\n" + "".join(f"{0.01 * k:.2f},{math.sin(k):.3f
         (GOOD.replace("(s)", ""), "must have a column 'time (s)'"),
         (GOOD.replace("0.05,", "0.02,"), "must have ascending times, but row 6 does not"),
         (GOOD.replace("0.05,", "0.055,"), "must have equal steps of time, but row 6 is off"),
-        (GOOD.replace("0.05,-0.959", "0.05,nan"), "column 'acceleration' row 6 must be a finite number, but is 'nan'"),
-        (GOOD.replace("0.05,-0.959", "0.05"), "column 'acceleration' row 6 must be a finite number, but is ''"),
+        (
+            GOOD.replace("0.05,-0.959", "0.05,nan"),
+            "column 'acceleration' row 6 must be a number of at most 1e+50 in size, but is 'nan'",
+        ),
+        (
+            GOOD.replace("0.05,-0.959", "0.05"),
+            "column 'acceleration' row 6 must be a number of at most 1e+50 in size, but is ''",
+        ),
         ("\n".join(GOOD.split("\n")[:10]), "must have at least 16 rows, but is 9"),
         (re.sub(r",-?[0-9.]+\n", ",0\n", GOOD), "must have accelerations other than 0"),
         ("\x00\x01", "must"),
@@ -308,3 +314,34 @@ def test_theories_refuse(key):
         with pytest.raises(CannotServeError, match="use engine 'ensemble'"):
             engine.run(scene)
     assert hv.Ensemble(trajectories=64).run(scene).mean_power.value > 0.0
+
+
+@pytest.mark.parametrize(
+    "spacing, why",
+    [
+        (1e-12, r"repeats after 6\.8e-10/w0, too fast for the mass to follow: a step would be 1\.1e-11/w0$"),
+        (1e4, r"would take 1.0e\+08 steps of 0\.067/w0: it is too slow for the response"),
+        (1e6, r"would take 1.0e\+10 steps of 0\.067/w0: it is too slow for the response"),
+        (1e48, r"would take 1.0e\+52 steps of 0\.067/w0: it is too slow for the response"),
+    ],
+)
+def test_a_record_of_another_time_is_refused(tmp_path, spacing, why):
+    """Before anything of its length is made: steps of 1e6 s would take 150 GiB."""
+    written(tmp_path, "time (s),acceleration (g)\n" + "".join(f"{spacing * k},{math.sin(k)}\n" for k in range(31)))
+    with pytest.raises(SimulationError, match=why):
+        hv.Ensemble(budget=1.0).run(plate(tmp_path, 'acceleration_file = "shake.csv"'))
+
+
+def test_times_that_no_number_holds(tmp_path):
+    text = "time (s),acceleration (g)\n" + "".join(f"{1e300 * k},{math.sin(k)}\n" for k in range(31))
+    line = r"acceleration_file column 'time' row 2 must be a number of at most 1e\+50 in size, but is '1e\+300'$"
+    with pytest.raises(InputError, match=line):
+        read_record(written(tmp_path, text))
+
+
+def test_a_density_that_no_step_carries(tmp_path):
+    """It would shake nothing, and the balance of power would be nan."""
+    written(tmp_path, "frequency (Hz),psd (g^2/Hz)\n1e4,1e-3\n2e4,1e-3\n", "psd.csv")
+    line = r"acceleration_psd_file must have densities below .* times w0, which .* but has none there$"
+    with pytest.raises(InputError, match=line):
+        hv.Ensemble(budget=1.0).run(plate(tmp_path, 'acceleration_psd_file = "psd.csv"'))
