@@ -145,8 +145,8 @@ class TabulatedDensity:
         series = np.zeros(count // 2 + 1, complex)
         if not powers.any():
             raise InputError(
-                f"excitation.acceleration_psd_file must have densities below {math.pi / h:.2g} times w0, which a step of "
-                f"{h:.2g}/w0 can carry, but has none there"
+                f"excitation.acceleration_psd_file must have densities below {math.pi / h:.2g} times w0, which a step "
+                f"of {h:.2g}/w0 can carry, but has none there"
             )
         series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
         return Record(h, np.asarray(irfft(series, count)))

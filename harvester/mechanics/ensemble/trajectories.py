@@ -114,7 +114,7 @@ class Trajectories:
                 raise SimulationError(f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0")
             if repeat > MOST_OF_A_PERIOD * h:
                 raise SimulationError(
-                    f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: it is too slow for the response, "
+                    f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "
                     "which follows it as at rest; give a longer `dt`, or a shorter record"
                 )
         start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
