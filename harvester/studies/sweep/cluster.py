@@ -1,18 +1,21 @@
 """The tasks of a sweep on the workers of a Dask scheduler, on this machine or many."""
 
 import itertools
+import logging
 import os
 import socket
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
-from harvester.errors import InputError, MissingProgramError, SimulationError, invalid
+from harvester.errors import HarvesterError, InputError, MissingProgramError, SimulationError, invalid
 from harvester.machine.cores import THREADS_VARIABLE
 from harvester.studies.sweep.runners import Done
 from harvester.studies.sweep.tasks import Answer, Task, compute
 
 AHEAD = 4  # tasks with the scheduler for each thread of its workers, at least `FEWEST`
 FEWEST = 64
+LOGGERS = ("distributed", "tornado", "asyncio")
 PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
 
@@ -24,37 +27,72 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
     Raises MissingProgramError where Dask is not installed; InputError where no scheduler answers, or has no workers;
     SimulationError where it goes while it is needed.
     """
-    client = _client(address)
+    with _without_tracebacks():
+        client = _client(address)
+        try:
+            yield from _computed(client, tasks, address)
+        except HarvesterError:
+            raise
+        except Exception:
+            if client.status == "running":
+                raise
+            raise _gone(address) from None
+        finally:
+            client.close(timeout=5)
+
+
+def _gone(address: str) -> SimulationError:
+    return SimulationError(f"the Dask scheduler at {address} has gone: start another, and `resume`")
+
+
+def _computed(client: Any, tasks: Iterator[Task], address: str) -> Done:
+    """The tasks with their answers; an error is one of `dask`'s, or Dask's own where the scheduler goes."""
+    from distributed import as_completed
+    from distributed.scheduler import KilledWorker
+
+    pending: dict[str, Task] = {}
+
+    def submitted(some: Iterable[Task]) -> list[Any]:
+        futures = []  # none of them pure: a point may be listed twice
+        for task in some:
+            futures.append(client.submit(compute_on_one_core, task, pure=False))
+            pending[futures[-1].key] = task
+        return futures
+
+    ahead = max(AHEAD * sum(client.nthreads().values()), FEWEST)
+    done = as_completed(submitted(itertools.islice(tasks, ahead)), with_results=True, raise_errors=False)
+    for future, found in done:
+        task = pending.pop(future.key)
+        done.update(submitted(itertools.islice(tasks, 1)))
+        if future.status == "finished":
+            yield task, found
+        elif future.status != "error":
+            raise _gone(address)
+        elif isinstance(found[1], HarvesterError):
+            raise found[1]
+        elif not isinstance(found[1], KilledWorker):
+            why = f"{type(found[1]).__name__}: {found[1]}"
+            raise SimulationError(f"a Dask worker must run this version of harvester, but fails with {why}")
+        elif further := task.split():
+            done.update(submitted(further))
+        else:
+            yield task, task.lost()
+
+
+@contextmanager
+def _without_tracebacks() -> Iterator[None]:
+    """Keep Dask from logging: of what goes wrong here, one line is raised."""
+    with suppress(ImportError):
+        import distributed  # noqa: F401  # its loggers
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in LOGGERS]
+    loggers = [one for name in names if not (one := logging.getLogger(name)).disabled]
+    for one in loggers:
+        one.disabled = True
     try:
-        from distributed import as_completed
-        from distributed.scheduler import KilledWorker
-
-        pending: dict[str, Task] = {}
-
-        def submitted(some: Iterable[Task]) -> list[Any]:
-            futures = []  # none of them pure: a point may be listed twice
-            for task in some:
-                futures.append(client.submit(compute_on_one_core, task, pure=False))
-                pending[futures[-1].key] = task
-            return futures
-
-        ahead = max(AHEAD * sum(client.nthreads().values()), FEWEST)
-        done = as_completed(submitted(itertools.islice(tasks, ahead)), with_results=True, raise_errors=False)
-        for future, found in done:
-            task = pending.pop(future.key)
-            done.update(submitted(itertools.islice(tasks, 1)))
-            if future.status == "finished":
-                yield task, found
-            elif future.status != "error":
-                raise SimulationError(f"the Dask scheduler at {address} has gone: start another, and `resume`")
-            elif not isinstance(found[1], KilledWorker):
-                raise found[1]
-            elif further := task.split():
-                done.update(submitted(further))
-            else:
-                yield task, task.lost()
+        yield
     finally:
-        client.close(timeout=5)
+        for one in loggers:
+            one.disabled = False
 
 
 def compute_on_one_core(task: Task) -> list[Answer]:
@@ -72,11 +110,13 @@ def _client(address: str) -> Any:
         raise MissingProgramError(
             "`scheduler` must have Dask installed, but it is not: pip install 'piezo-harvester[dask]'"
         ) from None
-    must = "be the address of a Dask scheduler that answers, such as tcp://host:8786"
+    must = (
+        "be the address of a Dask scheduler that answers, such as tcp://host:8786 (tls: with Dask's certificates set)"
+    )
     try:  # Dask itself would take a minute to give up, and not in one line
         socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
         client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError):
+    except (OSError, ValueError, TypeError):  # the last without certificates
         raise invalid("`scheduler`", must, address) from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE)

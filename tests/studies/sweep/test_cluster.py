@@ -1,0 +1,90 @@
+"""A Dask cluster of one scheduler and two workers that speak TLS only, and a scheduler that dies."""
+
+import contextlib
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import harvester as hv
+from tests.support.paths import EXAMPLES, ROOT
+
+pytest.importorskip("distributed")
+pytestmark = pytest.mark.slow
+PLATE = EXAMPLES / "plate.toml"
+OPENSSL = shutil.which("openssl")
+
+
+def sweep(points, out, address, env):
+    """The program, started."""
+    what = [PLATE, "--vary", f"load.resistance=1k:10M:{points}", "--engine", "ensemble", "--trajectories", "512"]
+    line = [sys.executable, "-m", "harvester", "sweep", *what, "--seed", "1", "--out", out, "--scheduler", address]
+    return subprocess.Popen(line, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """The scheduler's process, its address, and the environment of who may talk to it."""
+    if OPENSSL is None:
+        pytest.skip("openssl, which makes the certificate, is not installed")
+    path = tmp_path_factory.mktemp("tls")
+    make = "req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=harvester"
+    subprocess.run(
+        [OPENSSL, *make.split(), "-keyout", "key.pem", "-out", "cert.pem"], cwd=path, check=True, capture_output=True
+    )
+    env = {**os.environ, "PYTHONSAFEPATH": "1", "PYTHONPATH": str(ROOT)}
+    tls, cert, key = "DASK_DISTRIBUTED__COMM__TLS__", str(path / "cert.pem"), str(path / "key.pem")
+    for who in ("SCHEDULER", "WORKER", "CLIENT"):
+        env |= {f"{tls}{who}__CERT": cert, f"{tls}{who}__KEY": key}
+    env |= {f"{tls}CA_FILE": cert, "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = f"tls://127.0.0.1:{free.getsockname()[1]}"
+    dask, quiet = Path(sys.executable).with_name("dask"), {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    where = {"cwd": path, "env": env, **quiet}
+    scheduler = [dask, "scheduler", "--protocol", "tls", "--no-dashboard", "--host", address]
+    ran = [subprocess.Popen(scheduler, **where)]
+    ran += [subprocess.Popen([dask, "worker", address, "--no-dashboard", "--nthreads", "1"], **where) for _ in range(2)]
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2]))):
+            break
+        time.sleep(0.1)
+    yield ran[0], address, env
+    for one in reversed(ran):
+        one.terminate()
+        one.wait(30)
+
+
+def test_tls(cluster, tmp_path):
+    """The same answers as from this process; without the certificates nobody is let in."""
+    _, address, env = cluster
+    done = sweep(4, tmp_path / "out", address, env)
+    assert (done.communicate(timeout=100)[1], done.returncode) == ("", 0)
+    alone = hv.sweep(hv.load(PLATE), "load.resistance", "1k:10M:4", engines=[hv.Ensemble(trajectories=512, seed=1)])
+    powers = [line.split(",")[4] for line in (tmp_path / "out" / "sweep.csv").read_text().splitlines()]
+    assert powers == ["mean_power", *(row["mean_power"] for row in alone.rows)]
+    stranger = sweep(4, tmp_path / "no", address, {k: v for k, v in env.items() if not k.startswith("DASK")})
+    said = stranger.communicate(timeout=100)[1]
+    assert said.startswith("harvester: --scheduler must be the address of a Dask scheduler that answers, such as tcp")
+    assert (said.count("\n"), stranger.returncode) == (1, 2)
+
+
+def test_a_scheduler_that_dies(cluster, tmp_path):
+    """One line, and the points that are done are kept."""
+    scheduler, address, env = cluster
+    ran = sweep(2000, tmp_path, address, env)
+    end = time.monotonic() + 60
+    while not (tmp_path / "sweep.journal").exists() and time.monotonic() < end:
+        time.sleep(0.1)
+    time.sleep(1.0)
+    assert ran.poll() is None
+    scheduler.kill()
+    out, err = ran.communicate(timeout=60)
+    assert (ran.returncode, out) == (3, "")
+    assert err == f"harvester: the Dask scheduler at {address} has gone: start another, and --resume\n"
+    assert (tmp_path / "sweep.journal").exists()
