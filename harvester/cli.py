@@ -25,7 +25,7 @@ from harvester.commands.run import run
 from harvester.commands.stability import stability
 from harvester.commands.sweep import sweep
 from harvester.errors import HarvesterError, named
-from harvester.machine.limits import check_limits
+from harvester.machine.limits import check_limits, check_streams
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
 
@@ -71,6 +71,7 @@ def main() -> NoReturn:
 def exit_status(arguments: list[str]) -> int:
     """Run a command line and return its exit status; any failure is one line on stderr."""
     try:
+        check_streams()
         check_limits()
         cli.main(arguments or ["--help"], prog_name="harvester", standalone_mode=False, color=coloured())
         return 0

@@ -2,6 +2,7 @@
 
 import os
 import resource
+import sys
 
 from harvester.errors import InputError, SimulationError
 
@@ -24,3 +25,17 @@ def check_limits() -> None:
     threads = os.environ.get(THREADS, "")
     if threads.lstrip("+-").isdecimal() and int(threads) < 1:
         raise InputError(f"{THREADS} must be a whole number above 0, but is {threads!r}: unset it")
+
+
+def check_streams() -> None:
+    """Put nothing in the place of closed streams, where files that are opened later would get what is printed.
+
+    Raises InputError where stdout is closed: the answer would be lost.
+    """
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(number, True)
+    os.close(number)
+    sys.stdin = sys.stdin or os.fdopen(0)
+    sys.stderr = sys.stderr or os.fdopen(2, "w")
+    if sys.stdout is None:
+        raise InputError("stdout must be open, but is closed: send it to /dev/null where nobody reads it")

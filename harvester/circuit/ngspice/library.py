@@ -1,7 +1,11 @@
 """Where the ngspice library is installed."""
 
+import contextlib
 import ctypes.util
+import hashlib
 import os
+import re
+import subprocess
 from pathlib import Path
 
 from harvester.errors import MissingProgramError
@@ -21,3 +25,17 @@ def find_library() -> str:
             "run 'make setup' or 'apt-get install libngspice0 ngspice'"
         )
     return found
+
+
+def library_digest() -> str:
+    """Say which ngspice library there is without loading it: its name, and a hash of its file where that is found.
+
+    Raises MissingProgramError as `find_library`.
+    """
+    path = Path(find_library())
+    with contextlib.suppress(OSError):
+        listed = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
+        if found := re.search(rf"\b{re.escape(str(path))} .*=> (.+)", listed):
+            path = Path(found[1])
+        return f"{path.name}:{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
+    return path.name

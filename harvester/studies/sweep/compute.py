@@ -12,14 +12,15 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from harvester.engines import Cheapest
+from harvester.circuit.ngspice.library import library_digest
+from harvester.engines import Cheapest, Spice
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, InputError, invalid
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder, provenance
-from harvester.studies.sweep.journal import Journal, JournalRow, check_same, identity
+from harvester.studies.sweep.journal import Journal, JournalRow, check_same, identity, noted
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, Row, failed, holds_an_answer, lines
 from harvester.studies.sweep.runners import Done, here, pool
@@ -75,6 +76,8 @@ def compute_table(
         vary={a.key: list(a.values) for a in points.axes},
         engines={e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines},
     )
+    if Spice.NAME in names or (Cheapest.NAME in names and about["netlist"] is not None):
+        about["versions"]["ngspice"] = library_digest()
     with contextlib.ExitStack() as stack:
         where = stack.enter_context(tempfile.TemporaryDirectory(prefix="harvester-")) if out is None else out
         folder = OutputFolder(where, vector)
@@ -195,9 +198,10 @@ def _rows_of_files(out: Path, points: Points, names: Sequence[str], now: dict[st
         before = json.loads(files.read(out / "provenance.json", "`out`", MOST_BYTES))
         text = files.read(out / "sweep.csv", "`out`", MOST_BYTES).decode()
         rows = list(csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1])))  # a last line without end was cut off
-    except (InputError, ValueError, csv.Error):
+    except (InputError, ValueError, RecursionError, csv.Error):
         return
-    check_same(out, identity(before) if isinstance(before, dict) else before, now)
+    made = identity(before) if isinstance(before, dict) else {}
+    check_same(out, made, now)
     of: dict[tuple[str, ...], list[int]] = {}
     for point in range(len(points)):
         of.setdefault(tuple(points.cells(point).values()), []).append(point)
@@ -207,4 +211,5 @@ def _rows_of_files(out: Path, points: Points, names: Sequence[str], now: dict[st
             name = Cheapest.NAME if cheapest else row["engine"]
             if name in names:
                 for point in of.get(tuple(row[key] for key in points.keys), ()):
-                    yield point, names.index(name), {column: row[column] for column in COLUMNS}
+                    cells = {column: row[column] for column in COLUMNS}
+                    yield point, names.index(name), noted(cells, made["versions"], now["versions"])

@@ -3,6 +3,9 @@
 Each finished task is one transaction, so that whatever ends the program costs the points in flight only.  The database
 does not wait for the disk: a failure of the machine's power may damage it, and then costs what came after sweep.csv was
 last written.
+
+Each row has a checksum of all that it says, of the sweep, and of the versions that made it.  It finds accidents and
+edits by hand; it has no secret, so that it keeps no forger out.
 """
 
 import contextlib
@@ -16,26 +19,46 @@ from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
-from harvester.errors import InputError
+from harvester.errors import InputError, shown
 from harvester.studies.sweep.rows import COLUMNS, Row
 
 NAME = "sweep.journal"
+VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")  # of which last digits may depend
 SAME = ("scene_digest", "netlist", "points", "vary", "engines")  # of the provenance: what makes a sweep the same
 
 JournalRow = tuple[int, int, Row]  # point, place of the engine in the sweep, row without the varied keys
 
 _TABLES = {
     "identity": "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)",
-    "rows": f"(point INTEGER, place INTEGER, {', '.join(f'{name} TEXT NOT NULL' for name in COLUMNS)}, "
+    "rows": f"(point INTEGER, place INTEGER, {', '.join(f'{name} TEXT NOT NULL' for name in (*COLUMNS, 'checksum'))}, "
     "PRIMARY KEY (point, place)) WITHOUT ROWID",
 }
+_CELLS = ", ".join(COLUMNS)
 _CACHE = 200  # KiB: a long sweep does not grow
 
 
 def identity(about: Mapping[str, Any]) -> dict[str, str]:
-    """A hash of each thing in a sweep's provenance that makes it the same sweep."""
+    """A hash of each thing in a sweep's provenance that makes it the same sweep, and the versions that compute it."""
     about = {"points": "grid", **about}  # which the files of earlier versions do not say
-    return {what: hashlib.sha256(json.dumps(about.get(what), default=str).encode()).hexdigest()[:16] for what in SAME}
+    found = about.get("versions")
+    versions = (
+        ", ".join(f"{name} {found[name]}" for name in VERSIONS if name in found) if isinstance(found, dict) else ""
+    )
+    return {what: _hash(json.dumps(about.get(what), default=str)) for what in SAME} | {"versions": versions}
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:16]
+
+
+def noted(row: Row, before: str, now: str) -> Row:
+    """A row that the versions ``before`` made, with a warning that says so where ``now`` they are others."""
+    made, others = before.split(", "), now.split(", ")
+    if not before or set(made) == set(others):
+        return row
+    old, new = (", ".join(one for one in some if one not in rest) for some, rest in ((made, others), (others, made)))
+    warning = f"kept from {old or 'fewer packages'}, now {new or 'fewer packages'}: last digits may differ"
+    return row | {"warnings": "; ".join(filter(None, (warning, row["warnings"])))}
 
 
 def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
@@ -47,6 +70,10 @@ def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
             )
 
 
+def _checksum(sweep: Mapping[str, str], point: int, place: int, cells: Sequence[object]) -> str:
+    return _hash(repr((sorted(sweep.items()), point, place, list(cells))))
+
+
 class Journal:
     """The finished rows of the sweep that writes into a folder, on disk; one program at a time may hold it.
 
@@ -56,6 +83,7 @@ class Journal:
     def __init__(self, out: Path) -> None:
         self.path = out / NAME
         self._files = self.path, out / f"{NAME}-journal"  # SQLite's own, of a transaction
+        self._identity: dict[str, str] = {}
         self._database: sqlite3.Connection | None = None
         self._folder, self._locks = os.open(out, os.O_RDONLY), True
         try:
@@ -67,19 +95,30 @@ class Journal:
             self._locks = False
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
-        """The rows of an earlier run of the same sweep; None where there is no journal, or it is damaged.
+        """The rows of an earlier run of the same sweep, `noted`; None where there is no journal, or it is damaged.
 
-        Raises InputError where the journal is that of another sweep.
+        Raises InputError where the journal is that of another sweep, and for a row that was changed since or added.
         """
         if not self.path.exists():
             return None
         try:
             if self._execute("PRAGMA quick_check").fetchone() != ("ok",):
                 return None
-            before, rows = dict(self._execute("SELECT what, hash FROM identity")), list(self.rows())
+            before = dict(self._execute("SELECT what, hash FROM identity"))
+            found = self._execute(f"SELECT point, place, {_CELLS}, checksum FROM rows ORDER BY point, place").fetchall()
         except sqlite3.DatabaseError:
             return None
         check_same(self.path.parent, before, now)
+        rows: list[JournalRow] = []
+        for point, place, *cells, checksum in found:
+            if checksum != _checksum(before, point, place, cells):
+                raise InputError(
+                    f"`resume` must find {NAME} as it was written, but its row of point {point} and engine "
+                    f"{shown(cells[0])} was changed or added since: remove {str(self.path)!r} to go on from sweep.csv"
+                )
+            rows.append(
+                (point, place, noted(dict(zip(COLUMNS, cells, strict=True)), before["versions"], now["versions"]))
+            )
         return rows
 
     def begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
@@ -93,6 +132,7 @@ class Journal:
             self._begin(now, kept)
 
     def _begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
+        self._identity = dict(now)
         with self._transaction():
             for table, columns in _TABLES.items():
                 self._execute(f"DROP TABLE IF EXISTS {table}")
@@ -112,7 +152,7 @@ class Journal:
 
     def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk."""
-        for point, place, *cells in self._execute("SELECT * FROM rows ORDER BY point, place"):
+        for point, place, *cells in self._execute(f"SELECT point, place, {_CELLS} FROM rows ORDER BY point, place"):
             yield point, place, dict(zip(COLUMNS, cells, strict=True))
 
     def count(self) -> int:
@@ -150,9 +190,12 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        marks = ", ".join("?" * (2 + len(COLUMNS)))
-        cells = ((point, place, *(row[name] for name in COLUMNS)) for point, place, row in rows)
-        self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", cells)
+        marks = ", ".join("?" * (3 + len(COLUMNS)))
+        whole = ((point, place, [row[name] for name in COLUMNS]) for point, place, row in rows)
+        summed = (
+            (point, place, *cells, _checksum(self._identity, point, place, cells)) for point, place, cells in whole
+        )
+        self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:

@@ -199,3 +199,58 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
     made.close()
     monkeypatch.undo()
     assert earlier(tmp_path) == [(0, 0, row("1")), (1, 0, row("2"))]
+
+
+ROW = "`resume` must find sweep.journal as it was written, but its row of point 1 and engine 'ensemble' was changed or "
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE rows SET mean_power = '1.2346' WHERE point = 1",
+        "UPDATE rows SET mean_power = x'ff' WHERE point = 1",
+        "UPDATE rows SET checksum = '' WHERE point = 1",
+        "UPDATE rows SET point = 1 WHERE point = 0",
+        "INSERT INTO rows SELECT 1, 1, {cells}, checksum FROM rows WHERE point = 0",
+    ],
+)
+def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
+    journal.add([(0, 0, row("1.2345"))])
+    if "UPDATE rows SET point" not in change:
+        journal.add([(1, 0, row("1.2345"))])
+    journal.close()
+    assert len(earlier(tmp_path)) in (1, 2)
+    with sqlite3.connect(tmp_path / NAME) as database:
+        database.execute(change.format(cells=", ".join(COLUMNS)))
+    database.close()
+    line = f"{ROW}added since: remove '{tmp_path / NAME}' to go on from sweep.csv"
+    with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
+        earlier(tmp_path)
+
+
+def test_versions_changed_in_the_journal_are_refused(tmp_path, journal):
+    journal.add([(1, 0, row("1"))])
+    journal.close()
+    with sqlite3.connect(tmp_path / NAME) as database:
+        database.execute("UPDATE identity SET hash = 'numpy 3' WHERE what = 'versions'")
+    database.close()
+    with pytest.raises(InputError, match="was changed or added since"):
+        earlier(tmp_path)
+
+
+def test_rows_of_other_versions_say_so(tmp_path, journal):
+    """Once an upgrade, and for ever: the row of an upgraded program has its own checksum."""
+    old, new, third = (identity(PARTS | {"versions": {"numpy": n, "numba": "0.61"}}) for n in ("1.0", "2.0", "3.0"))
+    journal.begin(old, [])
+    journal.add([(0, 0, row("1"))])
+    journal.close()
+    assert earlier(tmp_path, old) == [(0, 0, row("1"))]
+    kept = earlier(tmp_path, new)
+    said = "kept from numpy 1.0, now numpy 2.0: last digits may differ; " + row("1")["warnings"]
+    assert kept == [(0, 0, row("1") | {"warnings": said})]
+    again = Journal(tmp_path)
+    again.begin(new, kept)
+    again.close()
+    assert earlier(tmp_path, new) == kept
+    said = f"kept from numpy 2.0, now numpy 3.0: last digits may differ; {said}"
+    assert earlier(tmp_path, third)[0][2]["warnings"] == said

@@ -9,6 +9,7 @@ import pytest
 import harvester as hv
 from harvester import engines, figures
 from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.studies.sweep import printed_rows
 from harvester.studies.sweep.points import read_axis
 from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
@@ -201,7 +202,15 @@ def test_resume_after_a_cut_off_row(tmp_path, computed, cut):
 
 
 @pytest.mark.parametrize(
-    "damage", [b"", b"\xff\x00garbage", b"a,b\n1,2\n", b"load.resistance,engine\n1000.0,published\n", b'"\x00"\n,,,\n']
+    "damage",
+    [
+        b"",
+        b"\xff\x00garbage",
+        b"a,b\n1,2\n",
+        b"load.resistance,engine\n1000.0,published\n",
+        b'"\x00"\n,,,\n',
+        b"[" * 100_000,
+    ],
 )
 @pytest.mark.parametrize("name", ["sweep.csv", "provenance.json"])
 def test_resume_over_damaged_files(tmp_path, computed, name, damage):
@@ -210,6 +219,19 @@ def test_resume_over_damaged_files(tmp_path, computed, name, damage):
     assert len(resumed(tmp_path).rows) == 3
     assert computed[3:] == list(LOADS.values)
     json.loads((tmp_path / "provenance.json").read_text())
+
+
+def test_resume_after_an_upgrade_says_so(tmp_path, computed):
+    """In the rows that are kept, and on the screen: here those of a finished sweep."""
+    resumed(tmp_path)
+    about = json.loads((tmp_path / "provenance.json").read_text())
+    about["versions"]["harvester"] = "0.0.1"
+    (tmp_path / "provenance.json").write_text(json.dumps(about))
+    after = resumed(tmp_path)
+    assert computed == list(LOADS.values)
+    said = f"kept from harvester 0.0.1, now harvester {hv.__version__}: last digits may differ"
+    assert [row["warnings"].split("; ")[0] for row in after.rows] == [said] * 3
+    assert printed_rows.warnings(after.rows) == [f"warning, published at 3 of 3 points: {after.rows[0]['warnings']}"]
 
 
 @pytest.mark.usefixtures("undrawn")
