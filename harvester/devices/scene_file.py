@@ -1,5 +1,6 @@
 """The scene file of a new device: readable, a comment a line, and exactly the scene that was asked for."""
 
+import dataclasses
 from pathlib import Path
 
 import tomli_w
@@ -8,6 +9,8 @@ from harvester.devices.device import Entry, Tables
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, shown
 from harvester.machine import files
+from harvester.netlists.read_lines import MOST_BYTES, read_lines
+from harvester.scene.load import is_path
 from harvester.scene.toml import loads
 
 WIDTH = 34  # where comments begin
@@ -67,12 +70,30 @@ def check(path: Path, force: bool) -> None:
 def write(path: Path, tables: Tables, force: bool) -> Problem:
     """Write the file, whole or not at all, and return the problem of its scene.
 
+    A netlist from outside the file's folder is copied into it, because a scene reaches no file elsewhere.
+
     Raises InputError where `check` refuses the file, where it cannot be written, and for tables that are no scene.
     """
     check(path, force)
-    content = text(tables)
+    content = text({**tables, "load": [_beside(entry, path.parent, force) for entry in tables["load"]]})
     problem = Problem(loads(content, path.parent))  # refuses numbers that no device has
     if problem.netlist is not None:
         _ = problem.circuit  # refuses a netlist that is not allowed
     files.write(path, content, "FILE")
     return problem
+
+
+def _beside(entry: Entry, folder: Path, force: bool) -> Entry:
+    """The entry of a load; that of a netlist with its path in the folder, into which it is copied from outside."""
+    if entry.key != "netlist" or not is_path(name := str(entry.value)):
+        return entry
+    path, folder = (folder / name).resolve(), folder.resolve()
+    if not path.is_relative_to(folder):
+        if any(line.where.rpartition(" line ")[0] != path.name for line in read_lines(path)):
+            raise InputError(f"`netlist` must be in the folder of FILE with all that it includes, but is {shown(name)}")
+        content, copy = files.read(path, "`netlist`", MOST_BYTES), folder / path.name
+        if copy.exists() and not force and files.read(copy, "`netlist`", MOST_BYTES) != content:
+            raise InputError(f"`netlist` is copied to {shown(str(copy))}, which must be new, but is there: or `force`")
+        files.write(copy, content, "netlist")
+        path = copy
+    return dataclasses.replace(entry, value=f"./{path.relative_to(folder)}")

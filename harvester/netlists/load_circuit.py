@@ -14,7 +14,7 @@ from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.allowed import allowed_lines, check_names, check_size
 from harvester.netlists.read_lines import Line, read_lines
 from harvester.netlists.subcircuits import Header, header_of, split_subcircuits, used_lines
-from harvester.scene.load import Load
+from harvester.scene.load import Load, is_path
 from harvester.scene.units import PREFIXES
 
 _SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}  # of ngspice
@@ -71,7 +71,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     if load.netlist is None:
         assert load.resistance is not None, "Load checks this"
         return _read(netlist_folder() / "resistor.cir", {"R": load.resistance}, None, "resistor")
-    if "/" in load.netlist or load.netlist.endswith(".cir"):
+    if is_path(load.netlist):
         return _read(Path(load.netlist), load.parameters, capacitance, None)
     known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
     if load.netlist not in known:

@@ -9,6 +9,7 @@ from harvester.errors import InputError, invalid
 from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
+KNOWN = (".subckt", ".model", ".param", ".include", ".inc")  # one of which every file of a netlist has
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,9 @@ class Line:
 def read_lines(path: Path) -> Iterator[Line]:
     """Yield the lines of a netlist and of the files that it includes, in the order in which ngspice reads them.
 
-    Raises InputError for a file that cannot be read or is no text, for more than `MOST_BYTES` in all, for a command to
-    ngspice inside a comment, and for an include from outside the netlist's folder.
+    Raises InputError for a file that cannot be read or is no netlist, without its text, which may be a secret; for
+    more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and for an include from outside the
+    netlist's folder.
     """
     yield from _lines_of(path, path.parent.resolve(), (), [MOST_BYTES])
 
@@ -50,16 +52,20 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
         where = f"{path.name} line {number}"
         bare = raw.strip()
         if bare.startswith("*#") or (number == 1 and bare.lower().startswith("*ng_script")):
-            raise invalid(f"netlist {where}", "run no command", bare[:60])
+            raise InputError(f"netlist {where} must run no command, but does")
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
         if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
             continue  # the first line of a netlist is its title
         if text.startswith("+"):
             if not lines:
-                raise invalid(f"netlist {where}", "begin with + only to continue a line", bare[:60])
+                raise InputError(f"netlist {where} must begin with + only to continue a line, but there is none")
             lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
         else:
             lines.append(Line(where, text))
+    if lines and not any(line.word in KNOWN for line in lines):
+        raise InputError(
+            f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}, but has none: is it a netlist?"
+        )
     return lines
 
 
@@ -75,7 +81,7 @@ def _text(path: Path, left: list[int]) -> str:
         raise InputError(f"netlist {path.name} must be text (UTF-8), but is not") from None
     for number, line in enumerate(text.split("\n"), 1):
         if not line.replace("\t", " ").isprintable():
-            raise invalid(f"netlist {path.name} line {number}", "be printable text", line[:60])
+            raise InputError(f"netlist {path.name} line {number} must be printable text, but is not")
     return text
 
 

@@ -37,6 +37,11 @@ class Load(SceneTable):
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
 
 
+def is_path(netlist: str) -> bool:
+    """Whether a netlist is named by its path, rather than by its name in netlists/."""
+    return "/" in netlist or netlist.endswith(".cir")
+
+
 def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
     """The load of a netlist, by its name in netlists/ or its path, with its parameters (numbers are SI).
 

@@ -221,7 +221,8 @@ def _column(rows: list[list[str]], heads: list[str], key: str, name: str, kind: 
     matches = [re.fullmatch(rf"\s*{name}\s*\((.+)\)\s*", head) for head in heads]
     place = next((k for k, one in enumerate(matches) if one), None)
     if place is None:
-        raise InputError(f"{key} must have a column '{name} ({kind.unit})', but has {shown(','.join(heads))}")
+        has = shown(",".join(heads)) if not heads or "(" in "".join(heads) else "none with a unit"  # but any text
+        raise InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}")
     unit = matches[place]
     assert unit is not None
     try:

@@ -2,11 +2,13 @@
 
 import difflib
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments, shown
 from harvester.machine import files
+from harvester.scene.load import is_path
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
@@ -15,7 +17,9 @@ MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 @names_arguments
 def loads(text: str, folder: Path | None = None) -> Scene:
-    """Read a scene from the text of a scene file; relative paths of its netlist and records start at ``folder``.
+    """Read a scene from the text of a scene file; its netlist and records must be in ``folder``, where paths start.
+
+    Without a folder, paths are the caller's own: any, from the current folder.
 
     >>> import harvester as hv
     >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
@@ -25,29 +29,27 @@ def loads(text: str, folder: Path | None = None) -> Scene:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # no TOML; a number too long for Python; nested too deep
         raise InputError(f"scene must be TOML, but {str(error).splitlines()[0]}") from None
-    load: Any = tables.get("load")
-    netlist: Any = load.get("netlist") if isinstance(load, dict) else None
-    if folder is not None and isinstance(netlist, str) and ("/" in netlist or netlist.endswith(".cir")):
-        tables["load"] = {**load, "netlist": str((folder / netlist).absolute())}
-    excitation: Any = tables.get("excitation")
-    if folder is not None and isinstance(excitation, dict):
-        tables["excitation"] = {**excitation, **_files_beside(excitation, folder)}
+    for table, keys in (("load", ("netlist",)), ("excitation", FILES)):
+        given: Any = tables.get(table)
+        if folder is not None and isinstance(given, dict):
+            tables[table] = {**given, **_files_beside(table, keys, given, folder)}
     return Scene(**tables)
 
 
-def _files_beside(excitation: dict[str, Any], folder: Path) -> dict[str, str]:
-    """The absolute paths of an excitation's files, which must be in the scene's folder."""
+def _files_beside(table: str, keys: Sequence[str], given: dict[str, Any], folder: Path) -> dict[str, str]:
+    """The absolute paths of a table's files, which must be in the scene's folder."""
     paths = {}
-    for key in FILES:
-        if isinstance(name := excitation.get(key), str):
-            try:
-                path = (folder / name).resolve()
-                inside = path.is_relative_to(folder.resolve())
-            except (RuntimeError, ValueError):  # links in a circle; a NUL
-                inside = False
-            if not inside:
-                raise invalid(f"excitation.{key}", "be in the folder of the scene file", name)
-            paths[key] = str(path)
+    for key in keys:
+        name = given.get(key)
+        if not isinstance(name, str) or (key == "netlist" and not is_path(name)):
+            continue
+        try:
+            path = (folder / name).resolve()
+        except (OSError, RuntimeError, ValueError):  # no path at all, or links in a circle
+            path = None
+        if path is None or not path.is_relative_to(folder.resolve()):
+            raise invalid(f"{table}.{key}", "be in the folder of the scene file (copy it there)", name)
+        paths[key] = str(path)
     return paths
 
 

@@ -50,7 +50,16 @@ def test_netlist_with_parameters(harvester, tmp_path, monkeypatch):
         assert "harvester optimise" in out
         load = hv.load(file).load
         assert load.parameters == {"R": 2e6, "C": 1e-6}
-        assert load.netlist == name or Path(load.netlist).resolve() == tmp_path / "own.cir"
+        assert load.netlist == name or Path(load.netlist) == tmp_path / "scenes" / "own.cir"  # a copy
+    again = ("new", file, *options({**SHEET, **NOISE}), *args, "--force")
+    assert harvester(*again)[0] == 0
+    (tmp_path / "scenes" / "own.cir").write_text("mine")
+    (tmp_path / "scenes" / "b.toml").unlink()
+    _, _, err = harvester(*again[:-1])
+    assert err.endswith("/scenes/own.cir', which must be new, but is there: or --force\n")
+    (tmp_path / "own.cir").write_text(".include parts.lib\n")
+    (tmp_path / "parts.lib").write_text(".param R=1\n")
+    assert "must be in the folder of FILE with all that it includes, but is '../own.cir'" in harvester(*again)[2]
 
 
 @pytest.mark.parametrize(

@@ -205,6 +205,17 @@ def test_commands_and_files_are_refused(tmp_path, line, word):
 
 
 @pytest.mark.parametrize(
+    "text", ["sesame:x:0", "-----BEGIN sesame", "\nsesame 1\nX1 sesame", "+ sesame", "*#sesame\x00"]
+)
+def test_the_text_of_another_file_is_never_shown(tmp_path, text):
+    """Neither of a file that a scene calls a netlist, nor of one that a netlist includes."""
+    assert "sesame" not in refusal(tmp_path, text)
+    (tmp_path / "key").write_text(text)
+    assert "netlist key" in (said := refusal(tmp_path, GOOD.replace("Rload", ".include key\nRload")))
+    assert "sesame" not in said
+
+
+@pytest.mark.parametrize(
     "text, word",
     [
         ("*ng_script\n" + GOOD, "no command"),

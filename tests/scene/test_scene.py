@@ -242,6 +242,25 @@ def test_netlist_path_starts_at_the_scene(tmp_path):
     assert load(tmp_path / "a.toml").load.netlist == "bridge"
 
 
+def test_files_outside_the_scenes_folder(tmp_path):
+    """A scene of a stranger reaches no file outside its folder, by no path and no link; Python's own paths are free."""
+    inside = tmp_path / "scene"
+    inside.mkdir()
+    (tmp_path / "own.cir").write_text("secret")
+    (inside / "link.cir").symlink_to(tmp_path / "own.cir")
+    (inside / "loop.cir").symlink_to("loop.cir")
+    for name in ("../own.cir", str(tmp_path / "own.cir"), "/etc/passwd", "link.cir", "loop.cir", "sub/../../own.cir"):
+        (inside / "a.toml").write_text(PLATE + f'[load]\nnetlist = "{name}"\n')
+        with pytest.raises(InputError) as caught:
+            load(inside / "a.toml")
+        said = f"load.netlist must be in the folder of the scene file (copy it there), but is '{name}'"
+        assert str(caught.value) == said
+    for name in ("load]\nnetlist", "excitation]\nacceleration_file"):
+        with pytest.raises(InputError, match="must be in the folder of the scene file"):
+            loads(PLATE + f'[{name} = "a\\u0000/b"', inside)
+    assert loads(PLATE + '[load]\nnetlist = "../own.cir"').load.netlist == "../own.cir"
+
+
 def test_changes():
     scene = loads(PLATE + "[stop]\nrestitution = 0.9\n")
     assert scene.with_load(5.0).load == Load(resistance=5.0)

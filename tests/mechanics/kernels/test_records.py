@@ -222,6 +222,7 @@ GOOD = "time (s),acceleration (g)\n" + "".join(f"{0.01 * k:.2f},{math.sin(k):.3f
     "text, line",
     [
         ("", "must have a column 'time (s)', but has ''"),
+        ("root:sesame\n", "must have a column 'time (s)', but has none with a unit"),
         (GOOD.replace("acceleration", "speed"), "must have a column 'acceleration (m/s^2)', but has"),
         (GOOD.replace("(g)", "(kg)"), "column 'acceleration' must have a unit such as m/s^2, but is 'kg'"),
         (GOOD.replace("(s)", ""), "must have a column 'time (s)'"),
