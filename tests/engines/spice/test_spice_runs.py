@@ -25,7 +25,11 @@ def made_up():
         for a, b in zip(high, low, strict=True)
     ]
     pair = SimpleNamespace(
-        mean=lambda name: (1.0, 0.02), bias=lambda name: (0.003, 0.0), duration=50.0, seconds_a_unit=0.02
+        mean=lambda name: (1.0, 0.02),
+        bias=lambda name: (0.003, 0.0),
+        relative_bias=lambda name: (0.003, 0.0),
+        duration=50.0,
+        seconds_a_unit=0.02,
     )
     ready = Prepared(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
     return Runs(ready, True, 100, np.random.SeedSequence(1), None, done, ngspice_seconds=4.0)
