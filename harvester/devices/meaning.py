@@ -13,6 +13,8 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.printing.columns import columns
+from harvester.scene.kinds import RESISTANCE
+from harvester.scene.usual import unusual, unusual_values
 from harvester.uncertainty.value import Value
 
 WEAK = 0.2  # of the power that white noise gives, at the best load
@@ -27,8 +29,9 @@ SOURCE = (
 class Meaning:
     """What the numbers of a scene mean, for people and for programs.
 
-    ``numbers`` are rows of name, value, unit and what it is.  ``words`` are the sentences on each topic: coupling, load
-    (none where only a search would find the best load), stop, engines.  ``facts`` say the same to a program.
+    ``numbers`` are rows of name, value, unit and what it is.  ``words`` are the sentences on each topic: values that no
+    device has, coupling, load (none where only a search would find the best load), stop, engines.
+    ``facts`` say the same to a program.
     """
 
     numbers: tuple[tuple[str, float, str, str], ...]
@@ -43,7 +46,8 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    topics = {
+    topics: dict[str, tuple[list[str], dict[str, Any]]] = {
+        "values": ([f"warning: {doubt}" for doubt in unusual_values(problem.scene)], {}),
         "coupling": _coupling(problem.equations),
         "load": _load(problem),
         "stop": stop_hits(problem),
@@ -133,13 +137,15 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     best += f" ({NEAR:.0%} of it from {_ohm(found.low)} to {_ohm(found.high)})"
     if found.at_end:
         best += ", the end of what was looked at"
+    doubt = unusual("the best load", found.resistance, RESISTANCE)
+    notes = [f"  ({stated})"] + ([f"warning: {doubt}: are mass, frequency and capacitance right?"] if doubt else [])
     if scene.load is None or scene.load.resistance is None:
-        return [f"load: none yet; {best}", f"  ({stated})"], {"best_load": fact}
+        return [f"load: none yet; {best}", *notes], {"best_load": fact}
     own = min(Averaged().run(problem).mean_power.value / power.value, 1.0)
     fact["share"] = own
     how = "near the best" if own >= NEAR else "far from the best"
     verdict = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
-    return [verdict, f"  ({stated})"], {"best_load": fact}
+    return [verdict, *notes], {"best_load": fact}
 
 
 def _engines(problem: Problem) -> tuple[list[str], dict[str, Any]]:

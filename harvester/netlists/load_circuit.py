@@ -134,14 +134,22 @@ def _check_header(path: Path, header: Header, load: list[Line]) -> None:
 
 
 def _storage(load: list[Line], values: dict[str, float]) -> float | None:
-    """The product Rload Csmooth, of values that are numbers or parameters."""
+    """The product Rload Csmooth, of values that are numbers or parameters.
+
+    Raises InputError where it is known that Rload would give power, or Csmooth energy.
+    """
     known = {key.lower(): value for key, value in values.items()}
+    spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     found: dict[str, float | None] = {}
     for line in load:
         tokens = line.text.lower().split()
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
-            found[tokens[0]] = known[name] if name in known else ngspice_number(tokens[3])
+            value = found[tokens[0]] = known[name] if name in known else ngspice_number(tokens[3])
+            least = 0.0 if tokens[0] == "csmooth" else 1e-12
+            if value is not None and value < least:
+                must = "be a resistance above 0, of Rload" if least else "be a capacitance of at least 0, of Csmooth"
+                raise invalid(spelled.get(name, f"netlist {line.where}"), must, value)
     resistance, capacitance = found.get("rload"), found.get("csmooth")
     return None if resistance is None or capacitance is None else resistance * capacitance
 

@@ -12,6 +12,8 @@ from harvester.scene.units import LARGEST, SMALLEST, prefix_factor, split_unit, 
 class Kind:
     """A physical quantity: its name, the SI unit that a bare number is in, an example, its range.
 
+    ``usual`` are the sizes that devices have, from the smallest of silicon to tons: outside there is a warning.
+
     As part of an annotation it makes pydantic read the values of a key: ``mass: Annotated[float, MASS]``.
     """
 
@@ -21,6 +23,7 @@ class Kind:
     above: float = -math.inf
     least: float = -math.inf
     most: float = math.inf
+    usual: tuple[float, float] = (0.0, math.inf)
     gravity: bool = False  # in an acceleration "g" is standard gravity, not gram
 
     @property
@@ -71,20 +74,20 @@ class Kind:
         return core_schema.no_info_before_validator_function(self.read, handler(source))
 
 
-MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0)
-STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'16 N/m'")
-STOP_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0)
+MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0, usual=(1e-13, 1e5))
+STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'16 N/m'", usual=(1e-5, 1e10))
+STOP_STIFFNESS = Kind("a stiffness (N/m)", "N/m", "'1e5 N/m'", above=0.0, usual=(1e-5, 1e12))
 QUADRATIC_STIFFNESS = Kind("a quadratic stiffness (N/m^2)", "N/m^2", "1e3")
 CUBIC_STIFFNESS = Kind("a cubic stiffness (N/m^3)", "N/m^3", "1e5")
 DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'6.4e-3 N s/m'")
 STOP_DAMPING = Kind("a damping coefficient (N s/m)", "N s/m", "'1 N s/m'", least=0.0)
 DAMPING_X2 = Kind("a damping coefficient of X^2 (N s/m^3)", "N s/m^3", "10.0")
 DAMPING_X4 = Kind("a damping coefficient of X^4 (N s/m^5)", "N s/m^5", "1e6")
-GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'")
+GAP = Kind("a distance from rest (m)", "m", "'0.5 mm'", usual=(1e-10, 0.3))
 RESTITUTION = Kind("a restitution coefficient", "", "0.96", least=0.0, most=1.0)
-COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0)
-CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0)
-RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0)
+COUPLING = Kind("an electromechanical coupling (N/V)", "N/V", "1e-3", above=0.0, usual=(1e-10, 1e4))
+CAPACITANCE = Kind("a clamped capacitance (F)", "F", "'50.2 nF'", above=0.0, usual=(1e-14, 1e-3))
+RESISTANCE = Kind("a load resistance (ohm)", "ohm", "'1 Mohm'", above=0.0, usual=(1e-2, 1e13))
 ACCELERATION = Kind("an acceleration (m/s^2)", "m/s^2", "'0.1 g'", least=0.0, gravity=True)
 ACCELERATION_PSD = Kind(
     "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True

@@ -49,3 +49,31 @@ def test_engines_that_serve(example):
             assert name not in named
         else:
             assert name in named
+
+
+@pytest.mark.parametrize(
+    ("changes", "doubts"),
+    [
+        ({}, []),
+        ({"capacitance": "50"}, ["piezo.capacitance is 50 F, far outside of the 1e-14 to 0.001 F", "is 50 nF meant?"]),
+        ({"capacitance": "50 mF"}, ["is 50 nF meant?"]),
+        ({"mass": "40e6"}, ["oscillator.mass is 4e+07 kg, far outside of the", "is 40 g meant?"]),
+        ({"capacitance": "50 pF", "mass": "1 ug", "frequency": "100 kHz", "open_circuit_frequency": "101 kHz"}, []),
+        ({"mass": "2000 kg", "frequency": "0.2 Hz", "open_circuit_frequency": "0.21 Hz"}, []),
+    ],
+    ids=str,
+)
+def test_values_that_no_device_has_get_a_warning(changes, doubts):
+    """A number without its unit, most of all; the published devices, from silicon to tons, get none."""
+    sheet = {name: text for name, text in SHEET.items() if name != "coupling"}
+    sheet |= {"frequency": "3.2 Hz", "open_circuit_frequency": "4.8 Hz"} | changes
+    sheet.pop("stiffness", None)
+    words = meaning(problem_of(sheet)).words["values"]
+    assert bool(words) == bool(doubts)
+    assert all(doubt in words[0] for doubt in doubts)
+
+
+def test_a_best_load_that_no_device_has_gets_a_warning():
+    """50 F makes it 995 uohm."""
+    words = meaning(problem_of({**SHEET, "acceleration_psd": "1e-5 g^2/Hz", "capacitance": "50"})).words["load"]
+    assert any("warning: the best load is" in line and "mass, frequency and capacitance" in line for line in words)

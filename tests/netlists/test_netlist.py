@@ -332,3 +332,19 @@ def test_calls_without_end(tmp_path):
         f"{GOOD.replace('Rload', 'X1 p n s0' + chr(10) + 'Rload', 1)}{inner}.subckt s5000 p n\nR1 p n 1\n.ends\n",
     )
     assert "must call at most 100 subcircuits one within another" in said
+
+
+@pytest.mark.parametrize(
+    ("parameters", "old", "new", "why"),
+    [
+        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be a resistance above 0, of Rload, but is -1000000"),
+        ({"r": 0.0}, "", "", r"^load\.parameters\.R must be a resistance above 0"),
+        ({"C": -1e-6}, "", "", r"^load\.parameters\.C must be a capacitance of at least 0, of Csmooth, but is -1e-06"),
+        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be a resistance above 0, of Rload, but is -1000"),
+    ],
+)
+def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new, why):
+    file = tmp_path / "bridge.cir"
+    file.write_text((netlist_folder() / "bridge.cir").read_text().replace(old or "\0", new))
+    with pytest.raises(InputError, match=why):
+        load_circuit(Load(netlist=str(file), parameters=parameters))

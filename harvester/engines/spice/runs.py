@@ -11,15 +11,17 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.preparation import Prepared
+from harvester.errors import SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
 from harvester.uncertainty.target import further
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
     from harvester.circuit.runs import TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
 FEWEST = 8  # pairs, of which each half weighs the other
+GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
 
 
 @dataclass
@@ -125,6 +127,27 @@ class Runs:
             "ensemble_trajectories": float(pair.trajectories.count),
             "ensemble_steps": float(pair.steps),
         }
+
+    def doubts(self) -> list[str]:
+        """Warnings of a netlist that gives energy, or goes on storing it.
+
+        Raises SimulationError where the load gives power, beyond its error.
+        """
+        power = self.power().value
+        if power.value + power.error95 < 0.0:
+            watts = -power.value * self.ready.device.scales.watts
+            raise SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
+        ledgers, found = [one.ledger for one in self.done], []
+        load = abs(float(np.mean([one.load for one in ledgers])))
+        given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
+        if given - SURE * error > GIVEN * load:
+            found.append(f"the netlist gives {given / load:.0%} of what its load takes: that share is not harvested")
+        stored, error = mean_and_error(np.array([one.stored for one in ledgers]))
+        if stored - SURE * error > STORED * load:
+            found.append(
+                f"not stationary: mass, piezo and Csmooth still store {stored / load:.0%} of what the load takes"
+            )
+        return found
 
     def ledger(self, watts: float) -> dict[str, float]:
         """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""

@@ -111,6 +111,7 @@ class Spice(Sampled):
         details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
         details["trajectories"] = len(runs.done)
         details |= runs.details() | {"warm_up_seconds": warm}
+        ready.warnings.extend(runs.doubts())
         moments = runs.moments()
         if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
             details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)

@@ -8,6 +8,7 @@ energy, of V^2 and of the load's power, estimated from the same window.
 
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
+from harvester.mechanics.ensemble.record_doubts import record_doubts
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
 from harvester.mechanics.kernels.moments import Moments, correlation_time
@@ -52,7 +53,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
             frequency = max(typical_frequency(eqs, x2, v2), chatter(eqs, v2))
             if h * frequency > 5 * STEP:
                 warnings.append(f"step {h:g} is coarse for a response of frequency {frequency:.3g}")
-            return warnings
+            return warnings + record_doubts(eqs)
         trajectories.restart(shorter)
 
 

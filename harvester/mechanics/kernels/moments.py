@@ -7,10 +7,14 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
+from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import SUMS
 from harvester.mechanics.kernels.path import Path
 from harvester.uncertainty.value import mean_and_error
+
+GROWN = 1e9  # times the energy: what no noise does to a stationary path, nor a record that begins quietly
+FEWEST = 30  # readings of a path that is long enough to grow
 
 
 @dataclass(frozen=True)
@@ -102,11 +106,30 @@ def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: floa
     )
 
 
+def check_stationary(readings: Floats) -> None:
+    """Raise UnboundedResponseError where readings of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
+    if len(readings) < FEWEST:
+        return
+    with np.errstate(over="ignore"):
+        early, _, late = (float(np.mean(one**2)) for one in np.array_split(readings, 3))
+    grown = min(late / max(early, 1e-99), 1e99)
+    if late > GROWN * early:
+        raise UnboundedResponseError(
+            f"the response grows without bound: its energy grew {grown:.1e} times from the "
+            "first to the last third of a run; look for what feeds it: a negative damping, or in the netlist a "
+            "negative capacitor or resistor, or a controlled source"
+        )
+
+
 def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
-    """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only."""
+    """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only.
+
+    Raises UnboundedResponseError where x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last third of them.
+    """
     first = math.ceil(discard / (path.h * path.stride) - 1e-6)
     rows = (len(path.readings) - first) // batches
     part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
+    check_stationary(path.readings[first:, 2:])
     xk, Vk, x, v, V = np.moveaxis(part, 2, 0)
     length = rows * path.stride * path.h
     edges = first * path.stride * path.h + length * np.arange(batches + 1)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from harvester.circuit.lockstep.energy_ledger import EnergyLedger
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.runs import Runs
 from harvester.uncertainty.control_variate import Controlled, split
@@ -64,3 +65,18 @@ def test_runs_alone_pay_for_all():
     assert found.value.stderr == pytest.approx(high.std(ddof=1) / math.sqrt(8), rel=1e-12)
     assert found.value.freedom == 7.0
     assert runs.asked_for(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("ledger", "told"),
+    [
+        (EnergyLedger(input=1.0, load=0.5, circuit=0.3), []),
+        (EnergyLedger(input=1.0, load=0.5, circuit=-0.001, stored=0.01), []),
+        (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist gives 20% of"]),
+        (EnergyLedger(input=1.0, load=0.5, stored=0.25), ["not stationary: mass, piezo and Csmooth still store 50%"]),
+    ],
+)
+def test_what_the_ledgers_tell(ledger, told):
+    runs = made_up()
+    runs.done = [SimpleNamespace(**vars(one), ledger=ledger) for one in runs.done]
+    assert [one[: len(word)] for one, word in zip(runs.doubts(), told, strict=True)] == told

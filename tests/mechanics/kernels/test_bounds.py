@@ -8,6 +8,7 @@ from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.bounds import check_bounded, strongest_feed
+from harvester.mechanics.kernels.moments import check_stationary
 from harvester.mechanics.kernels.step_size import default_step
 
 SEED = np.random.SeedSequence(20261122)
@@ -61,3 +62,12 @@ def test_violent_growth_against_a_stop_is_no_small_number():
     """Printed as a mean square voltage of 5e-9 +- 1e-9 before."""
     with pytest.raises(SimulationError):
         burn_in(Trajectories(Equations(c1=1e12, gap=0.5, restitution=0.9, beta=0.05, mu=1.0, **FILTERED), 64, SEED))
+
+
+def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
+    t = np.linspace(0.0, 1.0, 300)[:, None] * np.ones(3)
+    for quiet in (np.sin(50.0 * t), t**4, np.where(t < 0.5, 1e-3, 1.0), 0.0 * t, 1e30 ** t[:20]):
+        check_stationary(quiet)
+    for grows in (1e15**t, 1e200**t):
+        with pytest.raises(UnboundedResponseError, match=r"its energy grew [0-9.]*e"):
+            check_stationary(grows)
