@@ -9,8 +9,10 @@ Thevenin, a voltage theta x/Cp in series with Cp, and Norton, a current theta x'
 
 import dataclasses
 import math
+import sys
 import time
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 from common import PAPER, report
@@ -63,7 +65,12 @@ def lockstep(name, compiled, restitution=None):
     load = circuit(name)
     noise = np.random.default_rng(1).standard_normal(LOADS[name][1 if compiled else 2])
     for n in (100, len(noise)):  # the first compiles
-        drive = Drive(eqs, 20.0, W0, noise[:n], H, stride=4, free=not load.linear, since=0.0, compiled=compiled)
+        drive = Drive(eqs, 20.0, W0, noise[:n], H, stride=4, free=not load.linear, since=0.0)
+        if not compiled:
+            sys.path.insert(0, str(Path(__file__).parents[1]))
+            from tests.support.python_callbacks import PythonCallbacks
+
+            callbacks = PythonCallbacks(drive, ngspice().state)  # noqa: F841, alive until the run ends
         whole = build_deck(load, CP, STEP, drive.duration)
         begin = time.perf_counter()
         ngspice().run_driven(whole, drive)

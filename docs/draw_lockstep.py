@@ -7,6 +7,7 @@ smaller steps of its own.  The same noise moves both masses.
 """
 
 import argparse
+import sys
 import warnings
 from pathlib import Path
 from typing import ClassVar
@@ -15,14 +16,15 @@ import numpy as np
 
 import harvester as hv
 from harvester.circuit import runs as worker
-from harvester.circuit.ngspice import instance as ngspice
-from harvester.circuit.ngspice.python_callbacks import PythonCallbacks
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.figures.style import STYLES, image, legend, new, styled
 from harvester.mechanics.kernels.noise import gaussian_grid
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+from tests.support.python_callbacks import PythonCallbacks, run_in_python  # noqa: E402
+
 EXAMPLES = HERE.parent / "examples"
 STEP, KICKS = 0.25, 400  # large enough a step to be seen
 SHOWN = 4  # drifts, one of them with an impact
@@ -48,10 +50,11 @@ class Recorder(PythonCallbacks):
 def recorded(scene: hv.Scene) -> tuple[np.ndarray, float]:
     """Accepted points (n, 6): t, x, velocities before and after, V, whether an impact; and the step."""
     device = prepare(Problem(scene), hv.Spice(dt=STEP / 20.0)).device
-    ngspice.PythonCallbacks, Recorder.points = Recorder, []
+    Recorder.points = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # 0 times the infinite distance of a stop that is not there
-        worker.run_in_this_process(device, gaussian_grid(np.random.SeedSequence(3), KICKS), compiled=False)
+        noise = gaussian_grid(np.random.SeedSequence(3), KICKS)
+        run_in_python(device, worker.new_drive(device, noise), Recorder)
     return np.array(Recorder.points), device.h
 
 

@@ -68,40 +68,41 @@ class TrajectoryMeans:
     control: Moments | None = None
 
 
-def path_in_this_process(
-    device: CoupledDevice, noise: Floats, compiled: bool = True, shaking: Floats | None = None
-) -> Path:
+def path_in_this_process(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
     """The path of one run on a noise grid, computed in this process; see `run_in_this_process`."""
-    return run_in_this_process(device, noise, compiled=compiled, shaking=shaking).path()
+    return run_in_this_process(device, new_drive(device, noise, shaking=shaking)).path()
 
 
-def run_in_this_process(
+def new_drive(
     device: CoupledDevice,
     noise: Floats,
     burn_in: float = math.inf,
-    compiled: bool = True,
     shaking: Floats | None = None,
     start: float | None = None,
 ) -> "Drive":
-    """One finished run of ngspice on a noise grid, in this process.
+    """The mass of one run on a noise grid, at rest at the displacement ``start``, None for its first resting place.
 
-    The energy ledger begins at the nondimensional time ``burn_in``; the mass begins at rest at the displacement
-    ``start``, None for the first of its resting places; ``compiled`` and ``shaking`` see
-    `harvester.circuit.lockstep.drive.Drive`.
+    The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
+    """
+    from harvester.circuit.lockstep.drive import Drive
+
+    begin, scales = None if start is None else (start, 0.0, 0.0), device.scales
+    step, free = (device.h, device.stride), not device.load.linear
+    return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, begin, free, burn_in, shaking)
+
+
+def run_in_this_process(device: CoupledDevice, drive: "Drive") -> "Drive":
+    """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; UnboundedResponseError
     when the motion left the finite numbers.
     """
-    from harvester.circuit.lockstep.drive import Drive
     from harvester.circuit.ngspice.deck import build_deck
     from harvester.circuit.ngspice.instance import ngspice
 
-    scales, free = device.scales, not device.load.linear
-    w0 = scales.frequency
-    begin = None if start is None else (start, 0.0, 0.0)
-    drive = Drive(device.eqs, scales.volts, w0, noise, device.h, device.stride, begin, free, burn_in, compiled, shaking)
+    scales = device.scales
     first = scales.volts * float(drive.state["x"][0])
-    whole = (device.h / w0, drive.duration, first, device.norton, scales.volts, device.reltol)
+    whole = (device.h / scales.frequency, drive.duration, first, device.norton, scales.volts, device.reltol)
     deck = build_deck(device.load, scales.capacitance, *whole)
     ngspice().run_driven(deck, drive, device.patience)
     if not np.isfinite(drive.readings).all():
@@ -115,7 +116,7 @@ def _measure(
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
     shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
-    drive = run_in_this_process(device, noise, burn_in, start=start, shaking=shaking)
+    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start))
     state = drive.state[0]
     moments = from_path(device.eqs, drive.path(), burn_in, 1)
     ledger = ledger_of(state, device.scales, drive.smoothing, device.load.linear)
@@ -150,7 +151,7 @@ def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
 def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
     """The path of one run on a noise grid, computed in a worker process."""
     find_library()
-    return next(map_in_workers(path_in_this_process, [(device, noise, True, shaking)]))
+    return next(map_in_workers(path_in_this_process, [(device, noise, shaking)]))
 
 
 def measure_in_workers(

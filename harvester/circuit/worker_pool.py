@@ -6,7 +6,7 @@ pieces, after a hang it goes on calculating.  It is killed, and the next job get
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeVar
 
@@ -35,41 +35,25 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
 
     Raises CircuitError of a job, or when its process dies.
     """
-    running: dict[Future[T], tuple[int, loky.ProcessPoolExecutor]] = {}
     waiting = deque(enumerate(arguments))
     done: dict[int, Future[T]] = {}
     following = 0
-    try:
-        while following < len(arguments):
-            while waiting and len(running) < worker_count():
-                number, one = waiting.popleft()
-                job, process = _start_job(function, one)
-                running[job] = number, process
-            for job in wait(running, return_when=FIRST_COMPLETED).done:
-                number, process = running.pop(job)
-                done[number] = job
-                _free_or_kill(process, job.exception())
-                if job.exception() is not None:
-                    waiting.clear()
-            while following in done:
-                yield _result(done.pop(following))
-                following += 1
-    finally:
-        for _, process in running.values():
-            processes.kill(process)
 
+    def start() -> tuple[int, Future[T], loky.ProcessPoolExecutor] | None:
+        """Start the next job in an idle process that still lives, else in a new one."""
+        if not waiting:
+            return None
+        number, one = waiting.popleft()
+        return number, *processes.submit_to_one(_idle, lambda: processes.create(IDLE), function, one)
 
-def _start_job(function: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[Future[T], loky.ProcessPoolExecutor]:
-    """Start the job in an idle process that still lives, else in a new one."""
-    while True:
-        try:
-            process = _idle.pop()
-        except IndexError:
-            process = processes.create(IDLE)
-        job = processes.submit(process, function, arguments)
-        if job is not None:
-            return job, process
-        processes.kill(process)
+    for number, job, process in processes.completed(start, worker_count()):
+        done[number] = job
+        _free_or_kill(process, job.exception())
+        if job.exception() is not None:
+            waiting.clear()
+        while following in done:
+            yield _result(done.pop(following))
+            following += 1
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:

@@ -134,10 +134,9 @@ def _load_key(problem: "Problem") -> str:
 
 def _plain(ohm: float) -> str:
     """A resistance such as 10k, as --vary and --over read it."""
-    for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
-        if ohm >= factor:
-            return f"{ohm / factor:g}{prefix}"
-    return f"{ohm:g}"
+    from harvester.uncertainty.value import Value
+
+    return Value(ohm).text("ohm").removesuffix("ohm").replace(" ", "")
 
 
 def _parameters(pairs: tuple[str, ...]) -> dict[str, str]:

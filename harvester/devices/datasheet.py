@@ -11,95 +11,48 @@ from dataclasses import dataclass
 class Field:
     """One value of a datasheet.
 
-    ``name`` is its argument, ``key`` the scene key of its kind (empty: there is none), ``group`` and ``help`` what
-    a command's help shows, ``question`` what is asked for on a terminal.
+    ``name`` is its argument, ``key`` the scene key of its kind (empty: there is none), ``group`` where a command's help
+    shows it, ``question`` what is asked for on a terminal, and ``more`` what the help adds to that.
     """
 
     name: str
     key: str
     group: str
-    help: str
     question: str
+    more: str = ""
+
+    @property
+    def help(self) -> str:
+        """What a command's help says."""
+        return f"{self.question}.  {self.more}".rstrip()
 
 
 MASS, PIEZO, STOP = "Mass and spring (two of the first three)", "Piezo", "Stop (left out: none)"
 SHAKING, LOAD = "Shaking of the base", "Load"
+_FREQUENCY = "excitation.frequency"
+_CLAMPED = "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF"
+_COUPLING = "Gives the coupling, theta^2/(K Cp) = (f_oc/f_sc)^2 - 1, Cp clamped."
+_PEAK = "Harmonic acceleration of the base, peak, such as 0.1 g"
 
 FIELDS = {
     field.name: field
     for field in (
-        Field("mass", "oscillator.mass", MASS, "Effective mass, such as '40 g'.", "Effective mass, such as 40 g"),
+        Field("mass", "oscillator.mass", MASS, "Effective mass, such as 40 g"),
+        Field("stiffness", "oscillator.stiffness", MASS, "Stiffness in short circuit, such as 16 N/m"),
+        Field("frequency", _FREQUENCY, MASS, "Resonance frequency in short circuit, such as 3.2 Hz"),
+        Field("damping_ratio", "oscillator.damping_ratio", MASS, "Mechanical damping ratio, such as 0.004", "Or --q."),
+        Field("q", "", MASS, "Quality factor in short circuit, 1/(2 damping ratio), such as 125"),
+        Field("capacitance", "piezo.capacitance", PIEZO, _CLAMPED),
+        Field("coupling", "piezo.coupling", PIEZO, "Force a volt, such as 1e-3 N/V", "Or --open-circuit-frequency."),
+        Field("open_circuit_frequency", _FREQUENCY, PIEZO, "Resonance in open circuit, such as 4.8 Hz", _COUPLING),
+        Field("restitution", "stop.restitution", STOP, "Speed after over speed before an impact, such as 0.96"),
+        Field("gap", "stop.gap", STOP, "Distance of the stop from rest, such as 0.5 mm", "Default: 0."),
         Field(
-            "stiffness",
-            "oscillator.stiffness",
-            MASS,
-            "In short circuit, such as '16 N/m'.",
-            "Stiffness, such as 16 N/m",
+            "acceleration_psd", "excitation.acceleration_psd", SHAKING, "White noise, one-sided, such as 1e-5 g^2/Hz"
         ),
-        Field(
-            "frequency",
-            "excitation.frequency",
-            MASS,
-            "Resonance in short circuit, such as '3.2 Hz'.",
-            "Resonance frequency in short circuit, such as 3.2 Hz",
-        ),
-        Field(
-            "damping_ratio",
-            "oscillator.damping_ratio",
-            MASS,
-            "Mechanical, in short circuit, such as 0.004; or --q.",
-            "Mechanical damping ratio, such as 0.004",
-        ),
-        Field("q", "", MASS, "Quality factor in short circuit: 1/(2 damping ratio).", "Quality factor Q, such as 125"),
-        Field(
-            "capacitance",
-            "piezo.capacitance",
-            PIEZO,
-            "Clamped: measured with the mass held, or far above resonance; such as '50.2 nF'.",
-            "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF",
-        ),
-        Field(
-            "coupling",
-            "piezo.coupling",
-            PIEZO,
-            "Force a volt, such as '1e-3 N/V'; or --open-circuit-frequency.",
-            "Coupling, force a volt, such as 1e-3 N/V",
-        ),
-        Field(
-            "open_circuit_frequency",
-            "excitation.frequency",
-            PIEZO,
-            "Resonance in open circuit: gives the coupling, theta^2/(K Cp) = (f_oc/f_sc)^2 - 1, Cp clamped.",
-            "Resonance frequency in open circuit, such as 4.8 Hz",
-        ),
-        Field(
-            "restitution",
-            "stop.restitution",
-            STOP,
-            "Speed after over speed before an impact, 0 to 1.",
-            "Stop: restitution coefficient, such as 0.96",
-        ),
-        Field(
-            "gap", "stop.gap", STOP, "Distance from rest, such as '0.5 mm'.  Default: 0.", "Stop: gap, such as 0.5 mm"
-        ),
-        Field(
-            "acceleration_psd",
-            "excitation.acceleration_psd",
-            SHAKING,
-            "White noise, one-sided, such as '1e-5 g^2/Hz'.",
-            "White noise of the base, such as 1e-5 g^2/Hz",
-        ),
-        Field(
-            "acceleration_amplitude",
-            "excitation.acceleration_amplitude",
-            SHAKING,
-            "Harmonic, peak, such as '0.1 g'; with --drive-frequency.",
-            "Harmonic acceleration of the base, peak, such as 0.1 g",
-        ),
-        Field("drive_frequency", "excitation.frequency", SHAKING, "Of the harmonic.", "Its frequency, such as 4 Hz"),
-        Field(
-            "resistance", "load.resistance", LOAD, "Such as '1 Mohm'; or --netlist.", "Load resistance, such as 1 Mohm"
-        ),
+        Field("acceleration_amplitude", "excitation.acceleration_amplitude", SHAKING, _PEAK, "With --drive-frequency."),
+        Field("drive_frequency", _FREQUENCY, SHAKING, "Frequency of the harmonic acceleration, such as 4 Hz"),
+        Field("resistance", "load.resistance", LOAD, "Load resistance, such as 1 Mohm", "Or --netlist."),
     )
 }
 

@@ -95,12 +95,7 @@ def estimate(
         physical=problem.physical,
         mean_square_voltage=v2.scaled(units.volts**2),
         mean_power=power.scaled(units.watts),
-        nondimensional={
-            "mean_square_voltage": v2.value,
-            "mean_power": power.value,
-            "beta": eqs.beta,
-            "mu": eqs.mu,
-        },
+        nondimensional={"mean_square_voltage": v2.value, "mean_power": power.value, "beta": eqs.beta, "mu": eqs.mu},
         effects=problem.effects,
         seconds=seconds,
         steps=steps,

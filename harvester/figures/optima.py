@@ -45,6 +45,8 @@ def _panel(
 ) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
+    if np.ptp([*x, key.value]) < 1e-6 * abs(key.value):  # all at one place: no width that an axis could have
+        here.set_xlim(key.range.low / by, key.range.high / by)
     colour = STYLES.get(answer.engine, {}).get("color", "0.3")
     if key.low95 is not None and key.high95 is not None:
         here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="interval of the best value")

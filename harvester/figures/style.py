@@ -132,11 +132,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
     across = int(15.0 * figure.get_figwidth())
     with styled():
         found = figure.legend(
-            [*named.values()],
-            [*named],
-            loc="outside lower center",
-            ncols=columns,
-            title=textwrap.fill(note, across),
+            [*named.values()], [*named], loc="outside lower center", ncols=columns, title=textwrap.fill(note, across)
         )
         found.get_title().set_multialignment("center")
 

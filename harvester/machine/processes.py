@@ -7,8 +7,9 @@ import multiprocessing.process
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache
@@ -17,6 +18,7 @@ from typing import Any, TypeVar
 import loky
 
 T = TypeVar("T")
+Job = TypeVar("Job")
 
 _STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
@@ -32,16 +34,42 @@ def create(idle: float | None = None, env: dict[str, str] | None = None) -> loky
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_watch, initargs=(os.getpid(),))
 
 
-def submit(
-    process: loky.ProcessPoolExecutor, function: Callable[..., T], arguments: tuple[Any, ...]
-) -> Future[T] | None:
-    """Start ``function(*arguments)`` in a process; None where the process has died while idle."""
-    with _without_keyboard_interrupts():
-        try:
-            job: Future[T] = process.submit(function, *arguments)
-            return job
-        except BrokenProcessPool:
-            return None
+def submit_to_one(
+    idle: deque[loky.ProcessPoolExecutor],
+    new: Callable[[], loky.ProcessPoolExecutor],
+    function: Callable[..., T],
+    arguments: tuple[Any, ...],
+) -> tuple[Future[T], loky.ProcessPoolExecutor]:
+    """Start ``function(*arguments)`` in an idle process that has not died meanwhile, else in a new one."""
+    while True:
+        process = idle.pop() if idle else new()
+        with _without_keyboard_interrupts():
+            try:
+                return process.submit(function, *arguments), process
+            except BrokenProcessPool:
+                kill(process)
+
+
+def completed(
+    start: Callable[[], tuple[Job, Future[T], Any] | None], most: int
+) -> Iterator[tuple[Job, Future[T], Any]]:
+    """Keep ``most`` jobs running and yield each one, with its process, as soon as it ends.
+
+    ``start`` starts the next job, or says with None that there is none at present.  The processes of jobs that still
+    run when the iteration ends, by an error or because its reader stops, are killed.
+    """
+    running: dict[Future[T], tuple[Job, Future[T], Any]] = {}
+    try:
+        while True:
+            while len(running) < most and (started := start()) is not None:
+                running[started[1]] = started
+            if not running:
+                return
+            for job in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(job)
+    finally:
+        for _, _, process in running.values():
+            kill(process)
 
 
 def kill(process: loky.ProcessPoolExecutor) -> None:

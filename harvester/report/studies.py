@@ -27,7 +27,11 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
     """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
     problem = Problem.of(scene)
     power = with_errors(cost.power, AnswerUnits.of(problem.physical).power)
-    fastest = [_fastest(cost, target) for target in TARGETS]
+    engines, needed = cost.needed_cells()
+    fastest = [
+        f"Within {100 * target:g} %: {row[-1]} in {row[engines.index(row[-1])]} s" if row[-1] else ""
+        for target, row in zip(TARGETS, needed, strict=True)
+    ]
     figure = drawing(
         cost.plot(None),
         f"Total error against seconds. {'. '.join(line for line in fastest if line)}.",
@@ -46,7 +50,7 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
         drawings=[figure],
         tables=[
             _errors("The front: no other is as fast and as accurate", cost.best),
-            _needed(cost),
+            _needed(engines, needed),
             _errors("All settings", rows),
             *([TextTable("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
             *refusals(cost.refused),
@@ -57,26 +61,13 @@ def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Pag
     return scene_page(problem, "cost", lead, found, provenance(problem), **made)
 
 
-def _fastest(cost: Cost, target: float) -> str:
-    """The engine that was measured to reach a target in the shortest time, in words."""
-    engines = dict.fromkeys(row.engine for row in cost.rows if not row.error)
-    needed = {name: cost.needed(name, target) for name in engines}
-    measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
-    best = min(measured, key=lambda name: measured[name], default="")
-    return f"Within {100 * target:g} %: {best} in {measured[best]:.2g} s" if best else ""
-
-
-def _needed(cost: Cost) -> TextTable:
+def _needed(engines: list[str], needed: list[list[str]]) -> TextTable:
     """The table of the seconds that each engine needs for each target."""
-    engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
-    rows = []
-    for target in TARGETS:
-        needed = [cost.needed(name, target) for name in engines]
-        rows.append(
-            [f"{100 * target:g} %", *("-" if n is None else signs(f"{'' if n[1] else '~'}{n[0]:.2g}") for n in needed)]
-        )
+    rows = [[f"{100 * target:g} %", *map(signs, row)] for target, row in zip(TARGETS, needed, strict=True)]
     note = "~: a prediction. -: the engine's biases are not known to be smaller."
-    return TextTable("Seconds to know the mean power", ["within", *engines], rows, range(1, 1 + len(engines)), note)
+    return TextTable(
+        "Seconds to know the mean power", ["within", *engines, "fastest"], rows, range(1, 1 + len(engines)), note
+    )
 
 
 def _errors(caption: str, rows: list[CostRow]) -> TextTable:

@@ -83,10 +83,7 @@ def test_jobs_beside_a_failing_one_are_not_lost():
     good = device(GOOD)
     beside = map_in_workers(worker.path_in_this_process, [(good, NOISE)] * 6)
     first = next(beside)
-    jobs = map_in_workers(
-        worker.path_in_this_process,
-        [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)],
-    )
+    jobs = map_in_workers(worker.path_in_this_process, [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)])
     assert (next(jobs).readings == first.readings).all()
     with pytest.raises(CircuitError):
         next(jobs)

@@ -14,8 +14,7 @@ from harvester.devices.scene_file import text
 def numbers(unit, prefixes, least=1e-6, most=1e6):
     """Values as people write them, and what they are in SI units by plain arithmetic."""
     return st.tuples(
-        st.floats(least, most, allow_subnormal=False).map(lambda x: float(f"{x:.6g}")),
-        st.sampled_from(prefixes),
+        st.floats(least, most, allow_subnormal=False).map(lambda x: float(f"{x:.6g}")), st.sampled_from(prefixes)
     ).map(lambda pair: (f"{pair[0]!r} {pair[1]}{unit}" if unit else repr(pair[0]), pair[0]))
 
 

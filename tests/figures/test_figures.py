@@ -274,3 +274,13 @@ def test_paper_markers_stand_for_curves():
     assert {"r = 1", "r = 2", "published averaging"} <= set(drawn(figure))
     handles = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
     assert handles["r = 1"].get_marker() != handles["r = 2"].get_marker()
+
+
+def test_an_optimum_of_one_evaluation():
+    """The budget ended after the first evaluation: the axis is the range that was to be searched, not of zero width."""
+    best = hv.optimise("examples/plate_with_stop.toml", {R: ("10k", "10M")}, "averaged", within="5%")
+    place = next(p for p in best.points if p.u == pytest.approx(best.points[0].u))
+    key = dataclasses.replace(best.keys[0], value=best.keys[0].range.value(float(place.u[0])), low95=None, high95=None)
+    figure = dataclasses.replace(best, keys=(key,), points=(place,)).plot()
+    figures.image(figure, "png")  # a layout that collapses is a warning, and so an error here
+    assert np.divide(*figure.axes[0].get_xlim()) == pytest.approx(1e-3)

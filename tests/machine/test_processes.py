@@ -9,6 +9,7 @@ pytestmark = pytest.mark.slow
 
 THREADS = """
 import multiprocessing, threading
+from collections import deque
 from harvester.machine import processes
 
 multiprocessing.current_process()._config["daemon"] = True
@@ -17,7 +18,7 @@ ready, found = threading.Barrier(6), []
 def start(number):
     ready.wait()
     process = processes.create()
-    found.append(processes.submit(process, abs, (-number,)).result(60))
+    found.append(processes.submit_to_one(deque([process]), lambda: process, abs, (-number,))[0].result(60))
     processes.kill(process)
 
 threads = [threading.Thread(target=start, args=(number,)) for number in range(6)]

@@ -27,8 +27,7 @@ def test_names_are_one_list():
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.ngspice] if name in COMPARING else []) for name in hv.__all__],
+    "name", [pytest.param(name, marks=[pytest.mark.ngspice] if name in COMPARING else []) for name in hv.__all__]
 )
 def test_example(name):
     """Each public name has one, and it does what it says."""

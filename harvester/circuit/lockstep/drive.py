@@ -42,8 +42,6 @@ class Drive:
         nondimensional time at which the ledger begins.
     shaking
         as of `harvester.mechanics.kernels.path.trace`.
-    compiled
-        False: ngspice calls plain Python functions, the readable reference, at some twenty times the cost.
 
     Attributes
     ----------
@@ -69,10 +67,8 @@ class Drive:
         start: tuple[float, float, float] | None = None,
         free: bool = False,
         since: float = math.inf,
-        compiled: bool = True,
         shaking: Floats | None = None,
     ) -> None:
-        self.compiled = compiled
         self.smoothing = 0.0
         readings = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: readings * stride])

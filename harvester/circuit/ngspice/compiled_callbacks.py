@@ -1,7 +1,6 @@
 """The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
-Where a run's state holds addresses of Python functions (`harvester.circuit.ngspice.python_callbacks`), these are asked
-instead.
+Where a run's state holds the addresses of other C functions, such as those of the tests, these are asked instead.
 """
 
 from functools import cache

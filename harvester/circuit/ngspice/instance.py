@@ -20,7 +20,6 @@ from harvester.circuit.ngspice.compiled_callbacks import data_callback, point_fu
 from harvester.circuit.ngspice.deck import Deck
 from harvester.circuit.ngspice.diagnostics import why_given_up, why_refused, why_stopped
 from harvester.circuit.ngspice.library import find_library
-from harvester.circuit.ngspice.python_callbacks import PythonCallbacks
 from harvester.errors import CircuitError, MissingProgramError
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
@@ -100,13 +99,12 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         circuit runs in this process.
 
         Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist, stops before the end
-        or comes no further; Exception of a Python callback (``compiled=False``), after the run.
+        or comes no further.
         """
         if self.lost:
             raise CircuitError("ngspice failed earlier in this process and cannot run another circuit")
         self.state[:] = drive.state
-        callbacks = None if drive.compiled else PythonCallbacks(drive, self.state)
-        if callbacks is None:
+        if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
             present = tuple(one is not None for one in drive.coefficients)
             self.state["accepted_at"] = point_function(present, drive.shaking is not None).address
         self.vectors, self.loaded, self.smoothing = deck.vectors, False, 0.0
@@ -121,8 +119,6 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             now = self._progress()
         end, stuck = now["t"], run.is_alive()
         self.lost = self.lost or stuck
-        if callbacks is not None and callbacks.error is not None:
-            raise callbacks.error
         if stuck:
             step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))

@@ -27,10 +27,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
-FLAGS: dict[str, Any] = {
-    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
-    "error_model": "numpy",
-}
+FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 
 
 @cache

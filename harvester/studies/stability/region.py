@@ -65,11 +65,7 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
 
 
 def draw(
-    scene: AnyScene,
-    out: str | Path,
-    seed: int = 0,
-    tick: Callable[[], None] | None = None,
-    vector: Sequence[str] = (),
+    scene: AnyScene, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None, vector: Sequence[str] = ()
 ) -> list[Edge]:
     """Write stability.csv and stability.png for a scene, whose own mu and D22 do not matter, into a folder.
 

@@ -6,7 +6,7 @@ an error, because nobody asks for more, or because the program died.  Dask's wor
 
 from collections import deque
 from collections.abc import Generator, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
@@ -32,47 +32,27 @@ def pool(tasks: Iterator[Task], workers: int) -> Done:
     from harvester.machine import processes
 
     env = limited_environment(max(1, cores() // workers))
-    crew: set[Process] = set()
     idle: deque[Process] = deque()
-    running: dict[Future[list[Answer]], tuple[Task, Process]] = {}
     again: deque[Task] = deque()
 
-    def start(task: Task) -> None:
-        while True:
-            process = idle.popleft() if idle else processes.create(env=env)
-            crew.add(process)
-            job = processes.submit(process, compute, (task,))
-            if job is not None:
-                running[job] = task, process
-                return
-            end(process)
-
-    def end(process: Process) -> None:
-        crew.discard(process)
-        processes.kill(process)
+    def start() -> tuple[Task, Future[list[Answer]], Process] | None:
+        """Start the next task in an idle process, else in a new one; a repeated task comes first."""
+        task = again.popleft() if again else next(tasks, None)
+        if task is None:
+            return None
+        return task, *processes.submit_to_one(idle, lambda: processes.create(env=env), compute, (task,))
 
     try:
-        while True:
-            while len(running) < workers:
-                task = again.popleft() if again else next(tasks, None)
-                if task is None:
-                    break
-                start(task)
-            if not running:
-                return
-            for job in wait(running, return_when=FIRST_COMPLETED).done:
-                task, process = running.pop(job)
-                try:
-                    answers = job.result()
-                except BrokenProcessPool:
-                    end(process)
-                    further = task.again()
-                    again.extend(further)
-                    if not further:
-                        yield task, task.lost()
-                else:
-                    idle.append(process)
-                    yield task, answers
+        for task, job, process in processes.completed(start, workers):
+            if isinstance(job.exception(), BrokenProcessPool):
+                processes.kill(process)
+                further = task.again()
+                again.extend(further)
+                if not further:
+                    yield task, task.lost()
+            else:
+                idle.append(process)
+                yield task, job.result()
     finally:
-        for process in crew:
+        for process in idle:
             processes.kill(process)

@@ -75,6 +75,17 @@ class Cost:
         longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
         return (min(longer), False) if longer else None
 
+    def needed_cells(self) -> tuple[list[str], list[list[str]]]:
+        """The engines, and for each of `TARGETS` each one's seconds in words and the fastest measured."""
+        engines = list(dict.fromkeys(row.engine for row in self.rows if not row.error))
+        rows = []
+        for target in TARGETS:
+            needed = {name: self.needed(name, target) for name in engines}
+            measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+            cells = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
+            rows.append([*cells, min(measured, key=lambda name: measured[name], default="")])
+        return engines, rows
+
     def plot(self, title: str | None = "") -> "figures.Plot":
         """Total error against seconds as a matplotlib figure."""
         known = ((row.engine, row.seconds, row.total_error, row.best) for row in self.rows)
@@ -97,13 +108,9 @@ def report(cost: Cost) -> str:
         errors = (row.sampling_error, row.step_bias, row.model_bias, row.total_error)
         cells.append([row.engine, row.setting, f"{row.seconds:.2g}", *(_percent(error) for error in errors)])
     lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *columns(cells, "  ")]
-    engines = list(dict.fromkeys(row.engine for row in cost.rows if not row.error))
+    engines, needed = cost.needed_cells()
     cells = [["within", *engines, "fastest"]]
-    for target in TARGETS:
-        needed = {name: cost.needed(name, target) for name in engines}
-        measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
-        cells_of_target = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
-        cells.append([f"{target:.3g}", *cells_of_target, min(measured, key=lambda name: measured[name], default="")])
+    cells += [[f"{target:.3g}", *row] for target, row in zip(TARGETS, needed, strict=True)]
     lines += [
         "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
         *columns(cells, "  "),

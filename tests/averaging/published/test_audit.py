@@ -441,10 +441,7 @@ def test_23_the_noise_drift_of_the_program(eqs):
         return [(n * np.sin(phi) / q * one, n * np.cos(phi) / (a * q) * one) for one in (np.ones_like(y), y)]
 
     for i, (noisy, intensity, series) in enumerate(
-        (
-            (changed(eqs, n2=None), eqs.n1, paper.external_drift),
-            (changed(eqs, n1=None), eqs.n2, paper.parametric_drift),
-        )
+        ((changed(eqs, n2=None), eqs.n1, paper.external_drift), (changed(eqs, n1=None), eqs.n2, paper.parametric_drift))
     ):
         s1, s2 = rows(a, phi)[i]
         dA = (rows(a * (1 + h), phi)[i][0] - rows(a * (1 - h), phi)[i][0]) / (2 * h * a)

@@ -268,12 +268,7 @@ def test_named_errors(gap):
         solve(changed(PAPER, c3=None, gap=gap))
 
 
-LOST = [
-    {"gap": -100.0},
-    {"gap": 0.05, "beta": 50.0},
-    {"gap": 0.1, "beta": 20.0},
-    {"gap": 0.3, "n1": 1e-12, "n2": None},
-]
+LOST = [{"gap": -100.0}, {"gap": 0.05, "beta": 50.0}, {"gap": 0.1, "beta": 20.0}, {"gap": 0.3, "n1": 1e-12, "n2": None}]
 
 
 @pytest.mark.parametrize("changes", LOST, ids=str)

@@ -29,7 +29,7 @@ CP = 50.2e-9
 
 def finished(device, noise, discard):
     """State, Csmooth and ledger of a run (in a worker)."""
-    drive = worker.run_in_this_process(device, noise, discard)
+    drive = worker.run_in_this_process(device, worker.new_drive(device, noise, discard))
     s = drive.state[0]
     state = {name: s[name].item() for name in s.dtype.names}
     return state, drive.smoothing, ledger_of(s, device.scales, drive.smoothing, device.load.linear)

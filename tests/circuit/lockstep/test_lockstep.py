@@ -19,6 +19,7 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.uncertainty.value import mean_and_error
 from tests.support.lockstep import PLATE, SEED, WEAK, both, device, rms_difference
+from tests.support.python_callbacks import path_in_python
 from tests.support.systems import PAPER, changed, linear
 
 pytestmark = pytest.mark.ngspice
@@ -51,9 +52,7 @@ def test_strongly_coupled_plate_with_its_stop(seed):
 
 
 @pytest.mark.parametrize(
-    "eqs, duration",
-    [(PAPER, 100.0), (PLATE_WITH_STOP, 60.0), (PLATE, 100.0)],
-    ids=["paper", "plate-stop", "plate"],
+    "eqs, duration", [(PAPER, 100.0), (PLATE_WITH_STOP, 60.0), (PLATE, 100.0)], ids=["paper", "plate-stop", "plate"]
 )
 def test_difference_falls_with_the_square_of_the_step(eqs, duration):
     """Noise paths refined by the bridge; the exact update makes the same steps, so only the circuit differs.
@@ -165,7 +164,7 @@ def test_python_callbacks_are_the_reference(load):
     if load != "resistor":
         circuit = load_circuit(Load(netlist=load), WEAK.capacitance)
         one = worker.CoupledDevice(changed(PAPER, mu=None), WEAK, circuit, 0.1, 4)
-    compiled, python = map_in_workers(worker.path_in_this_process, [(one, noise), (one, noise, False)])
+    compiled, python = worker.path_in_worker(one, noise), next(map_in_workers(path_in_python, [(one, noise)]))
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
     assert python.readings == pytest.approx(compiled.readings, rel=1e-9, abs=1e-12)
@@ -174,7 +173,7 @@ def test_python_callbacks_are_the_reference(load):
 
 def failing(one, noise, what):
     """A Python path whose `what` raises at its tenth call; then, in the same process, one that does not."""
-    from harvester.circuit.ngspice import python_callbacks as reference
+    from tests.support import python_callbacks as reference
 
     calls, whole = [], reference.interpreted
 
@@ -190,10 +189,10 @@ def failing(one, noise, what):
     reference.interpreted = broken
     try:
         with pytest.raises(ZeroDivisionError, match=what):
-            worker.path_in_this_process(one, noise, compiled=False)
+            path_in_python(one, noise)
     finally:
         reference.interpreted = whole
-    return len(calls), worker.path_in_this_process(one, noise, compiled=False)
+    return len(calls), path_in_python(one, noise)
 
 
 @pytest.mark.parametrize("what", ["source_voltage", "proposed_step", "accept_point"])

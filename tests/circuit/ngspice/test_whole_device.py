@@ -70,7 +70,7 @@ def run(load, drive, h, options):
     circuit = load_circuit(LOADS[load], SCALES.capacitance)
     circuit = dataclasses.replace(circuit, text=f"{circuit.text}\n{options}")
     device = worker.CoupledDevice(EQS, SCALES, circuit, h, 1)
-    finished = worker.run_in_this_process(device, noise(drive, h), DISCARD)
+    finished = worker.run_in_this_process(device, worker.new_drive(device, noise(drive, h), DISCARD))
     return finished.path(), ledger_of(finished.state[0], SCALES, finished.smoothing, circuit.linear).load
 
 

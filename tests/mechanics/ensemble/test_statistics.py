@@ -78,8 +78,7 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
 
 
 @pytest.mark.parametrize(
-    "duration, impacts, lowest, highest",
-    [(0.8, 0.0, 0.9, 1.1), (2.0, 1.0, 0.45, 0.65), (4.4, 2.0, 0.3, 0.55)],
+    "duration, impacts, lowest, highest", [(0.8, 0.0, 0.9, 1.1), (2.0, 1.0, 0.45, 0.65), (4.4, 2.0, 0.3, 0.55)]
 )
 def test_strong_order_on_shared_noise(duration, impacts, lowest, highest):
     """1 without impact, 1/2 after one, less after more: no scheme with kicks on a grid does better.

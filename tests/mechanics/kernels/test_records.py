@@ -297,10 +297,7 @@ def test_file_outside_the_folder_is_refused(tmp_path, name):
         plate(tmp_path / "scenes", f'acceleration_file = "{name}"')
 
 
-@pytest.mark.parametrize(
-    "name, why",
-    [("none.csv", "No such file"), ("pipe", "it is a pipe"), (".", "Is a directory")],
-)
+@pytest.mark.parametrize("name, why", [("none.csv", "No such file"), ("pipe", "it is a pipe"), (".", "Is a directory")])
 def test_what_is_no_file_is_one_line(tmp_path, name, why):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match=rf"acceleration_file must be a readable file, but .* is not: {why}"):

@@ -20,14 +20,7 @@ from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
-from harvester.mechanics.rectifiers.circuit import (
-    Coil,
-    Flyback,
-    IdealCircuit,
-    conducted,
-    flown_back,
-    until_free,
-)
+from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit, conducted, flown_back, until_free
 from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
 from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_ideal
 from harvester.netlists.load_circuit import load_circuit
@@ -405,7 +398,7 @@ def test_no_ideal_circuit():
 
 
 def _spice(device, noise, discard):
-    drive = worker.run_in_this_process(device, noise, discard)
+    drive = worker.run_in_this_process(device, worker.new_drive(device, noise, discard))
     ended = drive.state[0]
     return float(ended.load / (ended.end - ended.begin)) / device.scales.watts, drive.path(), drive.charge
 
