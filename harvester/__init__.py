@@ -8,6 +8,11 @@
 The public names stand in ``__init__.pyi``, once each; what a name needs is loaded when the name is first used.
 """
 
+import sys
+
+if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].endswith("harvester") and not sys.flags.safe_path:
+    del sys.path[0]  # the current folder, put there for -m: a stranger's random.py in it would be taken for Python's
+
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

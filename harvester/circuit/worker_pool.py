@@ -4,6 +4,7 @@ A process whose ngspice has failed is not trusted with another circuit: after a 
 pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new one.
 """
 
+import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -13,7 +14,7 @@ from typing import Any, TypeVar
 import loky
 
 from harvester.errors import CircuitError
-from harvester.machine import processes
+from harvester.machine import folders, processes
 from harvester.machine.cores import cores
 
 T = TypeVar("T")
@@ -44,7 +45,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
         if not waiting:
             return None
         number, one = waiting.popleft()
-        return number, *processes.submit_to_one(_idle, lambda: processes.create(IDLE), function, one)
+        return number, *processes.submit_to_one(_idle, _new, function, one)
 
     for number, job, process in processes.completed(start, worker_count()):
         done[number] = job
@@ -54,6 +55,12 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
         while following in done:
             yield _result(done.pop(following))
             following += 1
+
+
+def _new() -> loky.ProcessPoolExecutor:
+    """A new process, where ngspice finds an empty file of commands for its start, and looks for no other."""
+    kernels = folders.cache_folder() or os.devnull  # which no folder can be in: no cache
+    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare("ngspice", ".spiceinit"))
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:

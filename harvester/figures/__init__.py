@@ -3,6 +3,16 @@
 The names stand in ``__init__.pyi``; matplotlib is loaded when one of them is first used.
 """
 
+from typing import Any
+
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from harvester.machine.imports import load_elsewhere
+
+_loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        load_elsewhere("matplotlib")  # which would take the look of figures from a file matplotlibrc
+    return _loaded(name)

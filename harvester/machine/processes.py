@@ -21,17 +21,22 @@ T = TypeVar("T")
 Job = TypeVar("Job")
 
 _STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
+SAFE = {"PYTHONSAFEPATH": "1"}  # Python looks for no module in the current folder, with -m and -c too
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 
 
-def create(idle: float | None = None, env: dict[str, str] | None = None) -> loky.ProcessPoolExecutor:
+def create(
+    idle: float | None = None, env: dict[str, str] | None = None, folder: str | None = None
+) -> loky.ProcessPoolExecutor:
     """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
 
-    ``env`` is added to its environment.
+    ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The modules that start it are
+    not looked for in the current folder; later ones are where the program that starts it looks for its own.
     """
     with _STARTING:
-        _start_the_tracker()
-    return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_watch, initargs=(os.getpid(),))
+        _start_the_trackers()
+    env, start = {**SAFE, **(env or {})}, (os.getpid(), folder)
+    return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
 
 
 def submit_to_one(
@@ -81,19 +86,25 @@ def kill(process: loky.ProcessPoolExecutor) -> None:
 
 
 @cache
-def _start_the_tracker() -> None:
-    """Start loky's process that unlinks the semaphores of killed processes, with its warning of each turned off."""
-    from loky.backend import resource_tracker
+def _start_the_trackers() -> None:
+    """Start the processes of loky and of Python that unlink the semaphores of killed processes, without a warning."""
+    from multiprocessing import resource_tracker as of_python
 
-    before = os.environ.get("PYTHONWARNINGS")
-    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker")))
+    from loky.backend import resource_tracker as of_loky
+
+    warnings = os.environ.get("PYTHONWARNINGS")
+    settings = {"PYTHONWARNINGS": ",".join(filter(None, (warnings, "ignore:resource_tracker"))), **SAFE}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
     try:
         with _without_keyboard_interrupts():
-            resource_tracker.ensure_running()
+            of_loky.ensure_running()
+            of_python.ensure_running()
     finally:
-        del os.environ["PYTHONWARNINGS"]
-        if before is not None:
-            os.environ["PYTHONWARNINGS"] = before
+        for name, value in before.items():
+            del os.environ[name]
+            if value is not None:
+                os.environ[name] = value
 
 
 @contextmanager
@@ -114,8 +125,11 @@ def _without_keyboard_interrupts() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _watch(parent: int) -> None:
-    """End this process soon after its parent has ended, whatever it computes: nobody else would."""
+def _begin(parent: int, folder: str | None) -> None:
+    """Go to the folder of this process, and end it soon after its parent, whatever it computes: nobody else would."""
+    if folder is not None:
+        os.chdir(folder)
+        os.environ["HOME"] = folder  # later than Python's start, which finds the user's packages by it
 
     def look() -> None:
         """Wait for the parent's end, then end this process."""

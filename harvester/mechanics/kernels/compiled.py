@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-import platformdirs
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
+
+from harvester.machine import folders
 
 config: Any = numba_config
 F = TypeVar("F", bound=Callable[..., Any])
@@ -37,14 +38,9 @@ def _cache_folder() -> str | None:
     digest = hashlib.sha256()
     for source in sorted([*package.glob("mechanics/**/*.py"), *package.glob("circuit/**/*.py")]):
         digest.update(source.read_bytes())
-    base = config.CACHE_DIR or platformdirs.user_cache_dir("harvester")
-    folder = Path(base) / f"kernels-{digest.hexdigest()[:16]}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-    except OSError:
-        return None
-    return str(folder)
+    base = folders.cache_folder()
+    folder = base and folders.own(base / f"kernels-{digest.hexdigest()[:16]}")
+    return None if folder is None else str(folder)
 
 
 @contextmanager

@@ -1,0 +1,60 @@
+"""Folders that nobody but the user writes: the cache, whose machine code is run as it is found, and bare ones in it."""
+
+import os
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import platformdirs
+
+from harvester.errors import InputError, shown
+
+VARIABLE = "NUMBA_CACHE_DIR"  # of the environment: another place for the cache
+_BY_OTHERS = 0o022  # permissions to write
+
+
+def cache_folder() -> Path | None:
+    """The folder of the cache, made where it is missing; None where none can be written.
+
+    Raises InputError for one that another user owns or may write.
+    """
+    return own(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
+
+
+def own(path: Path) -> Path | None:
+    """A folder of the user, made where it is missing; None where it cannot be written; raises as `cache_folder`."""
+    try:
+        path.mkdir(0o700, parents=True, exist_ok=True)
+        state = path.stat()
+    except OSError:
+        return None
+    if state.st_uid != os.geteuid() or state.st_mode & _BY_OTHERS:
+        raise InputError(
+            f"the cache must be a folder of your own that nobody else may write, but {shown(str(path))} is not: "
+            f"'chmod go-w' where it is yours, or name another in {VARIABLE}"
+        )
+    return path if os.access(path, os.W_OK) else None
+
+
+def bare(name: str, file: str) -> str:
+    """The path of a folder, in the cache or else a temporary one, that holds an empty ``file`` and nothing else.
+
+    Raises InputError where something else is there, and as `cache_folder`.
+    """
+    folder = (cache_folder() or Path(_temporary().name)) / name
+    try:
+        folder.mkdir(0o700, exist_ok=True)
+        (folder / file).touch()
+        folder.chmod(0o500)
+        found = [(one.name, one.lstat().st_size) for one in folder.iterdir()]
+    except OSError as error:
+        raise InputError(f"{shown(str(folder))} must be a folder of your own, but is not: {error.strerror}") from None
+    if found != [(file, 0)]:
+        raise InputError(f"{shown(str(folder))} must hold nothing but an empty {file}, but does not: remove it")
+    return str(folder)
+
+
+@cache
+def _temporary() -> "tempfile.TemporaryDirectory[str]":
+    """A temporary folder of this process, removed when it ends."""
+    return tempfile.TemporaryDirectory(prefix="harvester-")
