@@ -71,6 +71,10 @@ class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge."""
 
 
+class OutOfTimeError(CircuitError):
+    """A run of ngspice that had not ended when its time was over."""
+
+
 def named(error: Exception) -> HarvesterError:
     """The named error of one that nobody foresaw: of memory, of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):

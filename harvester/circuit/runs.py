@@ -1,5 +1,6 @@
 """Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only."""
 
+import dataclasses
 import itertools
 import math
 import time
@@ -21,7 +22,8 @@ from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.scene.load import Load
 
 if TYPE_CHECKING:
     from harvester.circuit.lockstep.drive import Drive
@@ -91,11 +93,12 @@ def new_drive(
     return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, begin, free, burn_in, shaking)
 
 
-def run_in_this_process(device: CoupledDevice, drive: "Drive") -> "Drive":
+def run_in_this_process(device: CoupledDevice, drive: "Drive", deadline: float = math.inf) -> "Drive":
     """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
 
-    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; UnboundedResponseError
-    when the motion left the finite numbers.
+    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; OutOfTimeError where it
+    has not ended at the ``deadline`` of `time.monotonic`; UnboundedResponseError when the motion left the finite
+    numbers.
     """
     from harvester.circuit.ngspice.deck import build_deck
     from harvester.circuit.ngspice.instance import ngspice
@@ -104,19 +107,25 @@ def run_in_this_process(device: CoupledDevice, drive: "Drive") -> "Drive":
     first = scales.volts * float(drive.state["x"][0])
     whole = (device.h / scales.frequency, drive.duration, first, device.norton, scales.volts, device.reltol)
     deck = build_deck(device.load, scales.capacitance, *whole)
-    ngspice().run_driven(deck, drive, device.patience)
+    ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
     return drive
 
 
 def _measure(
-    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, with_control: bool, start: float
+    device: CoupledDevice,
+    seed: np.random.SeedSequence,
+    kicks: int,
+    burn_in: float,
+    with_control: bool,
+    deadline: float,
+    start: float,
 ) -> TrajectoryMeans:
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
     shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
-    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start))
+    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline)
     state = drive.state[0]
     moments = from_path(device.eqs, drive.path(), burn_in, 1)
     ledger = ledger_of(state, device.scales, drive.smoothing, device.load.linear)
@@ -139,10 +148,15 @@ def _control(device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     """Start the workers and compile what this device's runs need; returns the seconds that took.
 
+    The load is a resistor here: a netlist is nothing to compile, and may be slow.
+
     Raises MissingProgramError when ngspice is not installed.
     """
     begin = time.perf_counter()
     find_library()
+    device = dataclasses.replace(
+        device, load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency)))
+    )
     seeds = [np.random.SeedSequence(0)] * worker_count()
     list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))
     return time.perf_counter() - begin
@@ -160,6 +174,7 @@ def measure_in_workers(
     kicks: int,
     burn_in: float,
     with_control: bool = False,
+    deadline: float = math.inf,
 ) -> Iterator[TrajectoryMeans]:
     """Run one trajectory of ``kicks`` steps (an even number) for each seed in the workers; yields means in order.
 
@@ -167,10 +182,11 @@ def measure_in_workers(
     Trajectories begin in each of the scene's resting places in turn.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
-    seconds, or dies.
+    seconds, or dies; OutOfTimeError for the first run that has not ended at the ``deadline`` of `time.monotonic`.
     """
     starts = itertools.cycle(device.eqs.resting_places)
-    yield from map_in_workers(_measure, [(device, seed, kicks, burn_in, with_control, next(starts)) for seed in seeds])
+    same = kicks, burn_in, with_control, deadline
+    yield from map_in_workers(_measure, [(device, seed, *same, next(starts)) for seed in seeds])
 
 
 def ngspice_version() -> str:

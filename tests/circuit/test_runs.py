@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from harvester.circuit import runs as worker
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
-from harvester.errors import CircuitError
+from harvester.errors import CircuitError, OutOfTimeError
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
 from tests.support.lockstep import WEAK
@@ -132,6 +133,18 @@ def test_a_crawl_is_a_hang():
     fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
     with pytest.raises(CircuitError, match="came no further than that in 4 s"):
         run(circuit(f"Bfast x n V=sin({fast:.3g}*time)", "Rfast x y 1", f"Cfast y n {1.0 / fast:.3g}"), patience=4.0)
+    goes_on()
+
+
+def test_a_deadline_ends_a_run():
+    """A circuit that gets on, but slowly, at the burn-in as well as later: the process is replaced."""
+    slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p,n)\nR{k} a{k} 0 1k" for k in range(100)))
+    begin = time.monotonic()
+    seeds = [np.random.SeedSequence(k) for k in range(3)]
+    says = r"stopped at \S+ s of \S+ s: the `budget` left it [1-4]\S* s; to its end it would take about \S+ s: give"
+    with pytest.raises(OutOfTimeError, match=says):
+        list(worker.measure_in_workers(device(slow), seeds, 1_000_000, 1e4, deadline=begin + 4.0))
+    assert time.monotonic() - begin < 6.0
     goes_on()
 
 

@@ -9,6 +9,7 @@ import logging
 import math
 import os
 import threading
+import time
 from functools import cache
 from typing import Any
 
@@ -18,9 +19,9 @@ from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.state import STATE, VECTORS
 from harvester.circuit.ngspice.compiled_callbacks import data_callback, point_function, source_callback, sync_callback
 from harvester.circuit.ngspice.deck import Deck
-from harvester.circuit.ngspice.diagnostics import why_given_up, why_refused, why_stopped
+from harvester.circuit.ngspice.diagnostics import why_given_up, why_out_of_time, why_refused, why_stopped
 from harvester.circuit.ngspice.library import find_library
-from harvester.errors import CircuitError, MissingProgramError
+from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
 logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
@@ -91,15 +92,15 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         sync = ffi.cast("GetSyncData *", sync_callback.address)
         self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
 
-    def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf) -> None:
+    def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf, deadline: float = math.inf) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
         ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a second over
-        ``patience`` seconds can be given up; it cannot be stopped.  After that, and after a fatal error, no other
-        circuit runs in this process.
+        ``patience`` seconds, or has not ended at the ``deadline`` of `time.monotonic`, can be given up; it cannot be
+        stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
         Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist, stops before the end
-        or comes no further.
+        or comes no further; OutOfTimeError, which says how far it came, at the deadline.
         """
         if self.lost:
             raise CircuitError("ngspice failed earlier in this process and cannot run another circuit")
@@ -111,14 +112,17 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.messages.clear()
         self._stdout.clear()  # PySpice's own list, which grows for ever
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
+        left = seconds = deadline - time.monotonic()
         run.start()
         before, now = {"kicks": -math.inf}, self._progress()
-        while run.is_alive() and now["kicks"] - before["kicks"] >= SLOWEST * min(patience, 1e9):
+        while run.is_alive() and left > 0.0 and now["kicks"] - before["kicks"] >= SLOWEST * min(patience, 1e9):
             before = now
-            run.join(min(patience, threading.TIMEOUT_MAX))
-            now = self._progress()
+            run.join(min(patience, left, threading.TIMEOUT_MAX))
+            now, left = self._progress(), deadline - time.monotonic()
         end, stuck = now["t"], run.is_alive()
         self.lost = self.lost or stuck
+        if stuck and left <= 0.0:
+            raise OutOfTimeError(why_out_of_time(end, drive.duration, seconds))
         if stuck:
             step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))

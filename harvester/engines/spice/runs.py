@@ -11,7 +11,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.preparation import Prepared
-from harvester.errors import SimulationError
+from harvester.errors import OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value, mean_and_error
@@ -26,7 +26,10 @@ GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told
 
 @dataclass
 class Runs:
-    """Trajectories of ``kicks`` steps each; ``paired`` ones also know the cheap model's means on the same noise."""
+    """Trajectories of ``kicks`` steps each; ``paired`` ones also know the cheap model's means on the same noise.
+
+    What has not ended at the ``deadline`` of `time.monotonic` is given up.
+    """
 
     ready: Prepared
     paired: bool
@@ -36,19 +39,35 @@ class Runs:
     done: "list[TrajectoryMeans]" = field(default_factory=list)
     seconds: float = 0.0
     ngspice_seconds: float = 0.0
+    deadline: float = math.inf
 
     def more(self, count: int) -> None:
-        """Run ``count`` more."""
+        """Run ``count`` more, or as many as end before the deadline, with a warning.
+
+        Where these are fewer than `FEWEST`, they are no longer paired.
+
+        Raises OutOfTimeError where they are fewer than two.
+        """
         from harvester.circuit import runs as worker
         from harvester.mechanics.kernels.noise import child
 
         begin = time.perf_counter()
         seeds = [child(self.root, 0, len(self.done) + k) for k in range(count)]
-        ready = self.ready
-        for k, one in enumerate(worker.measure_in_workers(ready.device, seeds, self.kicks, ready.burn_in, self.paired)):
-            self.done.append(one)
-            if self.progress is not None:
-                self.progress((k + 1) / count)
+        ready, before = self.ready, len(self.done)
+        given = ready.device, seeds, self.kicks, ready.burn_in, self.paired, self.deadline
+        try:
+            for k, one in enumerate(worker.measure_in_workers(*given)):
+                self.done.append(one)
+                if self.progress is not None:
+                    self.progress((k + 1) / count)
+        except OutOfTimeError as error:
+            ended = len(self.done)
+            said = f"{ended} of {before + count} ngspice runs had ended when the `budget` was spent"
+            if ended < 2:
+                raise OutOfTimeError(f"{error}; {said}, and 2 are needed") from None
+            if self.paired and ended < FEWEST:
+                said, self.paired = f"{said}, too few to pair them with a cheap model", False
+            ready.warnings.append(said)
         self.ngspice_seconds += time.perf_counter() - begin
         self.seconds += time.perf_counter() - begin
 

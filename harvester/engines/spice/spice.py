@@ -17,6 +17,8 @@ from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, invalid, names_arguments
 from harvester.uncertainty.target import Target
 
+GRACE, SLACK = 1.1, 1.0  # a run may last so many times the `budget`, and so many seconds more
+
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +48,7 @@ class Spice(Sampled):
     MissingProgramError
         when ngspice is not installed.
     CircuitError
-        when ngspice refuses the circuit or does not converge.
+        when ngspice refuses the circuit or does not converge, or too few runs end in the ``budget``.
     UnboundedResponseError
         where no stationary response exists.
     """
@@ -59,7 +61,7 @@ class Spice(Sampled):
     TRAJECTORIES: ClassVar[int] = 16
     KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
     PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
-    SHORTEST: ClassVar[float] = 30.0  # s: a smaller --budget counts as this, so that a few runs are always made
+    SHORTEST: ClassVar[float] = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
     STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
     WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 
@@ -99,6 +101,8 @@ class Spice(Sampled):
             duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
+        if budget is not None:
+            runs.deadline = time.monotonic() + GRACE * budget + SLACK - ready.seconds
         count = self.trajectories or self.TRAJECTORIES
         count = max(count, FEWEST) if paired else count
         asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own

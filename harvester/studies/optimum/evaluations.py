@@ -64,6 +64,10 @@ class Surface:
         """The seconds of the budget that are left."""
         return self.begin + self.budget - time.perf_counter()
 
+    def left_for(self, engine: Engine, share: float = 1.0) -> float:
+        """The seconds that an evaluation may take: a ``share`` of those left, but at least what a few runs take."""
+        return max(share * self.left, getattr(engine, "SHORTEST", 0.1))
+
     def values(self, u: Floats) -> dict[str, float]:
         """The keys' values at a place of the cube."""
         return {r.key: r.value(float(place)) for r, place in zip(self.ranges, u, strict=True)}

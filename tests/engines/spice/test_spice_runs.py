@@ -6,9 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.runs import Runs
+from harvester.errors import OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value
@@ -80,3 +82,41 @@ def test_what_the_ledgers_tell(ledger, told):
     runs = made_up()
     runs.done = [SimpleNamespace(**vars(one), ledger=ledger) for one in runs.done]
     assert [one[: len(word)] for one, word in zip(runs.doubts(), told, strict=True)] == told
+
+
+def ended(count):
+    """Measurements of which ``count`` end before the deadline."""
+
+    def measure(*_):
+        yield from made_up().done[:count]
+        raise OutOfTimeError("ngspice stopped at 1 s of 5 s")
+
+    return measure
+
+
+def test_runs_that_ended_in_the_budget_are_used(monkeypatch):
+    monkeypatch.setattr(worker, "measure_in_workers", ended(3))
+    runs = made_up()
+    runs.more(16)
+    assert len(runs.done) == 11
+    assert runs.ready.warnings == ["11 of 24 ngspice runs had ended when the `budget` was spent"]
+
+
+def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
+    monkeypatch.setattr(worker, "measure_in_workers", ended(7))
+    runs = made_up()
+    runs.done = []
+    runs.more(16)
+    said = "7 of 16 ngspice runs had ended when the `budget` was spent, too few to pair them with a cheap model"
+    assert runs.ready.warnings == [said]
+    assert runs.power().value.freedom == 6.0
+
+
+def test_a_single_run_in_the_budget_is_an_error(monkeypatch):
+    monkeypatch.setattr(worker, "measure_in_workers", ended(1))
+    runs = made_up()
+    runs.done = []
+    with pytest.raises(
+        OutOfTimeError, match=r"^ngspice stopped at 1 s of 5 s; 1 of 16 ngspice runs had ended .*, and 2 "
+    ):
+        runs.more(16)
