@@ -9,6 +9,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError
 from harvester.scene.scene import Scene
+from harvester.scene.usual import unusual_values
 from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
@@ -100,7 +101,7 @@ def estimate(
         seconds=seconds,
         steps=steps,
         reason=reason,
-        warnings=warnings,
+        warnings=(*unusual_values(problem.scene), *warnings),
         details=details or {},
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,

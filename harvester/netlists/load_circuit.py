@@ -146,10 +146,8 @@ def _storage(load: list[Line], values: dict[str, float]) -> float | None:
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
             value = found[tokens[0]] = known[name] if name in known else ngspice_number(tokens[3])
-            least = 0.0 if tokens[0] == "csmooth" else 1e-12
-            if value is not None and value < least:
-                must = "be a resistance above 0, of Rload" if least else "be a capacitance of at least 0, of Csmooth"
-                raise invalid(spelled.get(name, f"netlist {line.where}"), must, value)
+            if value is not None and value < 0.0:
+                raise invalid(spelled.get(name, f"netlist {line.where}"), f"be at least 0, for {tokens[0]}", value)
     resistance, capacitance = found.get("rload"), found.get("csmooth")
     return None if resistance is None or capacitance is None else resistance * capacitance
 

@@ -221,6 +221,12 @@ def test_refusals(monkeypatch):
         hv.Spice().run(PLATE)
 
 
+def test_every_answer_warns_of_values_that_no_device_has():
+    assert hv.Averaged().run(PLATE).warnings == ()
+    (word,) = hv.Averaged().run(PLATE.vary("piezo.capacitance", 50.0)).warnings
+    assert word.endswith("F of such devices: is 50 nF meant?")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "name", "refusing"),

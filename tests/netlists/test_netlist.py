@@ -337,10 +337,10 @@ def test_calls_without_end(tmp_path):
 @pytest.mark.parametrize(
     ("parameters", "old", "new", "why"),
     [
-        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be a resistance above 0, of Rload, but is -1000000"),
-        ({"r": 0.0}, "", "", r"^load\.parameters\.R must be a resistance above 0"),
-        ({"C": -1e-6}, "", "", r"^load\.parameters\.C must be a capacitance of at least 0, of Csmooth, but is -1e-06"),
-        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be a resistance above 0, of Rload, but is -1000"),
+        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be at least 0, for rload, but is -1000000"),
+        ({"r": -1.0}, "", "", r"^load\.parameters\.R must be at least 0, for rload"),
+        ({"C": -1e-6}, "", "", r"^load\.parameters\.C must be at least 0, for csmooth, but is -1e-06"),
+        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be at least 0, for rload, but is -1000"),
     ],
 )
 def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new, why):
