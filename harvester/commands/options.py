@@ -74,7 +74,7 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="TIME",
             help="Time that it may take, such as 30s: the burn-in, and reaching --within.  Default: what it takes.",
         ),
-        seed_option,
+        cloup.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
     )
     effort = cloup.option_group(
         "Effort by hand (engines that sample)",
