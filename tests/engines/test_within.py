@@ -58,7 +58,7 @@ def test_a_linear_scene_to_a_thousandth():
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     ("given", "reference", "within"),
-    [(scene(PAPER), PAPER_POWER, 0.01), (STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.01)],
+    [(scene(PAPER), PAPER_POWER, 0.01), (STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.02)],
     ids=["paper", "stop", "bridge"],
 )
 def test_spice_keeps_what_it_promises(given, reference, within):
