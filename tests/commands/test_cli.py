@@ -259,6 +259,7 @@ def test_json(harvester, scene):
     assert "impact" in answer["effects"] or physical
 
 
+@pytest.mark.slow
 def test_json_of_an_ensemble_and_its_seed(harvester):
     args = ("run", FIGURE, "--engine", "ensemble", "--trajectories", 64, "--duration", 20, "--dt", 0.05, "--json")
     one, same, other = (strict(harvester(*args, "--seed", seed)[1]) for seed in (1, 1, 2))
@@ -267,6 +268,7 @@ def test_json_of_an_ensemble_and_its_seed(harvester):
     assert one["mean_power"] == same["mean_power"] != other["mean_power"]
 
 
+@pytest.mark.slow
 def test_within_chooses_the_engine(harvester, tmp_path):
     """Without --engine, the cheapest one that is known to reach it, with the reason; with it, that one."""
     quick = strict(harvester("run", FIGURE, "--within", "1%", "--json")[1])
@@ -295,6 +297,7 @@ def test_text(harvester):
     assert "warning: with a stop the published V" in out
 
 
+@pytest.mark.slow
 def test_sweep_and_resume(harvester, tmp_path):
     args = ("sweep", PLATE, "--vary", "load.resistance=1k:10M:3", *PUBLISHED, "--out", tmp_path)
     out = harvester(*args)[1]

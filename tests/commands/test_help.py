@@ -114,6 +114,7 @@ def test_errors_say_what_to_type(harvester, args, says):
     assert says in err
 
 
+@pytest.mark.slow
 def test_a_budget_that_is_too_small(harvester):
     """The warning says which one reaches the target; with that it is reached."""
     args = ("run", FIGURE, "--engine", "ensemble", "--within", "0.5%", "--json")

@@ -11,6 +11,7 @@ from harvester.devices.meaning import meaning
 from tests.support.datasheet import NOISE, SHEET, problem_of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [{}, {"restitution": "0.9"}])
 def test_best_load(stop):
     """The search finds the peak that a fine scan finds; without a stop it is the exact mu = sqrt(1 + beta)."""

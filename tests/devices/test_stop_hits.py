@@ -21,6 +21,7 @@ def test_stop_without_noise_or_with():
     assert amplitude(eqs) == pytest.approx(abs(x[0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gap", "often"), [("0.1 mm", "often"), ("0.5 mm", "at times"), ("3 mm", "seldom or never")])
 def test_rate_of_a_distant_stop(gap, often):
     """Rice's rate of a linear mass, counted on one path."""

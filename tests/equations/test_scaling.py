@@ -57,6 +57,7 @@ STOPS = [
 SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=200, derandomize=True)
 @given(
     eqs=st.builds(

@@ -84,6 +84,7 @@ def paper_points(panel):
 EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "figure",
     [
@@ -145,6 +146,7 @@ ODD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_odd_sweeps(name):
     values = sorted({float(one[R]) for one in ODD[name]})
@@ -224,6 +226,7 @@ def test_engines_are_told_apart_without_colour():
     assert to_rgb(style.paler("#000000", 0.5)) == pytest.approx((0.5, 0.5, 0.5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
 def test_the_same_figure_is_the_same_file(form):
     first, second = (figures.image(motion(True).plot("A title"), form) for _ in range(2))
@@ -239,6 +242,7 @@ def test_many_points_are_pixels_in_a_vector_file():
     assert len(svg) < 1_000_000
 
 
+@pytest.mark.slow
 def test_save(tmp_path):
     figures.save(motion(True).plot(), tmp_path, "motion", ("svg", "pdf", "svg"))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["motion.pdf", "motion.png", "motion.svg"]
@@ -250,6 +254,7 @@ def test_another_form_is_refused_before_anything_is_computed(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
     assert motion(True).plot()._repr_png_().startswith(b"\x89PNG")
     motion(True).plot().savefig(tmp_path / "mine.svg")
@@ -276,6 +281,7 @@ def test_paper_markers_stand_for_curves():
     assert handles["r = 1"].get_marker() != handles["r = 2"].get_marker()
 
 
+@pytest.mark.slow
 def test_an_optimum_of_one_evaluation():
     """The budget ended after the first evaluation: the axis is the range that was to be searched, not of zero width."""
     best = hv.optimise("examples/plate_with_stop.toml", {R: ("10k", "10M")}, "averaged", within="5%")

@@ -154,6 +154,7 @@ class Html(HTMLParser):
         self.texts.append(data)
 
 
+@pytest.mark.slow
 def test_notebook():
     """Values with unit, error, engine and warnings; what a scene says is escaped."""
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")

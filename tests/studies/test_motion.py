@@ -60,6 +60,7 @@ def test_netlists_need_ngspice(tmp_path):
     assert np.abs(found.voltage).max() > 0.1
 
 
+@pytest.mark.slow
 def test_files_and_command(tmp_path):
     arguments = ["motion", "examples/plate_recorded.toml", "--duration", "2", "--out", str(tmp_path)]
     done = CliRunner().invoke(cli, arguments)

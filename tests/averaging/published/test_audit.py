@@ -92,6 +92,7 @@ def test_4_the_earlier_velocity():
     assert got == pytest.approx(-0.4 * np.cos(0.77) + 1.1 * 1.3 * np.sin(0.77), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate, right", [(beta, False), (mu, True)])
 def test_5_the_voltage_forgets_at_the_rate_mu_not_beta(rate, right):
     """V of Eqs. 5 and 5', as printed with beta in three places, must solve V' + mu V = x'."""
@@ -399,6 +400,7 @@ def external_brackets(first, second, last):
     return spread / (8 * Q) + last / (8 * A * Q**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "first, second, last, right",
     [
@@ -416,6 +418,7 @@ def test_23_external_noise(first, second, last, right):
     assert zero(noise - external_brackets(first, second, last)) is right
 
 
+@pytest.mark.slow
 def test_23_parametric_noise():
     """<sigma12 dsigma12/dA + sigma22 dsigma12/dPhi>: right as printed."""
     s12, s22 = A * nu_series() * sin() * cos() / Q, nu_series() * cos() ** 2 / Q

@@ -150,6 +150,7 @@ def test_slow_load_under_noise_that_outruns_the_growth():
     assert abs(spring - formula.averaged(changed(eqs, beta=None))) > 5e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("c1", [0.3, 0.1, -0.05])
 @pytest.mark.parametrize("r", [1.0, 0.9])
 def test_slow_voltage_under_damping(c1, r):
@@ -333,6 +334,7 @@ def test_stopping_dead_is_a_named_error():
         lyapunov.exponent(Equations(c1=0.01, restitution=0.0), SEED, 64, 50.0)
 
 
+@pytest.mark.slow
 def test_a_scene():
     """The three together; nonlinear terms play no part, external shaking is left out with a word."""
     full = changed(FIGURE7, alpha=0.05, c2=0.015, c3=0.025, n1=0.01)

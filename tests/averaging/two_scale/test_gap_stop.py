@@ -50,6 +50,7 @@ def test_voltage_on_a_linear_spring_by_its_fourier_series(mu, gap):
         assert cycle.wall[i] == pytest.approx(max(amplitude**2 - gap**2, 0) / 2 * (amplitude > gap), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.05, 1.0, 10.0])
 @pytest.mark.parametrize("gap", GAPS)
 def test_cycle_by_an_ode_solver(gap, mu):

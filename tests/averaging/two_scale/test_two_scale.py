@@ -93,6 +93,7 @@ def test_cycle_by_an_ode_solver(r, mu):
     assert cycle.v2[at] == pytest.approx(end[5] / period, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.05, 1.0, 10.0])
 def test_voltage_bends_the_orbit_with_a_stop(mu):
     """Strong coupling: Galerkin's voltage and the potential that it bends against finite differences in Phi."""
@@ -339,6 +340,7 @@ def test_engine():
     assert "below .5" in hv.Averaged().run(scene(changed(PAPER, restitution=0.3))).warnings[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("r", [None, 1.0])
 @pytest.mark.parametrize("alpha", [None, 2.0, 1e6])
 def test_densities_of_the_gibbs_law(r, alpha):
@@ -359,6 +361,7 @@ def test_densities_of_the_gibbs_law(r, alpha):
         assert densities.amplitude_density(x, law) == pytest.approx(per_energy, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [{}, {"beta": 0.3}, {"restitution": None}, {"n1": 1e-12, "n2": None}, {"c1": 0.1}, {"alpha": 1e6}],

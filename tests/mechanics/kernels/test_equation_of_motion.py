@@ -177,6 +177,7 @@ def test_bounce_shorter_than_a_step_sticks_unless_nothing_is_lost():
     assert V1 - x1 == pytest.approx(V)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("V, moves", [(1.0, False), (0.0, False), (-1.0, True)])
 def test_a_stuck_mass_waits_for_a_pull(V, moves):
     arguments = NO_EFFECT | {"beta": 0.7}

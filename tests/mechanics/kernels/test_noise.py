@@ -54,6 +54,7 @@ def test_the_grid_is_seeded():
     assert not (a == c).any()
 
 
+@pytest.mark.slow
 def test_refinement_keeps_the_path_and_stays_white():
     coarse = gaussian_grid(np.random.SeedSequence(3), 200_000)
     fine = refined(coarse, np.random.default_rng(4))

@@ -37,6 +37,7 @@ def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
     return (x + v * t, v, leg(V, v, t)), count, energy - 0.5 * v * v
 
 
+@pytest.mark.slow
 @given(
     x=st.floats(-0.3, 0.5), v=st.floats(-30.0, 30.0), t=st.floats(1e-3, 1.0), mu=st.sampled_from([None, 0.1, 3.0]),
     r=st.sampled_from([0.0, 0.4, 0.9, 1.0]), r_high=st.sampled_from([0.0, 0.5, 1 - 1e-9, 1.0]),
@@ -72,6 +73,7 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
         assert (v1, impacts) == (0.0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [None, 0.2, 50.0])
 @pytest.mark.parametrize("k, c", [(400.0, 4.0), (400.0, 0.0), (25.0, 9.0)])
 @pytest.mark.parametrize("y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)])
@@ -276,6 +278,7 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
         assert -0.3 <= quiet.x.min() <= quiet.x.max() <= room - 0.3
 
 
+@pytest.mark.slow
 def test_grazing_is_one_impact():
     """Down to a speed of 1e-12 one event, rigid, compliant or between two stops."""
     eqs = Equations(n1=0.01, gap=0.5)
@@ -302,6 +305,7 @@ def test_a_start_behind_a_stop_is_refused():
             Trajectories(eqs, 64, SEED, 0.1, np.array([x, 0.0, 0.0]))
 
 
+@pytest.mark.slow
 def test_compiled_and_interpreted_agree():
     for eqs in (
         changed(PAPER, gap=0.2, opposite_gap=0.3, opposite_restitution=0.5),

@@ -107,6 +107,7 @@ def test_diode_under_a_constant_slope(w0, w1):
     assert w1 - lowered(w0, w1, t, n, leak) == pytest.approx(w, rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bridge", "doubler"])
 @pytest.mark.parametrize("mu, kappa", [(0.5, 20.0), (2.0, 0.3)])
 def test_flow_against_the_circuits_equations(kind, mu, kappa):
@@ -132,6 +133,7 @@ def test_flow_against_the_circuits_equations(kind, mu, kappa):
     assert errors[1] < 0.35 * errors[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.3, 1.0, 3.0])
 @pytest.mark.parametrize("kind", ["bridge", "doubler", "parallel_sshi", "series_sshi"])
 def test_voltage_at_a_fixed_amplitude(kind, share):

@@ -145,6 +145,7 @@ def test_formula_finds_the_exact_optimum():
         assert end.value + end.model == pytest.approx(power.value - power.model, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_weak_coupling_and_a_stop():
     """Passive, r -> 1: E[V^2] of PHYSICS 5.5 by quadrature has its largest mu E[V^2] where `averaged` says."""
     from scipy.integrate import quad
@@ -177,6 +178,7 @@ def test_published_knows_no_interval():
     assert "no interval of the keys" in str(answer)
 
 
+@pytest.mark.slow
 def test_two_keys_by_formula():
     """Over mu and beta the linear power grows with beta, and the best mu goes with it."""
     answer = optimise.optimise(LINEAR, MU | {"nondimensional.beta": (0.1, 3.0)}, hv.Averaged())
@@ -244,6 +246,7 @@ def test_two_peaks(noise):
     assert "another peak" in str(answer)
 
 
+@pytest.mark.slow
 def test_flat():
     for noise in (0.0, 0.3):
         answer = optimise.optimise(LINEAR, MU, Surface(noise=noise, shape="flat"))
@@ -330,6 +333,7 @@ def test_command(tmp_path):
     assert (tmp_path / "out" / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_figure_of_two_keys(tmp_path):
     over = {"nondimensional.mu": (0.5, 2.0), "nondimensional.beta": (0.1, 0.5)}
     optimise.optimise(LINEAR, over, hv.Published(), out=tmp_path)

@@ -70,6 +70,7 @@ for point in itertools.count():
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [1, 7, 40])
 def test_a_kill_costs_the_rows_in_flight_only(tmp_path, points):
     """Every row that `add` returned for is there, in whole transactions; the program was writing when it was killed."""

@@ -95,6 +95,7 @@ def test_table_and_provenance(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
 
 
+@pytest.mark.slow
 def test_two_keys_two_engines(tmp_path):
     axes = [read_axis("nondimensional.restitution=0.9,0.99"), read_axis("nondimensional.mu=0.1,1")]
     ensemble = hv.Ensemble(trajectories=64, duration=20.0, dt=0.05, seed=7)
