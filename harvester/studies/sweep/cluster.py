@@ -4,6 +4,7 @@ import itertools
 import logging
 import os
 import socket
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -17,6 +18,7 @@ AHEAD = 4  # tasks with the scheduler for each thread of its workers, at least `
 FEWEST = 64
 LOGGERS = ("distributed", "tornado", "asyncio")
 PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
+LOOK = 1.0  # seconds without an answer after which the workers are counted
 
 
 def dask(tasks: Iterator[Task], address: str) -> Done:
@@ -25,7 +27,7 @@ def dask(tasks: Iterator[Task], address: str) -> Done:
     Dask gives a task whose worker died to another worker; a task that ended several is an error.
 
     Raises MissingProgramError where Dask is not installed; InputError where no scheduler answers, or has no workers;
-    SimulationError where it goes while it is needed.
+    SimulationError where it or all its workers go while they are needed.
     """
     with _without_tracebacks():
         client = _client(address)
@@ -61,7 +63,7 @@ def _computed(client: Any, tasks: Iterator[Task], address: str) -> Done:
 
     ahead = max(AHEAD * sum(client.nthreads().values()), FEWEST)
     done = as_completed(submitted(itertools.islice(tasks, ahead)), with_results=True, raise_errors=False)
-    for future, found in done:
+    for future, found in _while_there_are_workers(done, client, address):
         task = pending.pop(future.key)
         done.update(submitted(itertools.islice(tasks, 1)))
         if future.status == "finished":
@@ -77,6 +79,24 @@ def _computed(client: Any, tasks: Iterator[Task], address: str) -> Done:
             done.update(submitted(further))
         else:
             yield task, task.lost()
+
+
+def _while_there_are_workers(done: Any, client: Any, address: str) -> Iterator[tuple[Any, Any]]:
+    """What is done, as it is done; SimulationError where the scheduler has no worker for `PATIENCE`."""
+    seen = time.monotonic()
+    while done.count():
+        alone = time.monotonic() - seen
+        if done.has_ready():
+            yield next(done)
+            seen = time.monotonic()
+        elif alone < LOOK:
+            time.sleep(0.02)
+        elif client.nthreads():
+            seen = time.monotonic()
+        elif alone > PATIENCE:
+            raise SimulationError(f"the Dask scheduler at {address} has lost all its workers: start some, and `resume`")
+        else:
+            time.sleep(LOOK)
 
 
 @contextmanager

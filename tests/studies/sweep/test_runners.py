@@ -17,7 +17,7 @@ from harvester import figures
 from harvester.engines.protocol import Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
-from harvester.studies.sweep import compute, runners, tasks
+from harvester.studies.sweep import cluster, compute, runners, tasks
 from harvester.studies.sweep.points import grid, read_axis
 from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
@@ -77,8 +77,11 @@ def children():
     return found
 
 
-def test_dask_gives_the_same(tmp_path, expected):
-    """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same."""
+def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
+    """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same.
+
+    A sweep whose workers all go is an error, and does not wait for ever.
+    """
     pytest.importorskip("distributed")
     dask, file = str(Path(sys.executable).with_name("dask")), tmp_path / "scheduler.json"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -91,6 +94,10 @@ def test_dask_gives_the_same(tmp_path, expected):
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]
         table = sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", scheduler=address)
+        monkeypatch.setattr(cluster, "PATIENCE", 2.0)
+        many = {"over": "load.resistance", "values": "100k:1M:500", "engines": [hv.Ensemble(trajectories=2000)]}
+        with pytest.raises(SimulationError, match="has lost all its workers: start some, and `resume`"):
+            sweep(PLATE, **many, scheduler=address, tick=lambda _: ran[1].terminate())
     finally:
         for one in reversed(ran):
             one.terminate()
