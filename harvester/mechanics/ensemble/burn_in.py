@@ -8,11 +8,12 @@ energy, of V^2 and of the load's power, estimated from the same window.
 
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
-from harvester.mechanics.ensemble.record_doubts import record_doubts
+from harvester.mechanics.ensemble.record_doubts import density_doubts, record_doubts
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
+from harvester.scene.records import Record
 
 FIRST_WINDOW = 32.0  # time units: about five periods
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
@@ -53,7 +54,9 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
             frequency = max(typical_frequency(eqs, x2, v2), chatter(eqs, v2))
             if h * frequency > 5 * STEP:
                 warnings.append(f"step {h:g} is coarse for a response of frequency {frequency:.3g}")
-            return warnings + record_doubts(eqs)
+            samples = trajectories.samples[0]
+            drawn = density_doubts(eqs, Record(h, samples)) if samples is not None else []
+            return warnings + record_doubts(eqs) + drawn
         trajectories.restart(shorter)
 
 

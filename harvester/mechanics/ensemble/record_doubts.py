@@ -1,6 +1,7 @@
 """What a record cannot know: the shaking beyond half its sampling rate, and that between its end and its beginning.
 
-Both are weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the record.
+Of a record that was drawn from a tabulated density it is the shaking between its lines.  All are weighed by the
+response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the record.
 """
 
 import math
@@ -13,6 +14,7 @@ from harvester.scene.records import BRIDGE, Record
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
 LEAST_LOSS = 1e-6  # of the linear response
+FINER = 16  # times as many lines show what the lines of a density leave out
 TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond them
 
 
@@ -37,6 +39,20 @@ def record_doubts(eqs: Equations) -> list[str]:
     if join > JOIN:
         found.append(f"the record's end does not meet its beginning: how they are joined changes E[V^2] by {join:.1%}")
     return found
+
+
+def density_doubts(eqs: Equations, drawn: Record) -> list[str]:
+    """A warning where the lines of the record that was drawn from a density stand too far apart for the response."""
+    if eqs.density is None:
+        return []
+    w, p = _lines(drawn)
+    edges = np.linspace(0.5, len(w) + 0.5, FINER * len(w) + 1) * w[0]
+    between = np.diff(eqs.density.below(edges / (2.0 * math.pi))) @ _gain(eqs, 0.5 * (edges[1:] + edges[:-1]))
+    off = abs(p @ _gain(eqs, w) / between - 1.0)
+    told = (
+        f"the tabulated density is narrow for a record of {drawn.period:.3g}/w0: its lines change E[V^2] by {off:.1%}"
+    )
+    return [told] if off > JOIN else []
 
 
 def _lines(record: Record) -> tuple[Floats, Floats]:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.ensemble.record_doubts import record_doubts
-from harvester.scene.records import Record, bridge
+from harvester.mechanics.ensemble.record_doubts import density_doubts, record_doubts
+from harvester.scene.records import Record, TabulatedDensity, bridge
 from tests.support.systems import PAPER
 
 HERTZ, SECONDS = 45.6, 20.0
@@ -42,3 +42,18 @@ def test_a_join_that_matters_is_told():
 
 def test_without_a_record_there_is_no_doubt():
     assert record_doubts(PAPER) == []
+
+
+@pytest.mark.parametrize(("period", "off"), [(300.0, True), (8192.0, False)])
+def test_a_density_whose_lines_stand_far_apart_is_told(period, off):
+    """A resonance of Q = 50 under a flat density: lines 2 pi/300 apart miss its peak, or hit it too often."""
+    density = TabulatedDensity(np.array([0.1, 0.3]), np.array([1.0, 1.0]))
+    eqs = Equations(c1=-0.005, beta=0.05, mu=1e-3, density=density)
+    f = np.arange(1.0, 0.3 * period + 1.0) / period
+    powers = np.diff(density.below(np.append(0.5 / period, f + 0.5 / period)))
+    t = np.arange(0.0, period, 1.0)
+    values = np.cos(2.0 * np.pi * np.outer(t, f)) @ np.sqrt(2.0 * powers)
+    told = density_doubts(eqs, Record(1.0, values))
+    assert bool(told) == off
+    if off:
+        assert float(told[0].rsplit(" by ", 1)[1].rstrip("%")) / 100.0 > 0.02
