@@ -102,7 +102,7 @@ class Ensemble(Sampled):
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
         if within is not None:
-            pair = self._pursue(pair, what, Target(within, number(self.budget)), warnings, progress)
+            pair = self._pursue(pair, what, Target(within, number(self.budget), begin), warnings, progress)
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:

@@ -83,6 +83,13 @@ def test_a_budget_that_is_too_small():
     assert spice.seconds < 6.0
 
 
+def test_what_was_spent_before_the_first_look_counts():
+    """A budget that the burn-in alone has spent leaves nothing for another step, which would begin anew."""
+    within = hv.Ensemble(within=1e-5, budget=1e-3, trajectories=64).run(scene(PAPER))
+    assert within.steps == hv.Ensemble(budget=1e-3, trajectories=64).run(scene(PAPER)).steps
+    assert "was not reached" in within.warnings[-1]
+
+
 @pytest.mark.ngspice
 def test_a_step_that_is_given_stays():
     """--dt is kept, and what it does not allow is said."""
