@@ -1,5 +1,19 @@
-"""``python -m harvester`` is the program ``harvester``."""
+"""The program: `harvester`, or ``python -m harvester``."""
 
-from harvester.cli import main
+import signal
+from typing import NoReturn
 
-main()
+
+def main() -> NoReturn:
+    """Load the command line and run it; ^C while it loads ends the program without a word."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:  # otherwise ^C is ignored, as in the background of a script
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from harvester.cli import main as run
+
+    signal.signal(signal.SIGINT, before)
+    run()
+
+
+if __name__ == "__main__":
+    main()

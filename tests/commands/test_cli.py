@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -353,3 +354,19 @@ def test_without_ngspice():
     )
     assert "apt-get install" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_an_interrupt_while_the_program_loads():
+    """Found by benchmarks/attack.py: the traceback of an import."""
+    code = """
+import os, runpy, signal, sys
+class Finder:
+    def find_spec(name, path, target=None):
+        if name == "harvester.commands.compare":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder)
+sys.argv = ["harvester", "keys"]
+runpy.run_module("harvester", run_name="__main__")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
