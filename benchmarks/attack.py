@@ -1,0 +1,44 @@
+"""An attack on the program: random scenes and netlists, faults of the machine, and thousands of ngspice runs.
+
+1. `scenes`: random scenes through every engine, as many odd ones as sensible ones.
+2. `netlists`: random netlists, and the package's with a random line, in programs whose every opened file strace tells.
+3. `faults`: signals at random moments, a full disk, little memory, few descriptors, bad caches, clocks that jump.
+4. `growth`: memory, descriptors, threads and files after thousands of ngspice runs, and what a day would make of them.
+
+A break is what the program promises not to do (docs/reliability.md): it is printed, and kept with its seed in
+benchmarks/results/attack.json.
+"""
+
+import argparse
+import importlib
+import json
+import math
+import sys
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+
+from common import report  # noqa: E402
+
+PARTS = {"scenes": 3000, "netlists": 1000, "faults": 300, "growth": 5000}  # how many by default
+
+
+def main(parts, seed, count, budget):
+    """The parts asked for; what was found in the others, and with other seeds, stays as it was."""
+    path = Path(__file__).parent / "results" / "attack.json"
+    rows = json.loads(path.read_text())["rows"] if path.exists() else []
+    for part in parts:
+        attack = importlib.import_module(f"attacks.{part}").attack
+        found = {"part": part, "seed": seed, **attack(count or PARTS[part], seed, budget)}
+        rows = [row for row in rows if (row["part"], row["seed"]) != (part, seed)] + [found]
+        report("attack", rows, ("loky", "hypothesis"))
+
+
+if __name__ == "__main__":
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("part", choices=[*PARTS, "all"])
+    arguments.add_argument("--seed", type=int, default=17)
+    arguments.add_argument("--count", type=int, help="default: " + ", ".join(f"{n} {c}" for n, c in PARTS.items()))
+    arguments.add_argument("--budget", type=float, default=math.inf, metavar="SECONDS", help="of each part")
+    asked = arguments.parse_args()
+    main([*PARTS] if asked.part == "all" else [asked.part], asked.seed, asked.count, asked.budget)

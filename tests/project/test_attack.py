@@ -1,0 +1,77 @@
+"""The attack of benchmarks/attack.py in little, and that it would see what it looks for."""
+
+import importlib
+import os
+import shutil
+import sys
+
+import pytest
+
+from tests.support.opened import STRACE
+from tests.support.paths import ROOT
+
+sys.path.append(str(ROOT / "benchmarks"))
+faults, growth, netlists, shim, wholeness = (
+    importlib.import_module(f"attacks.{name}") for name in ("faults", "growth", "netlists", "shim", "wholeness")
+)
+
+pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+
+
+def test_netlists():
+    """Three random ones, of which some reach ngspice."""
+    found = netlists.attack(3, 5, 60.0)
+    assert (found["tried"], found["breaks"]) == (3, [])
+
+
+@pytest.mark.skipif(STRACE is None, reason="strace, which tells the files that a program opens, is not installed")
+def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
+    trace = tmp_path / "trace"
+    calls = [f'openat(AT_FDCWD, "{tmp_path}/7.cir", O_RDONLY) = 3', 'openat(AT_FDCWD, "../outside.cir", O_RDONLY) = 3']
+    calls += ['openat(AT_FDCWD, "mine.cir", O_RDONLY) = 3', 'openat(AT_FDCWD, "/usr/x", O_WRONLY) = 3']
+    calls += ['execve("/bin/sh", ["sh"], 0x0) = 0', 'openat(AT_FDCWD, "/etc/passwd", O_RDONLY) = 3']
+    trace.write_text("".join(f"1 {call}\n" for call in calls))
+    wrong = [f"{number} {what.split()[1]}" for number, what in netlists.touched(trace, tmp_path)]
+    assert wrong == [f"7 {tmp_path}/outside.cir:", "7 /usr/x:", "7 /bin/sh:", "7 /etc/passwd:"]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler of C")
+@pytest.mark.parametrize(
+    ("command", "fault", "ends", "says"),
+    [
+        ("optimise", {"ROOM": "3000"}, "status 2", "No space left on device"),
+        ("new", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
+    ],
+    ids=["full disk", "clock"],
+)
+def test_a_fault(tmp_path, command, fault, ends, says):
+    """The disk is full after some bytes; the clock jumps back by years."""
+    for name in ("tmp", "out"):
+        (tmp_path / name).mkdir()
+    env = {"LD_PRELOAD": shim.built(tmp_path), **fault}
+    outcome, wrong, said = faults.trial(tmp_path, command, {"env": env})
+    assert (outcome, wrong) == (ends, "")
+    assert says in said["stderr"]
+
+
+def test_what_is_cut_off_is_seen(tmp_path):
+    for name in ("tmp", "out"):
+        (tmp_path / name).mkdir()
+    assert wholeness.unwhole(tmp_path, 0) == ""
+    for name, text in [("a.json", "{"), ("a.csv", "a,b\n1"), ("a.png", "PNG"), ("a.toml", "x = ")]:
+        (tmp_path / "out" / name).write_text(text)
+        assert wholeness.unwhole(tmp_path, 0) == f"{name} is not whole"
+        os.remove(tmp_path / "out" / name)  # noqa: PTH107
+    (tmp_path / "out" / ".a.csv.1").touch()
+    assert wholeness.unwhole(tmp_path, 2) == "left .a.csv.1"
+    assert wholeness.unwhole(tmp_path, -9) == ""
+
+
+def test_growth():
+    """Forty short runs leave no descriptor, thread or file more than twenty do."""
+    found = growth.attack(60, 5, 60.0)
+    looks = found["looks"]
+    assert [looks[-1][key] - looks[-2][key] for key in ("descriptors", "threads", "processes", "temporary files")] == [
+        0
+    ] * 4
+    assert found["tried"] == 60
