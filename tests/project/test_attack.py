@@ -40,12 +40,13 @@ def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
     ("command", "fault", "ends", "says"),
     [
         ("optimise", {"ROOM": "3000"}, "status 2", "No space left on device"),
+        ("sweep", {"ROOM": "30000"}, "status 2", "No space left on device; the points that are done are kept"),
         ("new", {"LOOKS": "3", "JUMP": "-300000000"}, "status 0", ""),
     ],
-    ids=["full disk", "clock"],
+    ids=["full disk", "full disk of a sweep", "clock"],
 )
 def test_a_fault(tmp_path, command, fault, ends, says):
-    """The disk is full after some bytes; the clock jumps back by years."""
+    """The disk is full after some bytes (a sweep's had an internal error); the clock jumps back by years."""
     for name in ("tmp", "out"):
         (tmp_path / name).mkdir()
     env = {"LD_PRELOAD": shim.built(tmp_path), **fault}

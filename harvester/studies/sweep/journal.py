@@ -151,9 +151,10 @@ class Journal:
             self._insert(rows)
 
     def rows(self) -> Iterator[JournalRow]:
-        """All rows in the order of the points, from the disk."""
-        for point, place, *cells in self._execute(f"SELECT point, place, {_CELLS} FROM rows ORDER BY point, place"):
-            yield point, place, dict(zip(COLUMNS, cells, strict=True))
+        """All rows in the order of the points, from the disk; raises InputError as `add`."""
+        with self._told():
+            for point, place, *cells in self._execute(f"SELECT point, place, {_CELLS} FROM rows ORDER BY point, place"):
+                yield point, place, dict(zip(COLUMNS, cells, strict=True))
 
     def count(self) -> int:
         """How many rows there are."""
@@ -198,13 +199,18 @@ class Journal:
         self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
 
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[None]:
+    def _told(self) -> Iterator[None]:
+        """Tell a disk that takes no more; reading needs room too, where a transaction that failed must be undone."""
         try:
-            with self._connected() as database:
-                database.execute("BEGIN IMMEDIATE")
-                yield
+            yield
         except sqlite3.OperationalError as error:
             why = os.strerror(ENOSPC) if error.sqlite_errorcode == sqlite3.SQLITE_FULL else error
             raise InputError(
                 f"`out` must take {NAME}, but writing failed: {why}; the points that are done are kept for `resume`"
             ) from None
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        with self._told(), self._connected() as database:
+            database.execute("BEGIN IMMEDIATE")
+            yield
