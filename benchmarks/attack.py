@@ -14,13 +14,27 @@ import importlib
 import json
 import math
 import sys
+import tempfile
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT)]
 
 from common import report  # noqa: E402
 
 PARTS = {"scenes": 3000, "netlists": 1000, "faults": 300, "growth": 5000}  # how many by default
+
+
+def without_places(text):
+    """A text without the folders of this machine."""
+    for place, name in (
+        (ROOT, "."),
+        (sys.prefix, "PREFIX"),
+        (sys.base_prefix, "PYTHON"),
+        (tempfile.gettempdir(), "TMP"),
+    ):
+        text = text.replace(str(place), name)
+    return text
 
 
 def main(parts, seed, count, budget):
@@ -30,6 +44,7 @@ def main(parts, seed, count, budget):
     for part in parts:
         attack = importlib.import_module(f"attacks.{part}").attack
         found = {"part": part, "seed": seed, **attack(count or PARTS[part], seed, budget)}
+        found["breaks"] = json.loads(without_places(json.dumps(found["breaks"])))
         rows = [row for row in rows if (row["part"], row["seed"]) != (part, seed)] + [found]
         report("attack", rows, ("loky", "hypothesis"))
 
