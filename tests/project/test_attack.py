@@ -68,8 +68,9 @@ def test_what_is_cut_off_is_seen(tmp_path):
     assert wholeness.unwhole(tmp_path, -9) == ""
 
 
-def test_growth():
-    """Forty short runs leave no descriptor, thread or file more than twenty do."""
+def test_growth(monkeypatch):
+    """Sixty short runs leave no descriptor, thread or file more than forty do."""
+    monkeypatch.setattr(growth, "SCENES", growth.SCENES[:1])
     found = growth.attack(60, 5, 60.0)
     looks = found["looks"]
     assert [looks[-1][key] - looks[-2][key] for key in ("descriptors", "threads", "processes", "temporary files")] == [
