@@ -87,10 +87,10 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else self.dt * unit
         with compilation() as first:
-            compile_pair(eqs, seed, circuit)
+            compile_pair(eqs, seed, circuit, controlled=True)
         begin = time.perf_counter()
         count = self.trajectories or affordable(eqs.is_steady, circuit)
-        trajectories = Trajectories(eqs, count, seed, h, circuit=circuit)
+        trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
         warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
@@ -123,8 +123,8 @@ class Ensemble(Sampled):
             "; ".join(reason for reason in reasons if reason),
             tuple(warnings),
             details,
-            pair.moments.V2,
-            getattr(pair.moments, what.name) * what.factor,
+            pair.entries("V2"),
+            pair.entries(what.name) * what.factor,
         )
 
     def model(self, problem: Problem) -> Model:

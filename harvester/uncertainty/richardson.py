@@ -4,18 +4,19 @@
 
 Both functions take one entry a trajectory, shape (n,), at the step h (``fine``) and at 2 h (``coarse``), entry by entry
 on the same noise: where the paths of both steps stay together, the difference has a smaller error than either mean.
+``controls`` are as of `controlled_entries`.
 """
 
 from harvester.arrays import Floats
-from harvester.uncertainty.value import mean_and_error
+from harvester.uncertainty.controls import controlled_mean
 
 
-def step_bias(fine: Floats, coarse: Floats) -> tuple[float, float]:
+def step_bias(fine: Floats, coarse: Floats, controls: Floats | None = None) -> tuple[float, float]:
     """The bias E_h - E_0 of the mean at the step h, and its standard error."""
-    difference, error = mean_and_error(coarse - fine)
+    difference, error = controlled_mean(coarse - fine, controls)
     return difference / 3.0, error / 3.0
 
 
-def extrapolated(fine: Floats, coarse: Floats) -> tuple[float, float]:
+def extrapolated(fine: Floats, coarse: Floats, controls: Floats | None = None) -> tuple[float, float]:
     """The mean E_0 at a step of 0, and its standard error."""
-    return mean_and_error((4.0 * fine - coarse) / 3.0)
+    return controlled_mean((4.0 * fine - coarse) / 3.0, controls)

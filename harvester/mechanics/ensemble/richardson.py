@@ -2,9 +2,11 @@
 
 import contextlib
 import time
+from typing import Any
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
@@ -12,16 +14,21 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.uncertainty.richardson import extrapolated, step_bias
+from harvester.uncertainty.value import mean_and_error
 
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
 def compile_pair(
-    eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None = None, ngspice_rule: bool = False
+    eqs: Equations,
+    seed: np.random.SeedSequence,
+    circuit: IdealCircuit | None = None,
+    ngspice_rule: bool = False,
+    controlled: bool = False,
 ) -> None:
     """Compile all that a `RichardsonPair` calls, by a few steps of a single block of trajectories."""
     h = 1e-3 if eqs.shaking_period is None and eqs.density is None else None  # those have a record for every step
-    block = Trajectories(eqs, 1, seed, h, circuit=circuit, ngspice_rule=ngspice_rule)
+    block = Trajectories(eqs, 1, seed, h, None, circuit, ngspice_rule, controlled)
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
         block.run(0.01)
         block.snapshot()
@@ -47,6 +54,7 @@ class RichardsonPair:
         self.seconds_a_unit = 0.0
         self._moments: Moments | None = None
         self._moments_of_both: tuple[Moments, Moments] | None = None
+        self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
         try:
             self._coarse.run(trajectories.time)
         except UnboundedResponseError:  # twice the step is unstable: no estimate from it
@@ -56,6 +64,7 @@ class RichardsonPair:
     def extend(self, duration: float) -> None:
         """Go on for a further ``duration``."""
         clock, begin = time.perf_counter(), self.trajectories.time
+        self._known.clear()
         now = self.trajectories.run(duration)
         duration = self.trajectories.time - begin
         self.duration += duration
@@ -107,7 +116,13 @@ class RichardsonPair:
 
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment at the step h, and its standard error."""
-        return self.moments.mean(name)
+        return mean_and_error(self.entries(name))
+
+    def entries(self, name: str) -> Floats:
+        """One moment at the step h, one entry a trajectory, less what the controls explain of it."""
+        if ("mean", name) not in self._known:
+            self._known["mean", name] = self.moments.controlled(name)
+        return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:
         """Bias of one moment's mean at the step h, and its standard error.
@@ -116,8 +131,12 @@ class RichardsonPair:
         """
         if self._moments_of_both is None:
             return self.mean(name)[0], 0.0
-        fine, coarse = self._moments_of_both
-        return step_bias(getattr(fine, name), getattr(coarse, name))
+        if ("bias", name) not in self._known:
+            fine, coarse = self._moments_of_both
+            both = _side_by_side(fine, coarse)
+            self._known["bias", name] = step_bias(getattr(fine, name), getattr(coarse, name), both)
+        known: tuple[float, float] = self._known["bias", name]
+        return known
 
     def relative_bias(self, name: str) -> tuple[float, float]:
         """`bias` as a part of the mean; of a mean of zero, where nothing moves, as it is."""
@@ -133,4 +152,11 @@ class RichardsonPair:
         if self._moments_of_both is None:
             return self.mean(name)
         fine, coarse = self._moments_of_both
-        return extrapolated(getattr(fine, name), getattr(coarse, name))
+        return extrapolated(getattr(fine, name), getattr(coarse, name), _side_by_side(fine, coarse))
+
+
+def _side_by_side(fine: Moments, coarse: Moments) -> Floats | None:
+    """The controls of both steps, shape (n, 2 columns); None where they have none."""
+    if fine.controls is None or coarse.controls is None:
+        return None
+    return np.hstack([fine.controls, coarse.controls])

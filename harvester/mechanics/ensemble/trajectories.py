@@ -7,6 +7,7 @@ independent time average, so that standard errors need no correlation time.
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.bounds import check_bounded
+from harvester.mechanics.kernels.features import MARTINGALES, boundary
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
@@ -65,6 +67,10 @@ class Trajectories:
         advance the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop
         at rest or none.
 
+    controlled
+        with the sums of mean zero that make means cheaper, where there are any: under white noise alone, with a
+        resistance or none (`harvester.mechanics.kernels.features`).
+
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device without external noise
     or with mu.
     """
@@ -78,6 +84,7 @@ class Trajectories:
         start: Floats | None = None,
         circuit: IdealCircuit | None = None,
         ngspice_rule: bool = False,
+        controlled: bool = False,
     ) -> None:
         check_bounded(eqs, driven=circuit is not None)
         if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
@@ -96,6 +103,8 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
+        plain = circuit is None and not ngspice_rule
+        self.controlled = controlled and plain and eqs.is_random and not eqs.is_shaken_otherwise
         self._coarse: bool | None = None  # True: the noise of two steps of h/2 makes that of one step
         self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
@@ -156,6 +165,9 @@ class Trajectories:
         readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)
+        eqs = self.eqs
+        martingales = aligned((self.blocks, MARTINGALES, LANES)) if self.controlled else None
+        begin = boundary(eqs, self._states()) if self.controlled else np.empty(0)
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
@@ -165,7 +177,8 @@ class Trajectories:
             elif self.ngspice_rule:
                 advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                advance(*state, *grid, *known, self.shaker(k))  # type: ignore[call-arg]
+                controls = None if martingales is None else martingales[k]
+                advance(*state, *grid, *known, self.shaker(k), controls)  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * reading * LANES)
 
@@ -174,19 +187,23 @@ class Trajectories:
         elapsed = readings * reading
         self.time += elapsed
         self.steps += readings * self.stride * self.count
-        if not (np.isfinite(sums).all() and np.isfinite(self.state).all()):
+        if not all(np.isfinite(one).all() for one in (sums, self.state, martingales) if one is not None):
             raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
-        return from_sums(sums, readings, elapsed, loss_unit(self.eqs), self.eqs.mu)
+        moments = from_sums(sums, readings, elapsed, loss_unit(eqs), eqs.mu)
+        if martingales is None:
+            return moments
+        rows = np.moveaxis(martingales, 1, 0).reshape(MARTINGALES, -1), boundary(eqs, self._states()) - begin
+        return replace(moments, controls=np.vstack(rows).T / elapsed)
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
         eqs = self.eqs
         out = np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
-            return np.moveaxis(self.state, 0, 1).reshape(3, -1).copy()
+            return self._states().copy()
         if self.circuit is not None:
             mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
             return out
@@ -195,13 +212,18 @@ class Trajectories:
             mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k))
         return out
 
+    def _states(self) -> Floats:
+        """The state after a kick of all trajectories, shape (3 or 5, count)."""
+        return np.moveaxis(self.state, 0, 1).reshape(self.state.shape[1], -1)
+
     def shaker(self, k: int) -> tuple[Any, ...] | None:
         """What shakes block k beside white noise, as the kernels take it (`harvester.mechanics.kernels.shaking`)."""
         whole = shaker(self.eqs, self.h, self._coarse, self.samples[k])
         return None if whole is None else (*self.filter[k], *self.words[k], *whole)
 
     def _fresh(self, seed: np.random.SeedSequence, h: float) -> "Trajectories":
-        return Trajectories(self.eqs, self.count, seed, h, self.start, self.circuit, self.ngspice_rule)
+        kind = self.circuit, self.ngspice_rule, self.controlled
+        return Trajectories(self.eqs, self.count, seed, h, self.start, *kind)
 
     def with_step(self, h: float) -> "Trajectories":
         """Fresh trajectories of the same scene and number at another step, on other noise."""

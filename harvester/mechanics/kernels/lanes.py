@@ -8,6 +8,7 @@ import numpy as np
 
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, relaxation
+from harvester.mechanics.kernels.features import add_features
 from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
@@ -24,7 +25,10 @@ def _step(
     i, x, v, V, xi, sums, coarse,
     h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
 ):  # fmt: skip
-    """Make one step of lane i, and add up its impacts, and the work of shaking other than white noise."""
+    """Make one step of lane i, and add up its impacts, and the work of shaking other than white noise.
+
+    Returns its x, v and V, and the v just before the kick.
+    """
     a, a1 = shaken(i, coarse, shaker)
     if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
         x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1, None, a)
@@ -38,19 +42,20 @@ def _step(
     v1 = kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a1)
     if shaker is not None:
         sums[12, i] += 0.5 * h * a1 * (v + v1)
-    return x, v1, V
+    return x, v1, V, v
 
 
 @kernel
 def advance(
     x, v, V, s0, s1, sums, readings, stride, coarse,
-    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+    h, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker, controls=None,
 ):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
-    shaker: as of `shaken`, its states changed in place.
+    shaker: as of `shaken`, its states changed in place.  controls: shape (MARTINGALES, LANES), added to
+    (`harvester.mechanics.kernels.features`); None: nothing of it is compiled.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or, where ``coarse`` is not None, of one
     step of twice the length: the sum of both variates has the moments that weak order 2 uses, as they have.
@@ -62,44 +67,48 @@ def advance(
     # the loop body is one step, not two.  A short step is better off with fewer loads and stores.
     short = c2 is None and c3 is None and n2 is None and (r is None or mu is None) and shaker is None
     later = np.zeros(LANES)
+    before, kicks = np.zeros((3, LANES)), np.zeros((2, LANES))
     for _ in range(readings):
-        if coarse is not None:
-            for _ in range(stride):
-                for i in range(LANES):
-                    xi = 0.0
-                    if n1 is not None or n2 is not None:
-                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                        xi1, xi2 = two_variates(bits)
-                        xi = (xi1 + xi2) * HALF_ROOT
-                    x[i], v[i], V[i] = _step(
-                        i, x[i], v[i], V[i], xi, sums, coarse,
-                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
-                    )  # fmt: skip
-        else:
-            for _ in range(stride // 2):
-                for i in range(LANES):
-                    xi1 = xi2 = 0.0
-                    if n1 is not None or n2 is not None:
-                        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                        xi1, xi2 = two_variates(bits)
-                    xi, vi, Vi = _step(
-                        i, x[i], v[i], V[i], xi1, sums, coarse,
-                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
-                    )  # fmt: skip
+        for _ in range(stride if coarse is not None else stride // 2):
+            if controls is not None:
+                before[0], before[1], before[2] = x, v, V
+            for i in range(LANES):
+                xi1 = xi2 = 0.0
+                if n1 is not None or n2 is not None:
+                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+                    xi1, xi2 = two_variates(bits)
+                if coarse is not None:
+                    xi1 = (xi1 + xi2) * HALF_ROOT
+                xi, vi, Vi, v_kicked = _step(
+                    i, x[i], v[i], V[i], xi1, sums, coarse,
+                    h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                )  # fmt: skip
+                if controls is not None:
+                    kicks[0, i], kicks[1, i] = v_kicked * xi1, xi1
+                if coarse is None:
                     if short:
-                        xi, vi, Vi = _step(
+                        xi, vi, Vi, v_kicked = _step(
                             i, xi, vi, Vi, xi2, sums, coarse,
                             h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                         )  # fmt: skip
+                        if controls is not None:
+                            kicks[0, i] += v_kicked * xi2
+                            kicks[1, i] += xi2
                     elif n1 is not None or n2 is not None:
                         later[i] = xi2
-                    x[i], v[i], V[i] = xi, vi, Vi
-                if not short:
-                    for i in range(LANES):
-                        x[i], v[i], V[i] = _step(
-                            i, x[i], v[i], V[i], later[i], sums, coarse,
-                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
-                        )  # fmt: skip
+                x[i], v[i], V[i] = xi, vi, Vi
+            if coarse is None and not short:
+                for i in range(LANES):
+                    x[i], v[i], V[i], v_kicked = _step(
+                        i, x[i], v[i], V[i], later[i], sums, coarse,
+                        h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
+                    )  # fmt: skip
+                    if controls is not None:
+                        kicks[0, i] += v_kicked * later[i]
+                        kicks[1, i] += later[i]
+            if controls is not None:
+                for i in range(LANES):
+                    add_features(i, before, kicks, controls, mu, alpha, n1, n2, n12, linear, alpha2)
         for i in range(LANES):
             xi, vi, Vi = x[i], v[i], V[i]
             (xm, vm, Vm), _ = move(

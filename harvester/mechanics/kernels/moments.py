@@ -1,6 +1,7 @@
 """Stationary moments: from the sums of many trajectories, or from a recorded path cut into batches."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -11,6 +12,7 @@ from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import SUMS
 from harvester.mechanics.kernels.path import Path
+from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 
 GROWN = 1e9  # times the energy: what no noise does to a stationary path, nor a record that begins quietly
@@ -37,10 +39,19 @@ class Moments:
     impact_loss: Floats  # energy that the stops took in a unit of time
     driven: Floats  # power that other shaking than white noise put in, a x'
     load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
+    # Sums of mean zero over the time, shape (n, columns) (`harvester.mechanics.kernels.features`); None: not asked for.
+    controls: Floats | None = None
 
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
         return mean_and_error(getattr(self, name))
+
+    def controlled(self, name: str) -> Floats:
+        """One moment's entries, less what their controls explain of them (`harvester.uncertainty.controls`).
+
+        Of stationary trajectories only: a control that is the change of a state has a mean of zero there.
+        """
+        return controlled_entries(getattr(self, name), self.controls)
 
     def agrees(self, other: "Moments", name: str) -> bool:
         """Whether one moment is the same in both, within two standard errors or .1 %."""
@@ -49,13 +60,16 @@ class Moments:
 
     def __add__(self, other: "Moments") -> "Moments":
         """Moments that hold the entries of both, side by side."""
-        names = [f.name for f in fields(self)]
-        return Moments(**{n: np.concatenate([getattr(self, n), getattr(other, n)]) for n in names})
+        return self._joined(other, lambda mine, theirs: np.concatenate([mine, theirs]))
 
     def mixed(self, other: "Moments", share: float) -> "Moments":
         """Moments over two windows of the same trajectories, of which the other makes the ``share`` of the time."""
-        names = [f.name for f in fields(self)]
-        return Moments(**{n: (1.0 - share) * getattr(self, n) + share * getattr(other, n) for n in names})
+        return self._joined(other, lambda mine, theirs: (1.0 - share) * mine + share * theirs)
+
+    def _joined(self, other: "Moments", join: Callable[[Floats, Floats], Floats]) -> "Moments":
+        """Each moment of both joined, and the controls where both have them."""
+        pairs = {f.name: (getattr(self, f.name), getattr(other, f.name)) for f in fields(self)}
+        return Moments(**{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]})
 
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.

@@ -343,7 +343,7 @@ def test_at_rest_without_external_noise_nothing_moves(h, r):
     """Start at exactly 0: stays exactly 0, and nothing is nan."""
     eqs = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=r, n2=4.0)
     moments = Trajectories(eqs, 64, SEED, h, np.zeros(3)).run(100.0)
-    assert not any(values.any() for values in vars(moments).values())
+    assert not any(values.any() for values in vars(moments).values() if values is not None)
     assert not trace(eqs, np.ones(1000), h).readings.any()
 
 
@@ -460,7 +460,7 @@ def test_removing_an_effect_equals_never_having_it(name):
     base = changed(PAPER, **{name: None}, **others)
     zeroed = equations(scene(changed(base, **{name: 0.0})))
     a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (zeroed, base))
-    assert all((getattr(a, k) == getattr(b, k)).all() for k in vars(a))
+    assert all((getattr(a, k) == getattr(b, k)).all() for k in vars(a) if k != "controls")
 
 
 @pytest.mark.parametrize("name", ["alpha", "beta", "c1", "c2", "c3", "n2", "n12"])
@@ -468,7 +468,7 @@ def test_absent_effect_is_one_of_no_strength(name):
     """The code without an effect does what the code with it does at strength zero, up to rounding."""
     base = changed(PAPER, **{name: None}, **({"c2": None} if name == "c3" else {}))
     a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **{name: 0.0}), base))
-    assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a))
+    assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a) if k != "controls")
 
 
 def test_a_stop_never_reached_is_no_stop():

@@ -228,7 +228,7 @@ def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
 )
 def test_hard_scenes_stay_finite_and_positive(eqs, step):
     moments = Trajectories(eqs, 256, SEED, step).run(200.0)
-    assert all(np.isfinite(values).all() for values in vars(moments).values())
+    assert all(np.isfinite(values).all() for values in vars(moments).values() if values is not None)
     assert (moments.x2 > 0).all()
     if eqs.restitution is not None:
         assert (moments.x >= 0).all()

@@ -1,0 +1,77 @@
+"""What controls from Ito's formula are worth: variance, cost of a step and seconds to .1 % in E[V^2], with and without.
+
+Both run here in turn, in one process, several rounds, on the same trajectories; the smallest time of the processor
+(all threads together) counts.
+A trajectory-time of T (all trajectories together, after their start is forgotten) leaves E[V^2] the relative standard
+error sqrt(S/T), and .1 % at 95 % takes T = S (1.96/.001)^2.  Burn-in and the bias of the step are left out for both.
+"""
+
+import argparse
+import dataclasses
+import time
+
+import numpy as np
+from common import PAPER, report
+
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.uncertainty.value import mean_and_error
+
+LINEAR = Equations(beta=0.05, mu=0.05, c1=-0.05, n1=0.01)
+SCENES = {
+    "paper, r = .96": PAPER,
+    "no stop": dataclasses.replace(PAPER, restitution=None),
+    "linear, no stop": LINEAR,
+    "linear, stop": dataclasses.replace(LINEAR, restitution=0.96),
+    "mu = 3": dataclasses.replace(PAPER, mu=3.0),
+    "r = .7": dataclasses.replace(PAPER, restitution=0.7),
+    "mu = 1, beta = .5, r = .9": dataclasses.replace(PAPER, mu=1.0, beta=0.5, restitution=0.9),
+    "gap .5": dataclasses.replace(PAPER, gap=0.5),
+    "two stops": dataclasses.replace(PAPER, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9),
+    "two wells": Equations(linear=-1.0, alpha=1.0, beta=0.1, mu=0.5, c1=-0.1, n1=0.05),
+}
+MOMENTS = ("V2", "x2", "v2", "impacts")
+
+
+def measured(name, eqs, count, duration, rounds):
+    """One row of the table."""
+    many = Trajectories(eqs, count, np.random.SeedSequence(1), controlled=True)
+    burn_in(many)
+    many.run(1.0)
+    seconds = {False: [], True: []}
+    for _ in range(rounds):
+        for controlled in (False, True):
+            many.controlled = controlled
+            begin = time.process_time()
+            found = many.run(duration)
+            seconds[controlled].append(time.process_time() - begin)
+    row = {"scene": name}
+    for moment in MOMENTS:
+        error = mean_and_error(found.controlled(moment))[1]
+        row[f"{moment} variance ratio"] = (
+            (mean_and_error(getattr(found, moment))[1] / error) ** 2 if error > 0.0 else 1.0
+        )
+    steps = count * duration / many.h
+    row["ns/step plain"], row["ns/step controlled"] = (1e9 * min(seconds[c]) / steps for c in (False, True))
+    row["cost ratio"] = min(seconds[True]) / min(seconds[False])
+    row["accuracy a second"] = row["V2 variance ratio"] / row["cost ratio"]
+    error = mean_and_error(found.V2)[1] / found.V2.mean()
+    row["s to .1 % plain"] = min(seconds[False]) * (1.96 * error / 1e-3) ** 2
+    row["s to .1 % controlled"] = row["s to .1 % plain"] / row["accuracy a second"]
+    return row
+
+
+def main():
+    """Measure every scene and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trajectories", type=int, default=2048)
+    parser.add_argument("--duration", type=float, default=400.0)
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    sizes = options.trajectories, options.duration, options.rounds
+    report("controls", [measured(name, eqs, *sizes) for name, eqs in SCENES.items()], options=vars(options))
+
+
+if __name__ == "__main__":
+    main()

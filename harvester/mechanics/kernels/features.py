@@ -1,0 +1,76 @@
+"""Functions of a path's own states from which sums of mean exactly zero are made: controls of every mean.
+
+With the generator L of the motion and any phi(x, x', V), Ito's formula gives over a time T
+
+    phi(end) - phi(begin) = integral of L phi dt + integral of sqrt(2 N) dphi/dv dW
+
+so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both of mean zero:
+
+    martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_features`)
+    boundary     h(end) - h(begin) of a stationary path                                     (`boundary`)
+
+The former have mean zero at every step, with impacts and every spring, for xi is independent of what came before.
+(Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math. Oper. Res. 27, 253, 2002.)
+"""
+
+import math
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.compiled import forced
+from harvester.mechanics.kernels.equation_of_motion import intensity
+
+MARTINGALES = 9
+
+
+@forced
+def energy(x, v, alpha, linear, alpha2):
+    """Energy v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4, of the terms present; linear None is 1."""
+    double = x * x
+    if linear is not None:
+        double *= linear
+    if alpha2 is not None:
+        double += (2.0 / 3.0) * alpha2 * x * x * x
+    if alpha is not None:
+        double += 0.5 * alpha * x * x * x * x
+    return 0.5 * (v * v + double)
+
+
+@forced
+def add_features(i, before, kicks, controls, mu, alpha, n1, n2, n12, linear, alpha2):
+    """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
+
+    before: states x, v, V ahead of both, shape (3, LANES).  kicks: sums over both of v xi, with the v just before each
+    kick, and of xi, shape (2, LANES).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a kick's own v, because the
+    stop turns it round, and what varies less but once for both.
+    """
+    x, V, p, q = before[0, i], before[2, i], kicks[0, i], kicks[1, i]
+    E = energy(x, before[1, i], alpha, linear, alpha2)
+    root = math.sqrt(abs(E))
+    if n2 is not None or n12 is not None:
+        size = math.sqrt(intensity(x, n1, n2, n12))
+        p *= size
+        q *= size
+    controls[0, i] += p
+    controls[1, i] += p * root
+    controls[2, i] += p * E
+    controls[3, i] += p * E * E
+    controls[4, i] += p * x
+    controls[5, i] += q * x
+    controls[6, i] += q * root
+    if mu is not None:
+        controls[7, i] += p * V
+        controls[8, i] += q * V
+
+
+# On arrays the uncompiled function does the same.
+_energy = energy.py_func  # type: ignore[attr-defined]
+
+
+def boundary(eqs: Equations, state: Floats) -> Floats:
+    """The functions h of states, shape (3, n) or longer: E, sqrt E, E^2 and x v, shape (4, n)."""
+    x, v = state[:2]
+    of_state = _energy(x, v, eqs.alpha, eqs.linear, eqs.alpha2)
+    return np.array([of_state, np.sqrt(np.abs(of_state)), of_state**2, x * v])

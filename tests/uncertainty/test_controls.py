@@ -1,0 +1,42 @@
+"""A mean with controls of known mean zero: no bias, and no controls where they are too many or worth nothing."""
+
+import numpy as np
+
+from harvester.uncertainty.controls import controlled_mean
+from harvester.uncertainty.value import mean_and_error
+
+
+def entries(n, columns, noise, seed=1):
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal((n, columns))
+    return 3.0 + x.sum(axis=1) + noise * rng.standard_normal(n), x
+
+
+def test_gain_is_that_of_the_unexplained_variance():
+    values, x = entries(4000, 4, 0.1)
+    mean, error = controlled_mean(values, x)
+    assert abs(mean - 3.0) < 4.0 * error
+    assert 0.95 < error / (0.1 / np.sqrt(4000)) < 1.1
+
+
+def test_no_bias_from_few_entries_that_are_not_gaussian():
+    """Coefficients of the same entries would be biased: here values and squares of the controls go together."""
+    found = []
+    for seed in range(2000):
+        x = np.random.default_rng(seed).exponential(1.0, (40, 1)) - 1.0
+        found.append(controlled_mean(x[:, 0] ** 2 + x[:, 0], x)[0])
+    mean, error = mean_and_error(np.array(found))
+    assert abs(mean - 1.0) < 4.0 * error
+
+
+def test_too_many_controls_for_the_entries_are_left_out():
+    values, x = entries(64, 13, 0.1)
+    assert controlled_mean(values, x) == controlled_mean(values, None) == mean_and_error(values)
+
+
+def test_controls_without_spread_or_use_change_nothing():
+    values, x = entries(400, 2, 0.1)
+    assert controlled_mean(values, np.hstack([x, np.zeros((400, 1))])) == controlled_mean(values, x)
+    other = np.random.default_rng(9).standard_normal((400, 2))
+    assert controlled_mean(values, other)[1] <= mean_and_error(values)[1]
+    assert controlled_mean(np.ones(400), x) == (1.0, 0.0)
