@@ -117,7 +117,7 @@ def test_errors_say_what_to_type(harvester, args, says):
 @pytest.mark.slow
 def test_a_budget_that_is_too_small(harvester):
     """The warning says which one reaches the target; with that it is reached."""
-    args = ("run", FIGURE, "--engine", "ensemble", "--within", "0.5%", "--json")
+    args = ("run", FIGURE, "--engine", "ensemble", "--within", "0.05%", "--json")
     told = json.loads(harvester(*args, "--budget", "0.02")[1])
     word = next(word for word in told["warnings"] if "was not reached" in word)
     budget = re.search(r": --budget (\d*\.?\d+s)$", word)[1]

@@ -190,12 +190,13 @@ def test_two_keys_by_formula():
 
 @pytest.mark.statistics
 def test_two_keys_by_ensemble():
-    """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against beyond doubt."""
+    """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against."""
     answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.3, 12.0), "nondimensional.beta": (0.1, 3.0)}, ENSEMBLE)
     mu, beta = answer.keys
-    assert (beta.value, beta.low95, beta.high95, beta.boundary) == (3.0, 3.0, 3.0, "high")
+    assert (beta.value, beta.high95, beta.boundary) == (3.0, 3.0, "high")
+    assert beta.low95 > 2.95
     half = 0.5 * math.log(mu.high95 / mu.low95)
-    assert abs(math.log(mu.value / 2.0)) < 2.0 * half
+    assert abs(math.log(mu.value / 2.0)) < 2.0 * half < 0.2  # without controls 2 half was .25
     power = answer.mean_power
     assert abs(power.value - linear_power(mu.value, 3.0)) < 4.0 * power.stderr + power.bias
 
