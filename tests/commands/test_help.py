@@ -21,12 +21,15 @@ PLATE, FIGURE = (str(ROOT / "examples" / f"{name}.toml") for name in ("plate", "
 ESCAPE = "\x1b["
 
 
-def best_of(count, *args):
+LIBRARIES = "import numpy, scipy.linalg, scipy.optimize, scipy.interpolate, pydantic, pint; pint.UnitRegistry()"
+
+
+def best_of(count, *args, program=("-m", "harvester")):
     """Processor seconds from a cold start of the interpreter, the best of some: other work may run beside the tests."""
     took = []
     for _ in range(count):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-m", "harvester", *args], check=True, capture_output=True, timeout=60)
+        subprocess.run([sys.executable, *program, *args], check=True, capture_output=True, timeout=60)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         took.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return min(took)
@@ -42,8 +45,8 @@ def test_help_is_there_at_once():
 
 @pytest.mark.slow
 def test_a_formula_is_quick():
-    """Measured .6 s, most of it for loading SciPy, pydantic and pint."""
-    assert best_of(2, "run", PLATE, "--engine", "averaged") < 1.0
+    """Measured .6 s, less than its libraries take to load whole, which is measured beside it: machines differ."""
+    assert best_of(3, "run", PLATE, "--engine", "averaged") < best_of(3, program=("-c", LIBRARIES))
 
 
 def test_help_teaches(harvester):
