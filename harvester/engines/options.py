@@ -51,8 +51,8 @@ class Asked:
         relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01 or "1%"; None: one
         round.  A formula cannot work towards it: it says where its own error is larger, or not known.
     budget
-        seconds that reaching it may take, such as 30 or "30s", without compilation and burn-in; runs of ngspice that
-        have not ended then are given up, burn-in included.
+        seconds that reaching it may take, such as 30 or "30s", burn-in included and compilation not.  Runs of ngspice
+        that have not ended then are given up; a burn-in of the mechanics is bounded by its steps, and may take longer.
     seed
         the same seed, the same noise.
     """

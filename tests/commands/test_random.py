@@ -1,7 +1,7 @@
 """Random scenes, options and netlists through the whole command line: an answer with errors, or one line.
 
-`HARVESTER_RANDOM=long pytest tests/test_random.py` tries five times as many, of every combination of effects, with
-other numbers each time; it compiles kernels for hundreds of combinations, which takes an hour.
+`HARVESTER_RANDOM=long pytest tests/commands/test_random.py` tries five times as many, of every combination of
+effects, with other numbers each time; it compiles kernels for hundreds of combinations, which takes an hour.
 """
 
 import json
