@@ -26,6 +26,7 @@ NO_NOISE = "no sampling error: nothing is random, and all starts come to the sam
 ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
+LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 
 
@@ -94,7 +95,9 @@ class Ensemble(Sampled):
         warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
-        duration = trajectories.time if self.duration is None else self.duration * unit
+        spent = time.perf_counter() - begin
+        duration = first_duration(trajectories.time, spent, number(self.budget))
+        duration = duration if self.duration is None else self.duration * unit
         pair = RichardsonPair(trajectories, duration, number(self.budget))
         reasons = [self.REASON]
         agreed = disagreement(pair.moments) if eqs.is_steady else None
@@ -173,6 +176,17 @@ def affordable(steady: bool, circuit: "IdealCircuit | None") -> int:
         return FEWEST
     share = 1.0 if circuit is None else CHARGING / circuit.memory
     return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
+
+
+def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
+    """The time of the first averages: that of the burn-in, or less where the budget does not leave so much.
+
+    Beside them go trajectories of twice the step, which have the burn-in to make up for.
+    """
+    if budget is None:
+        return burn_in
+    left = ((budget - spent) / spent - 0.5) / 1.5
+    return burn_in * min(max(left, LEAST_SHARE), 1.0)
 
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:

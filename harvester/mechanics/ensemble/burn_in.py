@@ -6,6 +6,8 @@ two standard errors, and until these times have gone by: `LOAD_TIMES` time const
 energy, of V^2 and of the load's power, estimated from the same window.
 """
 
+import time
+
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.mechanics.ensemble.record_doubts import density_doubts, record_doubts
@@ -22,7 +24,8 @@ CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
 CORRELATION_TIMES = 10.0  # from a window of half the burn-in they come out too short by a quarter at worst
 TRANSIENTS = 1.2  # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
 MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minute or so
-STEPS_A_SECOND = 3e8  # that a budget counts for: of a slow machine
+STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
+MEASURED = 0.1  # seconds after which the rate is known
 COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks for the contact's ends
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
@@ -40,9 +43,10 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
         raise invalid(
             "`dt`", f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere", f"{trajectories.h:.3g}/w0"
         )
+    begin = time.perf_counter()
     while True:
         try:
-            moments, warnings = until_steady(trajectories, budget)
+            moments, warnings = until_steady(trajectories, budget, begin)
         except NotFiniteError:
             if trajectories.step_is_fixed or trajectories.h < 1e-3 * STEP:
                 raise
@@ -60,18 +64,22 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
         trajectories.restart(shorter)
 
 
-def until_steady(trajectories: Trajectories, budget: float | None = None) -> tuple[Moments, list[str]]:
+def until_steady(
+    trajectories: Trajectories, budget: float | None = None, begin: float | None = None
+) -> tuple[Moments, list[str]]:
     """Run at the present step until the start is forgotten: moments of the last window, and warnings.
+
+    ``begin`` is the time (`time.perf_counter`) from which the ``budget`` counts, by default now.
 
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but still changes
     after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
     eqs, circuit, mu = trajectories.eqs, trajectories.circuit, trajectories.eqs.mu
     load = CHARGING_TIMES * circuit.memory if circuit is not None else LOAD_TIMES / mu if mu is not None else 0.0
-    most_steps = MOST_STEPS if budget is None else STEPS_A_SECOND * max(budget, 1.0)
+    begin = time.perf_counter() if begin is None else begin
     length, before, first = FIRST_WINDOW, None, None
     while True:
-        _check_cost(trajectories, length, most_steps)
+        _check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
         energy = now.mean("x2")[0] + now.mean("v2")[0]
         first = energy if first is None else first
@@ -120,15 +128,17 @@ def slowest_transient(eqs: Equations) -> float:
     return 1.0 / rate if rate > SLOWEST else 0.0
 
 
-def _check_cost(trajectories: Trajectories, length: float, most_steps: float) -> None:
-    """Refuse a window of a ``length`` after which more than ``most_steps`` trajectory-steps would have been made."""
+def _check_cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> None:
+    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
-    steps = weight * (trajectories.steps + length / trajectories.h * trajectories.count)
-    if steps > most_steps:
+    made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
+    spent = time.perf_counter() - begin
+    rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
+    if made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0):
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g} time units, and a burn-in of {length:g} more "
-            f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` above {steps / STEPS_A_SECOND:.2g}s"
+            f"would take {made + more:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
+            f"`trajectories`, or a `budget` above {max(spent, made / rate) + more / rate:.2g}s"
         )
 
 
