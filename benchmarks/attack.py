@@ -20,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT)]
 
+from attacks.tally import Tally  # noqa: E402
 from common import report  # noqa: E402
 
 PARTS = {"scenes": 3000, "netlists": 1000, "faults": 300, "growth": 5000}  # how many by default
@@ -38,15 +39,22 @@ def without_places(text):
 
 
 def main(parts, seed, count, budget):
-    """The parts asked for; what was found in the others, and with other seeds, stays as it was."""
+    """The parts asked for go on where they stopped; what was found in the others, and with other seeds, stays.
+
+    But `growth` begins anew: it looks at what grows in one process.
+    """
     path = Path(__file__).parent / "results" / "attack.json"
     rows = json.loads(path.read_text())["rows"] if path.exists() else []
     for part in parts:
-        attack = importlib.import_module(f"attacks.{part}").attack
-        found = {"part": part, "seed": seed, **attack(count or PARTS[part], seed, budget)}
-        found["breaks"] = json.loads(without_places(json.dumps(found["breaks"])))
-        rows = [row for row in rows if (row["part"], row["seed"]) != (part, seed)] + [found]
-        report("attack", rows, ("loky", "hypothesis"))
+        before = [row for row in rows if (row["part"], row["seed"]) == (part, seed) and part != "growth"]
+        tally, more = Tally(count or PARTS[part], budget, *before), None
+        try:
+            more = importlib.import_module(f"attacks.{part}").attack(tally, seed)
+        finally:  # after ^C too
+            found = {"part": part, "seed": seed, **tally.found(), **(more or {})}
+            found["breaks"] = json.loads(without_places(json.dumps(found["breaks"])))
+            rows = [row for row in rows if (row["part"], row["seed"]) != (part, seed)] + [found]
+            report("attack", rows, ("loky", "hypothesis"))
 
 
 if __name__ == "__main__":

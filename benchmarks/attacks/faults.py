@@ -17,7 +17,7 @@ from pathlib import Path
 
 import kills
 from attacks.shim import built
-from attacks.tally import Tally, living
+from attacks.tally import living
 from attacks.wholeness import unwhole, wrong_words
 
 from tests.support.paths import EXAMPLES, ROOT
@@ -50,9 +50,8 @@ WRITING = [name for name, words in COMMANDS.items() if any(word.startswith("out"
 TELLING = [name for name in COMMANDS if name != "paper"]
 
 
-def attack(count, seed, budget):
-    """The tally of so many faults: two of five are signals."""
-    tally, rng = Tally(count, budget), random.Random(seed)
+def attack(tally, seed):
+    """Faults for the tally: two of five are signals."""
     with tempfile.TemporaryDirectory() as name:
         shim = built(Path(name))
         expected = undisturbed(Path(name) / "whole")
@@ -60,6 +59,7 @@ def attack(count, seed, budget):
             folder = Path(name) / f"{number}"
             for inner in ("tmp", "out"):
                 (folder / inner).mkdir(parents=True)
+            rng = random.Random(f"{seed} {number}")
             kind = (signals, signals, full_disk, limits, rng.choice([caches, clocks]))[number % 5]
             what, command, how = kind(rng, folder, shim)
             outcome, wrong, said = trial(folder, command, how)
@@ -69,7 +69,6 @@ def attack(count, seed, budget):
                 what, outcome, wrong, seed=seed, number=number, command=COMMANDS[command], fault=str(how), said=said
             )
             shutil.rmtree(folder, ignore_errors=True)
-    return tally.found()
 
 
 def undisturbed(folder):

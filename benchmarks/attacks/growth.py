@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from unittest import mock
 
-from attacks.tally import Tally, below
+from attacks.tally import below
 
 import harvester as hv
 from harvester.machine.folders import cache_folder
@@ -21,26 +21,26 @@ SCENES = [hv.load(EXAMPLES / f"{name}.toml") for name in ("plate_with_stop", "pl
 DAY = 86_400.0
 
 
-def attack(count, seed, budget):
+def attack(tally, seed):
     """`measured` with a temporary folder of its own."""
     variable = mock.patch.dict(os.environ)
     with tempfile.TemporaryDirectory() as name, mock.patch.object(tempfile, "tempdir", name), variable:
         os.environ["TMPDIR"] = name  # of its processes
-        return measured(count, seed, budget)
+        return measured(tally, seed)
 
 
-def measured(count, seed, budget):
-    """The tally of so many runs, and what has grown meanwhile, with what a day would add at that rate."""
-    tally, looks = Tally(count, budget), []
+def measured(tally, seed):
+    """Runs for the tally, and what has grown meanwhile, with what a day would add at that rate."""
+    looks = []
     for number in tally.numbers(TOGETHER):
         engine = hv.Spice(alone=True, trajectories=TOGETHER, duration=1.0, dt=0.02, seed=seed + number)
         estimate = engine.run(SCENES[number // TOGETHER % len(SCENES)])
         for _ in range(TOGETHER):
             tally.note("ngspice run", "done", "" if estimate.mean_power.value > 0.0 else "no power")
-        if tally.tried * LOOKS >= count * (len(looks) + 1):
+        if tally.tried * LOOKS >= tally.count * (len(looks) + 1):
             looks.append({"runs": tally.tried, "seconds": time.monotonic() - tally.begin, **resources()})
             print(looks[-1], flush=True)
-    return {**tally.found(), "looks": looks, "a day": a_day(looks)}
+    return {"looks": looks, "a day": a_day(looks)}
 
 
 def resources():

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from attacks.scenes import STARTS, ask, judged
-from attacks.tally import Tally, drawn
+from attacks.tally import drawn
 from hypothesis import strategies as st
 
 from harvester.machine import folders
@@ -55,16 +55,15 @@ def netlists(draw):
     return b"\n".join(lines) + b"\n"
 
 
-def attack(count, seed, budget):
-    """The tally of so many netlists."""
-    tally, texts = Tally(count, budget), drawn(netlists(), count, seed)
+def attack(tally, seed):
+    """Netlists for the tally."""
+    texts = drawn(netlists(), tally.count, seed)
     with tempfile.TemporaryDirectory() as name:
         for first in tally.numbers(TOGETHER):
             some = texts[first : first + TOGETHER]
             for number, (outcome, wrong) in enumerate(together(Path(name) / f"{first}", some), first):
                 text = texts[number].decode(errors="replace")
                 tally.note("netlist", outcome, wrong, seed=seed, number=number, netlist=text)
-    return tally.found()
 
 
 def together(folder, texts):

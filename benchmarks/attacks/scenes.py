@@ -11,15 +11,16 @@ import tempfile
 import time
 import tomllib
 import warnings
-from collections import Counter
 from concurrent.futures import TimeoutError as Late
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from unittest import mock
 
-from attacks.tally import Tally, drawn, processor
+from attacks.tally import drawn, processor
 from hypothesis import strategies as st
 
 from harvester.machine import processes
+from harvester.machine.cores import THREADS_VARIABLE
 from tests.support import strategies
 from tests.support.judge import asked, fault
 from tests.support.paths import EXAMPLES
@@ -46,12 +47,14 @@ AROUND = {"ensemble": RESISTORS, "ideal": BRIDGES, "spice": RESISTORS + BRIDGES}
 def ask(scene, words):
     """Status, stdout and stderr of a run in the current folder, and the seconds that it took.
 
-    Other work may share the cores, and an engine may use several: the lesser of wall and processor time counts.
+    Other work may share the cores, and an engine may use several: the lesser of wall and processor time counts.  One
+    ngspice runs at a time: each failure ends all of their processes, and new ones take seconds to start.
     """
     Path("scene.toml").write_bytes(scene)
     warnings.simplefilter("ignore")  # as the program does
     begin, used = time.monotonic(), processor(os.getpid())
-    answer = asked("run", "scene.toml", "--json", *words)
+    with mock.patch.dict(os.environ, {THREADS_VARIABLE: "1"} if "spice" in words else {}):
+        answer = asked("run", "scene.toml", "--json", *words)
     return answer, min(time.monotonic() - begin, processor(os.getpid()) - used)
 
 
@@ -68,21 +71,19 @@ def mixed(names):
     return st.integers(0, 19).flatmap(lambda k: strategies.near(around) if k else strategies.scenes)
 
 
-def plan(count, seed):
-    """An engine's name, its options and a scene, so many times."""
-    rng = random.Random(seed)
+def plan(numbers, seed):
+    """Each number, an engine's name, its options and a scene."""
     ways = [(engine, way) for engine, some in WAYS.items() for way in some]
-    chosen = [ways[k % len(ways)] for k in range(count)]
-    asked_of = Counter(engine for engine, _ in chosen)
     kinds = {engine: mixed(AROUND.get(engine)) for engine in WAYS}
-    scenes = {engine: iter(drawn(kinds[engine], asked_of[engine], seed + k)) for k, engine in enumerate(WAYS)}
-    rng.shuffle(chosen)
-    return [(engine, way, strategies.written(next(scenes[engine]))) for engine, way in chosen]
+    for number in numbers:
+        own = f"{seed} {number}"
+        engine, way = random.Random(own).choice(ways)
+        yield number, engine, way, strategies.written(*drawn(kinds[engine], 1, own))
 
 
-def attack(count, seed, budget):
-    """The tally of so many scenes; each that seems late is asked again, when its kernels are compiled."""
-    tally, program = Tally(count, budget), None
+def attack(tally, seed):
+    """Scenes for the tally; each that seems late is asked again, when its kernels are compiled."""
+    program = None
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "scene"
         folder.mkdir()
@@ -90,7 +91,7 @@ def attack(count, seed, budget):
             shutil.copy(EXAMPLES / record, folder)
         shutil.copy(EXAMPLES / "shake.csv", Path(name) / "outside.csv")
         before = {*folder.iterdir(), folder / "scene.toml"}
-        for number, (engine, way, scene) in zip(tally.numbers(), plan(count, seed), strict=False):
+        for number, engine, way, scene in plan(tally.numbers(), seed):
             program = program or processes.create()
             try:
                 for again in (False, True):
@@ -116,7 +117,6 @@ def attack(count, seed, budget):
             tally.note(engine, f"status {answer[0]}", wrong, seed=seed, number=number, command=command, **said)
         if program is not None:
             processes.kill(program)
-    return tally.found()
 
 
 def in_folder(folder, scene, words):

@@ -17,13 +17,16 @@ TICK = os.sysconf("SC_CLK_TCK")
 class Tally:
     """How often each thing was tried and how it ended; each break with the command, what it printed, and its seed."""
 
-    def __init__(self, count, budget):
+    def __init__(self, count, budget, before=()):
+        """``before`` is what `found` said of the first of them."""
+        before = {"outcomes": (), "breaks": (), "tried": 0, "seconds": 0, **dict(before)}
         self.count, self.begin, self.budget = count, time.monotonic(), budget
-        self.outcomes, self.breaks, self.tried = Counter(), [], 0
+        self.outcomes, self.breaks = Counter(before["outcomes"]), [*before["breaks"]]
+        self.tried, self.seconds = before["tried"], before["seconds"]
 
     def numbers(self, step=1):
-        """Every so many numbers up to the count, as long as the budget (s) lasts."""
-        for number in range(0, self.count, step):
+        """Every so many of the numbers that are left, up to the count, as long as the budget (s) lasts."""
+        for number in range(self.tried, self.count, step):
             if time.monotonic() - self.begin > self.budget:
                 return
             yield number
@@ -38,7 +41,7 @@ class Tally:
 
     def found(self):
         """All of it as a dictionary."""
-        seconds = round(time.monotonic() - self.begin)
+        seconds = round(self.seconds + time.monotonic() - self.begin)
         outcomes = dict(sorted(self.outcomes.items()))
         return {"asked for": self.count, "tried": self.tried, "seconds": seconds, "outcomes": outcomes,
                 "breaks": self.breaks}  # fmt: skip

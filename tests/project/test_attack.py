@@ -11,16 +11,30 @@ from tests.support.opened import STRACE
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-faults, growth, netlists, shim, wholeness = (
-    importlib.import_module(f"attacks.{name}") for name in ("faults", "growth", "netlists", "shim", "wholeness")
+faults, growth, netlists, scenes, shim, tally, wholeness = (
+    importlib.import_module(f"attacks.{name}")
+    for name in ("faults", "growth", "netlists", "scenes", "shim", "tally", "wholeness")
 )
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 
 
+def test_an_attack_goes_on_where_it_stopped():
+    """The numbers that are left, the same scenes for them, and counts that add up."""
+    first = tally.Tally(5, 60.0)
+    first.note("ensemble", "status 0")
+    first.note("ensemble", "status 0", "nan", number=1)
+    second = tally.Tally(5, 60.0, first.found())
+    whole, left = (list(scenes.plan(one.numbers(), 5)) for one in (tally.Tally(5, 60.0), second))
+    assert left == whole[2:]
+    second.note("ensemble", "status 0")
+    found = second.found()
+    assert (found["tried"], found["outcomes"], len(found["breaks"])) == (3, {"ensemble: status 0": 3}, 1)
+
+
 def test_netlists():
     """Three random ones, of which some reach ngspice."""
-    found = netlists.attack(3, 5, 60.0)
+    found = netlists.attack(tally.Tally(3, 60.0), 5)
     assert (found["tried"], found["breaks"]) == (3, [])
 
 
@@ -71,7 +85,7 @@ def test_what_is_cut_off_is_seen(tmp_path):
 def test_growth(monkeypatch):
     """Sixty short runs leave no descriptor, thread or file more than forty do."""
     monkeypatch.setattr(growth, "SCENES", growth.SCENES[:1])
-    found = growth.attack(60, 5, 60.0)
+    found = growth.attack(tally.Tally(60, 60.0), 5)
     looks = found["looks"]
     assert [looks[-1][key] - looks[-2][key] for key in ("descriptors", "threads", "processes", "temporary files")] == [
         0
