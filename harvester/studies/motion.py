@@ -19,6 +19,7 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, names_arguments, unknown
 from harvester.printing.answer_units import AnswerUnits
+from harvester.scene.usual import unusual_values
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ class Motion:
     step: float
     physical: bool
     engine: str
+    warnings: tuple[str, ...] = ()
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -81,7 +83,7 @@ class Motion:
         if self.stops:
             lines.append(f"impacts: {len(self.impacts)}")
         lines.append("note: one path is no mean: for the power and its error, harvester run")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"warning: {word}" for word in self.warnings)])
 
 
 @names_arguments
@@ -140,6 +142,7 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
         h / unit,
         problem.physical,
         engine,
+        tuple(unusual_values(problem.scene)),
     )
 
 

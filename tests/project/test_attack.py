@@ -34,8 +34,9 @@ def test_an_attack_goes_on_where_it_stopped():
 
 def test_netlists():
     """Three random ones, of which some reach ngspice."""
-    found = netlists.attack(tally.Tally(3, 60.0), 5)
-    assert (found["tried"], found["breaks"]) == (3, [])
+    found = tally.Tally(3, 60.0)
+    netlists.attack(found, 5)
+    assert (found.tried, found.breaks) == (3, [])
 
 
 @pytest.mark.skipif(STRACE is None, reason="strace, which tells the files that a program opens, is not installed")
@@ -85,9 +86,9 @@ def test_what_is_cut_off_is_seen(tmp_path):
 def test_growth(monkeypatch):
     """Sixty short runs leave no descriptor, thread or file more than forty do."""
     monkeypatch.setattr(growth, "SCENES", growth.SCENES[:1])
-    found = growth.attack(tally.Tally(60, 60.0), 5)
-    looks = found["looks"]
+    found = tally.Tally(60, 60.0)
+    looks = growth.attack(found, 5)["looks"]
     assert [looks[-1][key] - looks[-2][key] for key in ("descriptors", "threads", "processes", "temporary files")] == [
         0
     ] * 4
-    assert found["tried"] == 60
+    assert found.tried == 60

@@ -50,6 +50,7 @@ class Response:
 
     points: tuple[ResponsePoint, ...]
     physical: bool
+    warnings: tuple[str, ...] = ()
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -139,7 +140,7 @@ class Response:
                     for p in self.sweep(direction)
                 ],
             }
-        return {"sweeps": sweeps, "hysteresis": self.hysteresis}
+        return {"sweeps": sweeps, "hysteresis": self.hysteresis, "warnings": list(self.warnings)}
 
     def __str__(self) -> str:
         hertz, watt = self.unit_names.frequency, self.unit_names.power
@@ -158,4 +159,4 @@ class Response:
         several = [p for p in self.points if (p.spread or 0.0) > UNLIKE]
         if several:
             lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"warning: {word}" for word in self.warnings)])

@@ -17,6 +17,7 @@ from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effe
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.scene.usual import unusual_values
 from harvester.studies.frequency_response.curve import Response, ResponsePoint
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import read_axis
@@ -99,7 +100,7 @@ def response(
             points.append(_point(there, direction, frequency, pair, noisy))
             if tick is not None:
                 tick()
-    return Response(tuple(points), problem.physical)
+    return Response(tuple(points), problem.physical, tuple(unusual_values(problem.scene)))
 
 
 def _at(before: "Trajectories", eqs: Equations) -> "RichardsonPair":

@@ -10,6 +10,7 @@ from harvester.engines.protocol import AnyScene, unknown_effects
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, names_arguments
 from harvester.printing.answer_units import AnswerUnits
+from harvester.scene.usual import unusual_values
 from harvester.uncertainty.value import Value
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
@@ -121,7 +122,7 @@ def stability(
     problem = Problem.of(scene)
     check_rest(problem)
     eqs, unit = problem.equations, problem.units.frequency
-    warnings = []
+    warnings = unusual_values(problem.scene)
     if eqs.is_shaken:
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
