@@ -11,6 +11,7 @@ from harvester.engines.ensemble import KNOWN, affordable, step_and_effort
 from harvester.engines.ideal import UNSERVED
 from harvester.engines.options import Sampled, number
 from harvester.equations.problem import Problem
+from harvester.errors import invalid
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -62,7 +63,14 @@ class Prepared:
         """Steps of a trajectory of that nondimensional duration after its burn-in.
 
         They make whole readings and periods of the shaking, and are an even number.
+
+        Raises InputError for more than one trajectory may make.
         """
+        from harvester.mechanics.ensemble.trajectories import MOST_STEPS
+
+        if duration > MOST_STEPS * self.device.h:
+            found = f"{duration / self.device.h:.3g} steps"
+            raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", found)
         device, repeat = self.device, self.device.eqs.shaking_period
         whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
         return math.ceil((self.burn_in + duration) / device.h / whole - 1e-6) * whole

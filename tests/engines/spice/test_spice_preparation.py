@@ -21,3 +21,11 @@ def test_burn_in_under_a_drive_is_of_whole_periods(tmp_path):
     period = 2.0 * math.pi / problem.equations.drive_frequency
     assert 0.1 * period < burn_in - charging < period
     assert burn_in / period == pytest.approx(round(burn_in / period), abs=1e-9)
+
+
+@pytest.mark.ngspice
+def test_more_steps_than_a_trajectory_may_make():
+    """They were an internal error of an array that cannot be."""
+    ready = prepare(Problem(hv.load("examples/plate.toml")), hv.Spice())
+    with pytest.raises(hv.InputError, match=r"`duration` must be at most 1e\+10 steps, but is .*e\+3"):
+        ready.kicks(1e300)
