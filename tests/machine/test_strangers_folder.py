@@ -1,4 +1,7 @@
-"""A sweep with a figure, processes, kernels and ngspice, from a folder full of traps: nothing in it is read or run."""
+"""A sweep with a figure, processes, kernels and ngspice, from a folder full of traps: nothing in it is read or run.
+
+A `.spiceinit` in the user's home is not read either.
+"""
 
 import importlib.metadata
 import os
@@ -7,8 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib
 import pytest
 
+from harvester.machine import folders
 from tests.support.opened import STRACE, opened, strange, traced
 from tests.support.paths import EXAMPLES, ROOT
 
@@ -42,10 +47,16 @@ def traps(folder, ran):
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    """The test's folder: `traps` was the current folder, `ran` notes what ran there, `trace` holds the files opened."""
+    """The test's folder: `traps` was the current folder, `ran` notes what ran there, `trace` holds the files opened.
+
+    `home` was the home, `ran_at_home` notes what ran there; the caches are where they always are.
+    """
     path = tmp_path_factory.mktemp("stranger")
     command = [*traced(path / "trace"), sys.executable, "-m", "harvester", *SWEEP, path / "out"]
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", "HOME": str(path / "home")}
+    env |= {folders.VARIABLE: str(folders.cache_folder()), "MPLCONFIGDIR": matplotlib.get_cachedir()}
+    (path / "home").mkdir()
+    (path / "home" / ".spiceinit").write_text(SETTINGS["spice.rc"].format(ran=path / "ran_at_home"))
     where = traps(path / "traps", path / "ran")
     done = subprocess.run(command, cwd=where, env=env, capture_output=True, text=True, check=False, timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
@@ -55,6 +66,10 @@ def swept(tmp_path_factory):
 def test_nothing_in_the_folder_runs(swept):
     assert not (swept / "ran").exists(), (swept / "ran").read_text()
     assert len(list((swept / "traps").iterdir())) > 300
+
+
+def test_no_spiceinit_in_the_home_runs(swept):
+    assert not (swept / "ran_at_home").exists()
 
 
 def test_nothing_in_the_folder_changes_an_answer(swept, harvester):
