@@ -9,11 +9,7 @@ from tests.support.paths import EXAMPLES
 ODD = (EXAMPLES / "plate_harmonic.toml").read_text()
 for usual, odd in (("40 g", "4e6 kg"), ("16 N/m", "1.6e9 N/m"), ("6.4e-3 N", "6.4e5 N")):
     ODD = ODD.replace(usual, odd)
-STUDIES = {
-    "motion": ["--duration", "1"],
-    "response": ["--sweep", "3Hz:5Hz:3"],
-    "stability": ["--trajectories", "2"],
-}
+STUDIES = {"motion": ["--duration", "1"], "response": ["--sweep", "3Hz:5Hz:3"], "stability": ["--trajectories", "2"]}
 
 
 @pytest.mark.parametrize("study", STUDIES)
