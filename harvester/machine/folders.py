@@ -21,6 +21,11 @@ def cache_folder() -> Path | None:
     return own(Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("harvester")).absolute())
 
 
+def machine_code() -> int:
+    """How many files of compiled kernels the cache holds, which are more after a compilation; 0 without a cache."""
+    return sum(1 for _ in (cache_folder() or Path(os.devnull)).glob("kernels-*/*/*.nbc"))
+
+
 def own(path: Path) -> Path | None:
     """A folder of the user, made where it is missing; None where it cannot be written; raises as `cache_folder`."""
     try:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import KNOWN, affordable, step_and_effort
+from harvester.engines.ensemble import KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.ideal import UNSERVED
 from harvester.engines.options import Sampled, number
 from harvester.equations.problem import Problem
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 LONGEST_CHARGING = 2e4  # nondimensional
+SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -119,9 +120,11 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
         time_of_burn_in = repeat * math.ceil(time_of_burn_in / repeat - 1e-6)
     pair: RichardsonPair | None = None
     if eqs.mu is not None or ideal is not None:
-        pair = RichardsonPair(pilot, time_of_burn_in, number(options.budget))
+        budget, spent = number(options.budget), time.perf_counter() - begin
+        first = first_duration(time_of_burn_in, spent, None if budget is None else SHARE * budget)
+        pair = RichardsonPair(pilot, first, budget)
         if (within := number(options.within)) is not None:
-            target = Target(within, number(options.budget), begin)
+            target = Target(within, None if budget is None else SHARE * budget, begin)
             pair = _with_best_step(pair, "load", target, options.dt is not None)
             pilot = pair.trajectories
     stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride

@@ -15,9 +15,11 @@ from harvester.engines.spice.preparation import prepare
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, invalid, names_arguments
+from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target
 
-GRACE, SLACK = 1.1, 1.0  # a run may last so many times the `budget`, and so many seconds more
+GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
+RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 
 
 @names_arguments
@@ -87,12 +89,14 @@ class Spice(Sampled):
 
         problem = served(type(self), scene)
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
+        code = machine_code()
         ready = prepare(problem, self, self.reltol, self.gaussian)
         noisy = eqs.is_random
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
-        target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds)
+        start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
+        target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds - start)
         if self.duration is not None:
             duration = self.duration * unit
         elif paired or not noisy or self.within is not None:
@@ -102,7 +106,8 @@ class Spice(Sampled):
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
         if budget is not None:
-            runs.deadline = time.monotonic() + GRACE * budget + SLACK - ready.seconds
+            left = GRACE * budget + SLACK - ready.seconds
+            runs.deadline = time.monotonic() + max(left - start, RUNNING * left)
         count = self.trajectories or self.TRAJECTORIES
         count = max(count, FEWEST) if paired else count
         asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own

@@ -1,6 +1,7 @@
 """Evaluations of the power over the unit cube of the keys; all are kept, also those that failed."""
 
 import dataclasses
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -10,6 +11,8 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
+from harvester.engines import Spice
+from harvester.engines.options import number
 from harvester.engines.protocol import Engine, Vectorised
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
@@ -17,6 +20,7 @@ from harvester.scene.scene import Scene
 from harvester.studies.optimum.ranges import Range, problem_at
 from harvester.uncertainty.value import Value
 
+SHORTEST = 0.1  # seconds that an evaluation has at least
 _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
 
 Tick = Callable[[float], None]  # called with the fraction of the budget that is spent
@@ -64,9 +68,10 @@ class Surface:
         """The seconds of the budget that are left."""
         return self.begin + self.budget - time.perf_counter()
 
-    def left_for(self, engine: Engine, share: float = 1.0) -> float:
-        """The seconds that an evaluation may take: a ``share`` of those left, but at least what a few runs take."""
-        return max(share * self.left, getattr(engine, "SHORTEST", 0.1))
+    @property
+    def left_now(self) -> float:
+        """The seconds of ``share`` of the budget that are left for an evaluation."""
+        return max(self.left - (1.0 - min(self.share, 1.0)) * self.budget, SHORTEST)
 
     def values(self, u: Floats) -> dict[str, float]:
         """The keys' values at a place of the cube."""
@@ -75,6 +80,8 @@ class Surface:
     def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
         """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
 
+        Runs of ngspice have what is left of ``share`` at most.
+
         Raises SpentError when ``share`` of the budget is spent before all are done; those that are done are kept.
         """
         done: list[Evaluation] = []
@@ -82,6 +89,8 @@ class Surface:
         for at in range(0, len(where), some):
             if self.points and self.left < (1.0 - self.share) * self.budget:
                 raise SpentError
+            if isinstance(engine, Spice):
+                engine = with_options(engine, budget=min(number(engine.budget) or math.inf, self.left_now))
             rows = where[at : at + some]
             seed = getattr(engine, "seed", None)
             for u, answer in zip(rows, self._answers(rows, engine), strict=True):

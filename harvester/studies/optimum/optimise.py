@@ -97,7 +97,7 @@ def _last(
     """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
     if search is None:
         return engine.run(problem_at(surface.scene, surface.ranges, best.u)), ()
-    options = {"within": within, "budget": surface.left_for(engine), "seed": search.new_seed()}
+    options = {"within": within, "budget": surface.left_now, "seed": search.new_seed()}
     point = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
     if not isinstance(point.answer, Estimate):
         raise point.answer

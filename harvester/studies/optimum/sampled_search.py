@@ -98,7 +98,7 @@ class SampledSearch:
         assert self.pilot is not None
         d = self.pilot.details
         if not self.shares_noise:
-            return with_options(self.engine, within=self.within, budget=self.surface.left_for(self.engine), seed=seed)
+            return with_options(self.engine, within=self.within, budget=self.surface.left_now, seed=seed)
         options = {"dt": d.get("step"), "duration": d.get("duration"), "trajectories": int(d.get("trajectories", 0))}
         known = {k: v for k, v in options.items() if v}
         return with_options(self.engine, **known, within=None, budget=None, seed=seed)
@@ -154,7 +154,7 @@ class SampledSearch:
     def _refine(self, u: Floats, width: Floats) -> tuple[Peak, str]:
         """The peak near a place, and why there is none where the surface is flat."""
         self.rough_peak = None
-        engine = with_options(self.engine, within=self.within, budget=self.surface.left_for(self.engine, 0.3))
+        engine = with_options(self.engine, within=self.within, budget=0.3 * self.surface.left_now)
         first = self.surface.evaluate(u[None], with_options(engine, seed=self.new_seed()), "pilot")[0]
         if isinstance(first.answer, HarvesterError):
             raise first.answer

@@ -1,15 +1,20 @@
 """What is concluded from runs beside a cheap model: the power's variance, and how the effort is split."""
 
+import dataclasses
 import math
+import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger
+from harvester.engines.spice import spice
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.runs import Runs
+from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
 from harvester.uncertainty.target import further
@@ -120,3 +125,23 @@ def test_a_single_run_in_the_budget_is_an_error(monkeypatch):
         OutOfTimeError, match=r"^ngspice stopped at 1 s of 5 s; 1 of 16 ngspice runs had ended .*, and 2 "
     ):
         runs.more(16)
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize(("files", "warm", "left"), [((7, 7), 2.0, 10.0), ((7, 8), 2.0, 12.0), ((7, 7), 60.0, 6.0)])
+def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, left):
+    """Unless they compiled kernels, which gives the cache another file; half of the time is the runs' in any case."""
+    found = []
+
+    def measure(*given):
+        found.append(given[-1] - time.monotonic())
+        raise OutOfTimeError("it is enough to know the deadline")
+
+    monkeypatch.setattr(spice, "machine_code", iter(files).__next__)
+    monkeypatch.setattr(worker, "warm_up_workers", lambda *_: warm)
+    monkeypatch.setattr(worker, "measure_in_workers", measure)
+    ready = spice.prepare(Problem.of("examples/plate.toml"), hv.Spice())
+    monkeypatch.setattr(spice, "prepare", lambda *_: dataclasses.replace(ready, seconds=0.0))
+    with pytest.raises(OutOfTimeError):
+        hv.Spice(budget=10.0).run("examples/plate.toml")
+    assert found == [pytest.approx(left, abs=0.5)]

@@ -15,7 +15,7 @@ from harvester.answers.estimate import Estimate
 from harvester.cli import cli
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
-from harvester.studies.optimum import optimise, ranges
+from harvester.studies.optimum import evaluations, optimise, ranges
 from harvester.studies.optimum.response_surface import Fit, design_size, exponents
 from harvester.uncertainty.value import Value
 from tests.support import systems
@@ -294,6 +294,23 @@ def test_a_budget_too_small(engine):
     assert answer.mean_power.error95 > 0.0
 
 
+def test_runs_of_ngspice_have_what_is_left_of_the_budget(monkeypatch):
+    """An evaluation had half a minute at least, and one of a scan any time."""
+    found = []
+
+    def run(engine, scene, progress=None):
+        found.append(engine.budget)
+        return Surface(shape="skewed").run(scene)
+
+    monkeypatch.setattr(hv.Spice, "run", run)
+    surface = evaluations.Surface(LINEAR, ranges.ranges(MU), 10.0, share=0.75)
+    surface.evaluate(np.array([[0.2], [0.4]]), hv.Spice(), "scan")
+    surface.evaluate(np.array([[0.5]]), hv.Spice(budget=1.0), "pilot")
+    assert found == [pytest.approx(7.5, abs=0.5)] * 2 + [1.0]
+    surface.begin -= 100.0
+    assert surface.left_now == pytest.approx(0.1)
+
+
 @pytest.mark.statistics
 def test_the_same_seed_the_same_answer():
     def answer(seed):
@@ -346,7 +363,7 @@ def test_figure_of_two_keys(tmp_path):
 def test_spice():
     """ngspice settles where the ensemble led it: few runs, none of a scan."""
     engine = hv.Spice(trajectories=8)
-    answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.2, 6.0)}, engine, within=0.05)
+    answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.2, 6.0)}, engine, within=0.05, budget=600.0)
     key = only(answer)
     half = 0.5 * math.log(key.high95 / key.low95)
     assert abs(math.log(key.value / math.sqrt(1.0 + BETA))) < 2.0 * half
