@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
+Complexes: TypeAlias = NDArray[np.complex128]
 Words: TypeAlias = NDArray[np.uint64]
 Coefficient: TypeAlias = float | Floats  # one for all, or an array that broadcasts with the amplitudes
 

@@ -27,12 +27,12 @@ from harvester.commands.options import figure, scene_argument, seed_option, vect
 def motion(path: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]) -> None:
     """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
     from harvester.commands.progress import Bar
-    from harvester.engines.selection import default_engine
+    from harvester.engines.selection import default_sampler
     from harvester.scene.toml import load
     from harvester.studies import motion as study
 
     scene = load(path)
     with Bar("motion", known=False):
-        answer = study.draw(scene, out, default_engine(scene) if engine is None else engine, duration, seed, vector)
+        answer = study.draw(scene, out, default_sampler(scene) if engine is None else engine, duration, seed, vector)
     echo(str(answer))
     echo_written(out, "motion.csv", *figure("motion", vector), "provenance.json")

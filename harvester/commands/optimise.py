@@ -18,7 +18,9 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
     "What to compute",
     cloup.option("--over", multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys."),
     cloup.option(
-        "--engine", help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice."
+        "--engine",
+        help="exact, published, averaged, ensemble, ideal or spice.  Default: exact for a linear scene, else ensemble; "
+        "for a netlist, spice.",
     ),
 )
 @sampling
@@ -51,7 +53,7 @@ def optimise(
     from harvester.studies.optimum.ranges import parse
 
     scene, ranges = load(path), [parse(text) for text in over]
-    chosen = selection.engine(selection.default_engine(scene) if engine is None else engine, **options)
+    chosen = selection.engine(selection.default_engine(scene, **options) if engine is None else engine, **options)
     with Bar("optimise", at_most=True) as bar:
         answer = study.optimise(scene, ranges, chosen, within or 0.01, budget or 60.0, out, bar.tell, vector)
     echo_answer(answer, as_json)

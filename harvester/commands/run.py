@@ -20,8 +20,8 @@ from harvester.commands.reports import report_file, report_option, save_report
     "What to compute",
     cloup.option(
         "--engine",
-        help="published, averaged, ensemble, ideal or spice.  Default: ensemble; for a netlist, spice; with --within, "
-        "the cheapest that is known to reach it.",
+        help="exact, published, averaged, ensemble, ideal or spice.  Default: exact for a linear scene, else ensemble; "
+        "for a netlist, spice; with --within, the cheapest that is known to reach it.",
     ),
 )
 @sampling
@@ -34,7 +34,7 @@ def run(path: str, engine: str | None, report: str | None, as_json: bool, **opti
 
     scene = load(path)
     if engine is None:
-        engine = selection.default_engine(scene, options["within"])
+        engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
     file = report_file(report, None)
     with Bar(chosen.NAME) as bar:

@@ -36,7 +36,8 @@ one_runner = mutually_exclusive.rephrased(
         "--engine",
         "engines",
         multiple=True,
-        help="Repeatable.  Default: all that serve SCENE; for a netlist, spice; with --within, see run.",
+        help="Repeatable.  Default: exact for a linear scene, spice for a netlist, else all that serve SCENE; "
+        "with --within, see run.",
     ),
 )
 @sampling
@@ -80,7 +81,7 @@ def sweep(
     scene = load(path)
     where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     within = options["within"]
-    default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within)]
+    default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     chosen = selection.engines(engines or default, **options)
     file = report_file(report, out)
     with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}) as bar:

@@ -1,4 +1,4 @@
-"""The load resistance of most mean power, by engine `averaged`: a coarse scan, then SciPy's bounded minimiser.
+"""The load resistance of most mean power, by a formula: a coarse scan, then SciPy's bounded minimiser.
 
 Both work on the logarithm of the resistance, of which the power is a smooth function.
 """
@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Averaged
+from harvester.engines.cheapest import formula
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.scene.scene import Scene
@@ -87,7 +87,7 @@ def _crossing(u: Floats, share: Floats, top: int, way: int) -> float:
 
 def _powers(scene: Scene, logarithms: Sequence[float]) -> dict[float, Value | HarvesterError]:
     """The mean power at each logarithm of a resistance, or the engine's error."""
-    answers = Averaged().run_many([scene.with_load(math.exp(u)) for u in logarithms])
+    answers = formula(Problem(scene))().run_many([scene.with_load(math.exp(u)) for u in logarithms])
     return {
         float(u): answer.mean_power if isinstance(answer, Estimate) else answer
         for u, answer in zip(logarithms, answers, strict=True)

@@ -8,6 +8,7 @@ from typing import Any
 from harvester.devices.best_load import NEAR, best_load
 from harvester.devices.stop_hits import stop_hits
 from harvester.engines import Averaged, Published
+from harvester.engines.cheapest import formula
 from harvester.engines.selection import serving
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -107,17 +108,18 @@ def _coupling(eqs: Equations) -> tuple[list[str], dict[str, Any]]:
 def noise_share(beta: float, c: float) -> float:
     """Of N1, the power that white noise gives a linear device without a stop, what the best resistor takes.
 
-    beta mu S/N1 of the Lyapunov equation (see `harvester.devices.stop_hits`) at mu = sqrt(1 + beta).
+    beta mu S/N1 of the Lyapunov equation (see `harvester.linear.response`) at mu = sqrt(1 + beta).
     """
     return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 
 
 def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
-    """Sentences on the load and the best one, which is searched for with engine `averaged` where that serves."""
+    """Sentences on the load and the best one, which is searched for with a formula where one serves."""
     if problem.netlist is not None:
         return [], {"best_load": None}
-    if "external_noise" not in problem.effects or Averaged.refusal(problem):
-        why = [] if problem.equations.is_shaken else ["best load: not looked for, as nothing shakes the base"]
+    kind, shaken = formula(problem), problem.equations.is_shaken
+    if not shaken or kind.refusal(problem) or (kind is Averaged and "external_noise" not in problem.effects):
+        why = [] if shaken else ["best load: not looked for, as nothing shakes the base"]
         return why, {"best_load": None}
     scene = problem.scene
     try:
@@ -125,7 +127,7 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     except HarvesterError as error:
         return [f"best load: not found: {error}"], {"best_load": None}
     power = found.power
-    stated = f"engine 'averaged', which states an error of {(power.model or 0.0) / (power.value or 1.0):.1%} in power"
+    stated = f"engine {kind.NAME!r}, which states an error of {power.error95 / (power.value or 1.0):.1%} in power"
     fact: dict[str, Any] = {
         "resistance": found.resistance,
         "near_from": found.low,
@@ -141,7 +143,7 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     notes = [f"  ({stated})"] + ([f"warning: {doubt}: are mass, frequency and capacitance right?"] if doubt else [])
     if scene.load is None or scene.load.resistance is None:
         return [f"load: none yet; {best}", *notes], {"best_load": fact}
-    own = min(Averaged().run(problem).mean_power.value / power.value, 1.0)
+    own = min(kind().run(problem).mean_power.value / power.value, 1.0)
     fact["share"] = own
     how = "near the best" if own >= NEAR else "far from the best"
     verdict = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"

@@ -1,18 +1,17 @@
 """Whether the stop will be hit, and how often, from the linear equations without it.
 
-White noise: the displacement is Gaussian with (Lyapunov equation, c = -c1; without a load mu = 0)
-
-    S = N1/(c (1 + beta + mu^2 + c mu) + beta mu)    E[x^2] = S (1 + mu^2 + c mu)    E[x'^2] = E[x^2] + S beta
-
-and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2 E[x^2])) times a unit of time (Rice).  Harmonic drive:
-the amplitude is |drive / (1 - w^2 + i w c + i w beta/(mu + i w))|.
+White noise: the displacement is Gaussian, and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2 E[x^2])) times a
+unit of time (Rice).
 """
 
 import math
 from typing import Any
 
+import numpy as np
+
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.linear.response import amplitudes, white
 from harvester.uncertainty.value import Value
 
 OFTEN, SELDOM = 0.1, 1e-3  # times a period
@@ -20,20 +19,17 @@ OFTEN, SELDOM = 0.1, 1e-3  # times a period
 
 def variances(eqs: Equations) -> tuple[float, float] | None:
     """The variances E[x^2] and E[x'^2] of the linear equations under white noise, without a stop; None without."""
-    c, beta, mu, n1 = -(eqs.c1 or 0.0), eqs.beta or 0.0, eqs.mu or 0.0, eqs.n1
-    if n1 is None or not c > 0.0:
+    if eqs.n1 is None or not (eqs.c1 or 0.0) < 0.0:
         return None
-    s = n1 / (c * (1.0 + beta + mu * mu + c * mu) + beta * mu)
-    x2 = s * (1.0 + mu * mu + c * mu)
-    return x2, x2 + s * beta
+    at_one = white(eqs)
+    return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
 
 
 def amplitude(eqs: Equations) -> float | None:
     """The amplitude of the linear response to the drive, without a stop; None without a drive."""
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
-    w, c, beta, mu = eqs.drive_frequency, -(eqs.c1 or 0.0), eqs.beta or 0.0, eqs.mu or 0.0
-    return abs(eqs.drive / (1.0 - w * w + 1j * w * c + 1j * w * beta / (mu + 1j * w)))
+    return float(eqs.drive * np.abs(amplitudes(eqs, eqs.drive_frequency)[0]))
 
 
 def stop_hits(problem: Problem) -> tuple[list[str], dict[str, Any]]:

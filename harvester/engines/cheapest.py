@@ -7,6 +7,8 @@ from typing import ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
 from harvester.engines.ensemble import Ensemble
+from harvester.engines.exact import Exact
+from harvester.engines.formula import Formula
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.spice.spice import Spice
@@ -17,14 +19,14 @@ from harvester.errors import HarvesterError, InputError, names_arguments
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Cheapest(Sampled):
-    """`averaged` (milliseconds) where its own error allows it, else `ensemble`; for a netlist `spice`.
+    """`exact` where that serves, `averaged` where its own error allows it, else `ensemble`; for a netlist `spice`.
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.Cheapest(within="5%").run(scene).engine
-    'averaged'
+    'exact'
 
     Raises
     ------
@@ -50,17 +52,25 @@ class Cheapest(Sampled):
         if problem.netlist is not None:
             why = "the load is a netlist, and 'ideal' does not know the error of its model"
             return _because(Spice(**options).run(problem, progress), why)
+        kind = formula(problem)
         try:
-            quick = Averaged(within=within).run(problem)
+            quick = kind(within=within).run(problem)
         except HarvesterError as error:
+            if kind is Exact:
+                raise
             why = f"'averaged' cannot tell: {error}"
         else:
             power = quick.mean_power
-            stated = (power.model or 0.0) / abs(power.value) if power.value else 0.0
+            stated = power.error95 / abs(power.value) if power.value else 0.0
             if stated <= within:
                 return _because(quick, f"the error that it states, {stated:.2g}, is within {within:.3g}")
-            why = f"'averaged' states an error of {stated:.2g}, more than {within:.3g}"
+            why = f"{kind.NAME!r} states an error of {stated:.2g}, more than {within:.3g}"
         return _because(Ensemble(**options).run(problem, progress), why)
+
+
+def formula(problem: Problem) -> type[Formula]:
+    """The formula that knows its own error best: `Exact` for linear equations, else `Averaged`, which may refuse."""
+    return Averaged if Exact.refusal(problem) else Exact
 
 
 def _because(answer: Estimate, why: str) -> Estimate:

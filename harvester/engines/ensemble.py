@@ -9,7 +9,7 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
-from harvester.engines.protocol import AnyScene, Progress, estimate, needs_resistance, served
+from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
@@ -109,7 +109,7 @@ class Ensemble(Sampled):
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds = time.perf_counter() - begin
         if eqs.mu is None and circuit is None:
-            warnings.append("open circuit: V keeps the offset that it started with, and takes no power")
+            warnings.append(OPEN_CIRCUIT)
         details = {"step": pair.trajectories.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
         details["trajectories"] = trajectories.count
         if first.seconds > TOLD:

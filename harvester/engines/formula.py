@@ -19,15 +19,16 @@ STOPS = frozenset({"compliant_stop", "opposite_stop"})
 
 @dataclass(frozen=True, kw_only=True)
 class Formula(Asked):
-    """The base of `Published` and `Averaged`: they sample nothing, so that any seed and budget give the same answer."""
+    """The base of `Exact` and the theories: they sample nothing, so that any seed and budget give the same answer."""
 
     NAME: ClassVar[str]
+    WHO: ClassVar[str] = ""  # refuses, if there is more to say than the name
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why the theory cannot serve a problem; empty where it can."""
-        who = f"engine {cls.NAME!r}"
+        who = cls.WHO or f"engine {cls.NAME!r}"
         return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, "engine 'ensemble'")
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -68,9 +69,11 @@ class Formula(Asked):
         within = number(self.within)
         if within is None:
             return answer
-        error, power = answer.mean_power.model, answer.mean_power.value
-        if error is not None and error <= within * abs(power):
+        power = answer.mean_power
+        if power.model is not None and power.error95 <= within * abs(power.value):
             return answer
-        known = "is not known" if error is None else f"is estimated at {error / abs(power or 1.0):.2g}"
+        known = (
+            "is not known" if power.model is None else f"is estimated at {power.error95 / abs(power.value or 1.0):.2g}"
+        )
         word = f"`within` {within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
         return dataclasses.replace(answer, warnings=(*answer.warnings, word))

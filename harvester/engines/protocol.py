@@ -19,6 +19,8 @@ NOT_WHITE = frozenset(
     {"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}
 )
 
+OPEN_CIRCUIT = "open circuit: V keeps the offset that it started with, and takes no power"
+
 
 class Engine(Protocol):
     """What all engines have in common."""

@@ -13,13 +13,13 @@ def run(scene: AnyScene, engine: Named | None = None, *, progress: Progress | No
     """The stationary mean square voltage and mean power of a scene, with their errors.
 
     ``scene`` may be the path of a scene file; ``engine`` a name; without it, ``within`` chooses the cheapest engine
-    that is known to reach it, and else it is `Ensemble`, or `Spice` for a netlist.  ``options`` are the engine's, such
-    as ``within="1%"``.
+    that is known to reach it, and else it is `Exact` where that serves, `Spice` for a netlist, and `Ensemble`.
+    ``options`` are the engine's, such as ``within="1%"``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> hv.run(scene, within="5%").engine, f"{hv.run(scene, 'published').mean_power.value:.5f}"
-    ('averaged', '0.00331')
+    >>> hv.run(scene).engine, f"{hv.run(scene, 'published').mean_power.value:.5f}"
+    ('exact', '0.00331')
 
     Raises
     ------
@@ -29,5 +29,5 @@ def run(scene: AnyScene, engine: Named | None = None, *, progress: Progress | No
         of the engine.
     """
     problem = Problem.of(scene)
-    chosen = default_engine(problem, options.get("within")) if engine is None else engine
+    chosen = default_engine(problem, **options) if engine is None else engine
     return engine_of(chosen, **options).run(problem, progress)

@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
 from harvester.engines.ensemble import Ensemble
+from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.published import Published
@@ -15,7 +16,9 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, unknown
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
-ENGINES: dict[str, type[Engine]] = {engine.NAME: engine for engine in (Published, Averaged, Ensemble, Ideal, Spice)}
+ENGINES: dict[str, type[Engine]] = {
+    engine.NAME: engine for engine in (Exact, Published, Averaged, Ensemble, Ideal, Spice)
+}
 
 
 def refusals(scene: AnyScene) -> dict[str, str]:
@@ -33,17 +36,28 @@ def serving(scene: AnyScene) -> list[str]:
     return [name for name, reason in refusals(scene).items() if not reason]
 
 
-def default_engine(scene: AnyScene, within: float | str | None = None) -> str:
-    """The engine where none is named: the cheapest to reach ``within``, else `Spice` for a netlist and `Ensemble`."""
-    if within is not None:
+def default_engine(scene: AnyScene, **options: Any) -> str:
+    """The engine where none is named: the cheapest to reach ``within``, else `Exact`, or one that samples.
+
+    That is where `Exact` does not serve the scene, or the ``options`` are those of sampling.
+    """
+    given = {name for name, value in options.items() if value is not None}
+    if "within" in given:
         return Cheapest.NAME
+    problem = Problem.of(scene)
+    return default_sampler(problem) if Exact.refusal(problem) or given - {*_options(Exact)} else Exact.NAME
+
+
+def default_sampler(scene: AnyScene) -> str:
+    """The engine that samples where none is named: `Spice` for a netlist, else `Ensemble`."""
     return Ensemble.NAME if Problem.of(scene).netlist is None else Spice.NAME
 
 
 def default_engines(scene: AnyScene) -> list[str]:
-    """The engines of a study that compares several: all that serve the scene, but for a netlist `Spice` alone."""
+    """The engines of a sweep: for a linear scene `Exact` and for a netlist `Spice` alone, else all that serve it."""
     problem = Problem.of(scene)
-    return serving(problem) if problem.netlist is None else [Spice.NAME]
+    default = default_engine(problem)
+    return serving(problem) if default == Ensemble.NAME else [default]
 
 
 def engine(which: Named, **options: Any) -> Engine:

@@ -41,6 +41,7 @@ STYLE: Any = {  # of matplotlib's hundreds of names
 }
 # Okabe and Ito's palette.  Lines first to last: wide and pale under thin and dark, so that engines that agree all show.
 STYLES: dict[str, dict[str, Any]] = {
+    "exact": {"color": "#000000", "linestyle": (0, (1, 2)), "zorder": 3.3, "label": "exact (linear, closed form)"},
     "published": {"color": "#D55E00", "linestyle": (0, (5, 2)), "zorder": 3.2, "label": "published averaging"},
     "averaged": {"color": "#009E73", "linestyle": "-", "zorder": 3.1, "label": "averaged (impact-aware)"},
     "ensemble": {"color": "#999999", "linestyle": "-", "linewidth": 4.0, "zorder": 2.0, "label": "ensemble (exact RC)"},
@@ -55,7 +56,8 @@ STYLES: dict[str, dict[str, Any]] = {
     },
 }
 STYLES["ideal"]["label"], STYLES["spice alone"]["label"] = "ideal circuit (ensemble)", "SPICE, not paired"
-MARKERS = {"published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o", "spice alone": "^"}
+MARKERS = {"exact": "*", "published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o"}
+MARKERS["spice alone"] = "^"
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
 _IGNORED = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}

@@ -30,7 +30,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     found = _groups(table)
     groups = dict(list(found.items())[:MOST_CURVES])
     several = len(engines) > 1
-    reference = next((e for e in ("ensemble", "spice", "ideal", "averaged") if e in engines), engines[-1])
+    reference = next((e for e in ("exact", "ensemble", "spice", "ideal", "averaged") if e in engines), engines[-1])
     powers = np.array([_number(row, "mean_power") for row in table.rows])
     known = powers[np.isfinite(powers)]
     with styled():

@@ -62,6 +62,7 @@ class Record:
 
         series = rfft(self.values) * (count / len(self.values))
         highest = min(0.5 * count, cut * self.period / (2.0 * math.pi))
+        series[-1] *= 0.5 if count > len(self.values) and len(self.values) % 2 == 0 else 1.0  # of both signs
         series[np.arange(len(series)) >= highest] = 0.0
         return np.asarray(irfft(series[: count // 2 + 1], count))
 
@@ -100,6 +101,14 @@ class TabulatedDensity:
     def scaled(self, time: float, value: float) -> "TabulatedDensity":
         """The density of the acceleration whose times are multiplied by ``time`` and accelerations by ``value``."""
         return TabulatedDensity(self.frequencies / time, self.values * value**2 * time)
+
+    def at(self, frequencies: Floats) -> Floats:
+        """The density at frequencies between the first and the last, in their shape."""
+        f, g = self.frequencies, self.values
+        k = np.clip(np.searchsorted(f, frequencies, "right") - 1, 0, len(f) - 2)
+        straight, share = g[k] * g[k + 1] == 0.0, np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k])
+        ratio = np.where(straight, 1.0, g[k + 1]) / np.where(straight, 1.0, g[k])
+        return np.asarray(np.where(straight, np.interp(frequencies, f, g), g[k] * ratio**share))
 
     def below(self, frequencies: Floats) -> Floats:
         """The density's integral up to any frequencies, in their shape."""

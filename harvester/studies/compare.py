@@ -11,7 +11,7 @@ import numpy as np
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Ideal, Published, Spice
+from harvester.engines import Exact, Ideal, Published, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named, refusals
 from harvester.engines.selection import engines as engines_of
@@ -27,7 +27,9 @@ from harvester.errors import (
 )
 from harvester.uncertainty.value import z_score
 
-WEIGHTS = {"published": 0.02, "averaged": 0.02, "ensemble": 1.0, "ideal": 1.0, "spice": 8.0, "paths": 1.0}  # of time
+# Of time.
+WEIGHTS = {**dict.fromkeys(("exact", "published", "averaged"), 0.02), "ensemble": 1.0, "ideal": 1.0, "spice": 8.0}
+WEIGHTS["paths"] = 1.0
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
@@ -78,9 +80,10 @@ class Comparison:
 
     @property
     def reference(self) -> Estimate:
-        """The estimate that the others are compared with: the smallest standard error of an engine without a model."""
+        """The estimate that the others are compared with: `Exact`, or the smallest standard error without a model."""
         sampled = [e for e in self.estimates if e.mean_power.stderr is not None and e.engine != Ideal.NAME]
-        return min(sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
+        closed = [e for e in self.estimates if e.engine == Exact.NAME]
+        return min(closed or sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
 
     def z(self, estimate: Estimate) -> float | None:
         """The z-score of an estimate's power against the reference; None for the reference itself."""
@@ -152,7 +155,7 @@ def compare(
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
     >>> found = hv.compare(scene, trajectories=64, duration=20.0)
     >>> [one.engine for one in found.estimates]
-    ['published', 'averaged', 'ensemble', 'spice']
+    ['exact', 'published', 'averaged', 'ensemble', 'spice']
 
     Raises
     ------

@@ -147,7 +147,7 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
 
 
 def _step(problem: Problem) -> float:
-    from harvester.mechanics.kernels.bounds import check_bounded
+    from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import default_step, whole_steps
 
     eqs = problem.equations

@@ -19,7 +19,8 @@ class Value:
 
     ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
     freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
-    the model itself (None: no such error, or not known; the estimate's ``reason`` says which).
+    the model itself (None: no such error, or not known; the estimate's ``reason`` says which).  A ``model`` of 0 is a
+    closed form, of which the ``bias`` is rounding.
 
     >>> import harvester as hv
     >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).text("W"))
@@ -72,8 +73,8 @@ class Value:
         if self.stderr is not None:
             text += f" +- {self.sampling95 / scale:.2g} (95 %, sampling)"
         if self.bias is not None:
-            text += f" +- {self.bias / scale:.2g} (step)"
-        if self.model is not None:
+            text += f" +- {self.bias / scale:.2g} ({'rounding' if self.model == 0.0 else 'step'})"
+        if self.model:
             text += f" +- {self.model / scale:.2g} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 

@@ -76,7 +76,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--enigne", "spice"), "No such option '--enigne'. Did you mean '--engine'?"),
         (("run", PLATE, "extra"), "Got unexpected extra argument (extra)"),
         (("run", PLATE, "--engine", "publishd"), "unknown engine 'publishd': did you mean 'published'?"),
-        (("run", PLATE, "--engine", ""), "unknown engine '': it must be one of published, "),
+        (("run", PLATE, "--engine", ""), "unknown engine '': it must be one of exact, "),
         *(
             (("run", PLATE, "--within", text), f"{PERCENT}{text!r}")
             for text in ("0%", "abc", "100%", "-1%", "1..2", "nan", "")

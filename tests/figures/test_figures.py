@@ -216,6 +216,7 @@ def test_engines_are_told_apart_without_colour():
     assert len(set(looks)) == len(looks)
     assert len(set(style.MARKERS.values())) == len(style.MARKERS) == len(style.STYLES)
     assert {name: s["color"] for name, s in style.STYLES.items()} == {
+        "exact": "#000000",
         "published": "#D55E00",
         "averaged": "#009E73",
         "ensemble": "#999999",

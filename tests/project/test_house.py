@@ -155,6 +155,7 @@ import sys
 sys.modules["numba"] = sys.modules["PySpice"] = None
 import harvester as hv
 assert hv.Published().run(hv.load({str(EXAMPLES[0])!r})).mean_power.value > 0.0
+assert hv.run({str(ROOT / "examples" / "plate.toml")!r}).engine == "exact"
 assert hv.Averaged().run(hv.load({str(EXAMPLES[0])!r})).mean_power.value > 0.0
 print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.mechanics", "harvester.circuit")))
 """

@@ -21,9 +21,10 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.scene.records import Record
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
-from tests.support.systems import PAPER, changed
+from tests.support.systems import PAPER, changed, linear_v2
 from tests.support.to_scene import equations, physical
 
 CHECKED = set()
@@ -379,6 +380,23 @@ def test_kick():
     expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
     coefficients = e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12
     assert compiled.py_func(x, v, V, xi, h, *coefficients) == pytest.approx(expected, rel=1e-12)
+
+
+@checks("linear", "response")
+def test_linear_scenes():
+    """White noise of N1 + N2 E[x^2], and the sum over a record's lines beside it."""
+    c, beta, mu, n1, n2, n = 0.1, 0.5, 0.7, 0.3, 0.02, 40
+    v2_at_one = 1 / (c * (1 + beta + mu**2 + c * mu) + beta * mu)
+    x2_at_one = v2_at_one * (1 + mu**2 + c * mu)
+    a = np.random.default_rng(1).standard_normal(n + 1)
+    record = Record(0.25, a)
+    s = 2j * np.pi * np.arange(n // 2 + 1) / (0.25 * (n + 1))
+    p = np.abs(np.fft.rfft(a) / (n + 1)) ** 2 * np.where(s == 0.0, 1.0, 2.0)
+    x = 1 / (1 + c * s + s**2 + beta * s / (s + mu))
+    V = s / (s + mu) * x
+    x2 = (n1 * x2_at_one + np.abs(x) ** 2 @ p) / (1 - n2 * x2_at_one)
+    e = Equations(c1=-c, beta=beta, mu=mu, n1=n1, n2=n2, record=record)
+    assert linear_v2(e) == pytest.approx((n1 + n2 * x2) * v2_at_one + np.abs(V) ** 2 @ p, rel=1e-12)
 
 
 def test_every_equation_is_checked():

@@ -1,10 +1,14 @@
 """Scenes with exact answers, and the paper's parameters."""
 
 import dataclasses
+import itertools
+from fractions import Fraction
 
 import numpy as np
 
 from harvester.equations.coefficients import Equations
+from harvester.linear.response import amplitudes
+from harvester.linear.solve import solve
 
 # The paper's Figures 1 and 2.
 PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)
@@ -24,18 +28,39 @@ def linear(beta, mu, c=0.05, n1=0.01):
 
 
 def linear_v2(eqs):
-    """E[V^2] of a linear scene: S = N1/[c (1 + beta + mu^2 + c mu) + beta mu] (Lyapunov equation)."""
-    c = -eqs.c1
-    return eqs.n1 / (c * (1 + eqs.beta + eqs.mu**2 + c * eqs.mu) + eqs.beta * eqs.mu)
+    """E[V^2] of a linear scene under any shaking, by the formulas that tests/linear compares with independent ones."""
+    return solve(eqs).value
 
 
 def lyapunov(eqs):
-    """Stationary covariance of (x, x', V) of a linear scene, from its Lyapunov equation."""
-    from scipy.linalg import solve_continuous_lyapunov
+    """Stationary covariance of (x, x', V), and of the filter's (a, b), of a linear scene from its Lyapunov equation.
 
-    a = np.array([[0.0, 1.0, 0.0], [-1.0, eqs.c1, -eqs.beta], [0.0, 1.0, -eqs.mu]])
-    q = np.diag([0.0, 2.0 * eqs.n1, 0.0])
-    return solve_continuous_lyapunov(a, -q)
+    Solved in rational numbers, so that nothing is rounded but the result.
+    """
+    g = {name: Fraction(value) for name, value in vars(eqs).items() if isinstance(value, float)}
+    m = [[0, 1, 0], [-1, g.get("c1", 0), -g.get("beta", 0)], [0, 1, -g["mu"]]]
+    noise = {(1, 1): 2 * g.get("n1", 0)}
+    if eqs.correlation_time is not None:
+        m = [[*row, int(k == 1)] for k, row in enumerate(m)] + [[0, 0, 0, -1 / g["correlation_time"]]]
+        noise[3, 3] = 2 * g["coloured"] / g["correlation_time"] ** 2
+    elif eqs.bandwidth is not None:
+        filters = [[0, 0, 0, -g["bandwidth"], -g["centre"]], [0, 0, 0, g["centre"], 0]]
+        m = [[*row, int(k == 1), 0] for k, row in enumerate(m)] + filters
+        noise[3, 3] = 2 * g["coloured"] * g["bandwidth"] ** 2
+    pairs = list(itertools.combinations_with_replacement(range(len(m)), 2))
+    place = {pair: k for k, (i, j) in enumerate(pairs) for pair in ((i, j), (j, i))}
+    rows = [[Fraction(0)] * len(pairs) + [Fraction(-noise.get(pair, 0))] for pair in pairs]
+    for row, (i, j) in zip(rows, pairs, strict=True):
+        for k in range(len(m)):
+            row[place[k, j]] += m[i][k]
+            row[place[i, k]] += m[j][k]
+    rows[place[1, 1]][0] += 2 * g.get("n2", 0)  # N2 E[x^2] is noise, too
+    for k in range(len(rows)):
+        pivot = next(row for row in rows[k:] if row[k])
+        rows.remove(pivot)
+        rows = [[a - row[k] / pivot[k] * b for a, b in zip(row, pivot, strict=True)] if row[k] else row for row in rows]
+        rows.insert(k, [a / pivot[k] for a in pivot])
+    return np.array([[float(rows[place[i, j]][-1]) for j in range(len(m))] for i in range(len(m))])
 
 
 def changed(eqs, **changes):
@@ -60,7 +85,4 @@ def z(estimate, exact, exact_error=0.0):
 
 def continuum(eqs):
     """Amplitudes of x and V of the linear scene under F cos(Omega t)."""
-    s = 1j * eqs.drive_frequency
-    voltage = s / (s + eqs.mu)
-    x = eqs.drive / (1.0 + s * s - s * eqs.c1 + eqs.beta * voltage)
-    return x, voltage * x
+    return eqs.drive * amplitudes(eqs, eqs.drive_frequency)

@@ -8,11 +8,11 @@ energy, of V^2 and of the load's power, estimated from the same window.
 
 import time
 
+from harvester.equations.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
-from harvester.mechanics.ensemble.record_doubts import density_doubts, record_doubts
+from harvester.linear.record_doubts import density_doubts, record_doubts
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
-from harvester.mechanics.kernels.bounds import SLOWEST, friction_bounds, growth_near, strongest_feed, surely_bounded
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
 from harvester.scene.records import Record

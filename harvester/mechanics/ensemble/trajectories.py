@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats, aligned
+from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
-from harvester.mechanics.kernels.bounds import check_bounded
 from harvester.mechanics.kernels.features import MARTINGALES, boundary
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
-from harvester.mechanics.kernels.bounds import linear_growth
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates
 from harvester.scene.records import Record

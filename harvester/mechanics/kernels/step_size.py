@@ -2,8 +2,8 @@
 
 import math
 
+from harvester.equations.bounds import strongest_feed
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.kernels.bounds import strongest_feed
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
 TOLERATED = 1.5  # times the default: a longer step is not kept

@@ -2,6 +2,7 @@
 
 At each frequency the mass goes on from its motion, and the phase of the drive, at the one before, so that a response of
 two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
+A linear scene has one branch, in closed form.
 """
 
 import re
@@ -13,6 +14,7 @@ import numpy as np
 
 from harvester import figures
 from harvester.engines import Ensemble as Engine
+from harvester.engines import Exact
 from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effects, with_power
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -85,11 +87,18 @@ def response(
         key = ("nondimensional", "drive", "drive_frequency")
     if eqs.drive is None:
         raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
-    noisy, points = eqs.is_random, []
+    noisy, linear, points = eqs.is_random, not Exact.refusal(problem), []
     trajectories = None
     for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
         for frequency in run:
             there = Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
+            if tick is not None:
+                tick()
+            if linear:
+                answer, spread = Exact().run(there), None if noisy else 0.0
+                found = answer.mean_square_voltage, answer.mean_power
+                points.append(ResponsePoint(direction, frequency, *found, spread))
+                continue
             here = there.equations
             if trajectories is None:
                 rest = np.zeros((3, NOISY if noisy else QUIET))
@@ -98,8 +107,6 @@ def response(
             pair = _at(trajectories, here)
             trajectories = pair.trajectories
             points.append(_point(there, direction, frequency, pair, noisy))
-            if tick is not None:
-                tick()
     return Response(tuple(points), problem.physical, tuple(unusual_values(problem.scene)))
 
 

@@ -42,11 +42,12 @@ def optimise(
 ) -> Optimum:
     """Find the values of one or several keys with the largest mean power.
 
-    ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` is by
-    default `Ensemble`, for a netlist `Spice`; it may be a name.  ``within`` is the relative error of the power at the
-    optimum; at the ends of the keys' intervals, at most a quarter of it is lost.  Only engines that sample can work
-    towards it.  ``budget`` is in seconds, compilation included; both may be texts ("1%", "30s").  ``out`` is a folder
-    for optimise.csv (all evaluations), optimise.png, its ``vector`` forms (svg, pdf) and provenance.json.
+    ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` may be a
+    name, and is by default `Exact` for a linear scene, else `Ensemble`, for a netlist `Spice`.  ``within`` is the
+    relative error of the power at the optimum; at the ends of the keys' intervals, at most a quarter of it is lost.
+    Only engines that sample can work towards it.  ``budget`` is in seconds, compilation included; both may be texts
+    ("1%", "30s").  ``out`` is a folder for optimise.csv (all evaluations), optimise.png, its ``vector`` forms (svg,
+    pdf) and provenance.json.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))

@@ -15,7 +15,8 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Averaged, Ensemble, Ideal, Spice
+from harvester.engines import Ensemble, Ideal, Spice
+from harvester.engines.cheapest import formula
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.studies.optimum import formula_search
@@ -130,8 +131,10 @@ class SampledSearch:
                 self.scouted_by_samples = any(p.width is not None for p in found)
                 return [(p.u, _box_widths(p)) for p in found if p.width is not None][:CANDIDATES]
             if type(engine) is Ensemble:
-                Averaged().run(problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5)))
-                found = formula_search.search(surface, Averaged(), interval=False).peaks
+                middle = problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5))
+                scout = formula(middle)()
+                scout.run(middle)
+                found = formula_search.search(surface, scout, interval=False).peaks
                 best = [p for p in found if p.power.value >= (1.0 - 2.0 * TRUSTED) * found[0].power.value]
                 if formula_search.trusted(surface.points[begin:], TRUSTED):
                     return [(p.u, np.full(surface.dimensions, FIRST)) for p in best][:CANDIDATES]

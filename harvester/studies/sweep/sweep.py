@@ -33,9 +33,9 @@ def sweep(
 
     ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their
     unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line.  ``engines`` are engines or their names, by
-    default all that serve the scene (for a netlist, `Spice`).  ``out`` is a folder for sweep.csv, sweep.nc, sweep.png
-    and provenance.json; without it nothing is left on the disk.  ``workers`` (processes; None: one a core where there
-    is work for them), ``resume``, ``tick``, ``scheduler`` and ``vector`` are those of
+    default `Exact` for a linear scene, `Spice` for a netlist, else all that serve it.  ``out`` is a folder for
+    sweep.csv, sweep.nc, sweep.png and provenance.json; without it nothing is left on the disk.  ``workers`` (processes;
+    None: one a core where there is work for them), ``resume``, ``tick``, ``scheduler`` and ``vector`` are those of
     `harvester.studies.sweep.compute.compute_table`.
 
     >>> import harvester as hv

@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from harvester.answers.estimate import Estimate
-from harvester.engines import Averaged, Ensemble, Published, Spice
+from harvester.engines import Ensemble, Spice
+from harvester.engines.formula import Formula
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import Engine
 from harvester.engines.selection import ENGINES, refusals
@@ -125,7 +126,7 @@ class Measurement:
             self.failed.append((engine, error))
             return None
         took = time.perf_counter() - begin
-        if isinstance(engine, Published | Averaged):
+        if isinstance(engine, Formula):
             later = [engine.run(self.problem).seconds for _ in range(CALLS)]
             answer = dataclasses.replace(answer, seconds=statistics.median(later))
         if answer.mean_power.value <= 0.0:

@@ -33,7 +33,6 @@ def test_linear_statistics(beta, mu):
     eqs = linear(beta, mu)
     moments = settled(eqs, h=0.05 / np.sqrt(1 + beta))
     exact = lyapunov(eqs)
-    assert linear_v2(eqs) == pytest.approx(exact[2, 2], rel=1e-9)
     value, error = moments.mean("V2")
     assert error < 0.01 * value
     for name, (i, j) in {"V2": (2, 2), "x2": (0, 0), "v2": (1, 1), "xV": (0, 2), "vV": (1, 2)}.items():

@@ -17,7 +17,19 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import deviation, forcing, shaker
 from harvester.mechanics.kernels.step_size import whole_steps
-from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, linear, scene, z
+from tests.support.systems import (
+    BAND,
+    COLOURED,
+    DRIVEN,
+    PAPER,
+    changed,
+    continuum,
+    linear,
+    linear_v2,
+    lyapunov,
+    scene,
+    z,
+)
 from tests.support.to_scene import equations, physical
 
 SEED = np.random.SeedSequence(20261121)
@@ -83,7 +95,7 @@ def test_ensemble_of_the_linear_scene(frequency):
 
 def test_engine_states_that_nothing_is_random():
     answer = hv.Ensemble(trajectories=64).run(scene(DRIVEN))
-    exact = 0.5 * abs(continuum(DRIVEN)[1]) ** 2
+    exact = linear_v2(DRIVEN)
     assert answer.mean_square_voltage.stderr is None
     assert "nothing is random" in answer.reason
     assert answer.warnings == ()
@@ -105,29 +117,9 @@ def test_white_noise_beside_a_drive():
     """Linear: E[V^2] is the sum of both."""
     eqs = changed(DRIVEN, n1=0.05)
     found = RichardsonPair(Trajectories(eqs, 8192, SEED, 0.05), 800.0).extrapolated("V2")
-    c = -eqs.c1
-    noise = eqs.n1 / (c * (1 + eqs.beta + eqs.mu**2 + c * eqs.mu) + eqs.beta * eqs.mu)
-    exact = 0.5 * abs(continuum(eqs)[1]) ** 2 + noise
+    exact = linear_v2(eqs)
     assert abs(z(found, exact)) < 4
     assert found[1] < 0.005 * exact
-
-
-def stationary(eqs):
-    """Covariance of (x, x', V, a, b) by the Lyapunov equation."""
-    from scipy.linalg import solve_continuous_lyapunov
-
-    m = np.zeros((5, 5))
-    m[0, 1] = 1.0
-    m[1, [0, 1, 2, 3]] = -1.0, eqs.c1, -eqs.beta, 1.0
-    m[2, [1, 2]] = 1.0, -eqs.mu
-    q = np.zeros((5, 5))
-    if eqs.correlation_time is not None:
-        m[3, 3], m[4, 4] = -1.0 / eqs.correlation_time, -1.0
-        q[3, 3] = 2.0 * eqs.coloured / eqs.correlation_time**2
-    else:
-        m[3, [3, 4]], m[4, 3] = (-eqs.bandwidth, -eqs.centre), eqs.centre
-        q[3, 3] = 2.0 * eqs.coloured * eqs.bandwidth**2
-    return solve_continuous_lyapunov(m, -q)
 
 
 NOISES = [
@@ -146,7 +138,7 @@ def test_variances_under_filtered_noise(eqs):
     """E[x^2], E[x'^2], E[V^2], E[xV] and E[a x'], extrapolated to h = 0, within four standard errors."""
     h = 0.05 if eqs.bandwidth is None else 0.05 / max(1.3, eqs.centre + eqs.bandwidth)
     pair = RichardsonPair(Trajectories(eqs, 4096, SEED, h), 400.0)
-    exact = stationary(eqs)
+    exact = lyapunov(eqs)
     for name, (i, j) in {"x2": (0, 0), "v2": (1, 1), "V2": (2, 2), "xV": (0, 2), "driven": (1, 3)}.items():
         found = pair.extrapolated(name)
         assert abs(z(found, exact[i, j])) < 4

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from harvester.equations.bounds import check_bounded, strongest_feed
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.bounds import check_bounded, strongest_feed
 from harvester.mechanics.kernels.moments import check_stationary
 from harvester.mechanics.kernels.step_size import default_step
 

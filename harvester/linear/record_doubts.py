@@ -5,15 +5,18 @@ response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of th
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
+from harvester.linear.response import gains
+from harvester.linear.shaking import lines
 from harvester.scene.records import BRIDGE, Record
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
-LEAST_LOSS = 1e-6  # of the linear response
+LEAST_LOSS = 1e-6  # of the linear response, so that it has a size
 FINER = 16  # times as many lines show what the lines of a density leave out
 TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond them
 
@@ -56,16 +59,11 @@ def density_doubts(eqs: Equations, drawn: Record) -> list[str]:
 
 
 def _lines(record: Record) -> tuple[Floats, Floats]:
-    """Frequencies above 0 and powers of a record's lines."""
-    size = len(record.values)
-    powers = np.abs(np.fft.rfft(record.values))[1:] ** 2 / (0.5 * size * size)
-    lines = np.arange(1.0, len(powers) + 1.0)
-    return np.asarray(2.0 * math.pi / record.period * lines), np.asarray(powers)
+    """The lines of a record above 0."""
+    w, p = lines(record)
+    return w[1:], p[1:]
 
 
 def _gain(eqs: Equations, w: Floats) -> Floats:
-    """The squared size of V over the acceleration, at frequencies w, of the linear equations."""
-    s, beta = 1j * w, eqs.beta or 0.0
-    voltage = s / (s + (eqs.mu or 0.0))
-    loss = max(-(eqs.c1 or 0.0), LEAST_LOSS)
-    return np.asarray(np.abs(voltage / (1.0 + s * s + loss * s + beta * voltage)) ** 2)
+    """The squared size of V over the acceleration, of the linear equations with a damping that bounds it."""
+    return np.asarray(gains(replace(eqs, c1=min(eqs.c1 or 0.0, -LEAST_LOSS)), w)[1])

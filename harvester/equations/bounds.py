@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 
@@ -51,15 +52,16 @@ def linear_growth(eqs: Equations) -> float | None:
 
 
 def growth_near(eqs: Equations) -> float:
-    """The largest real part of the eigenvalues of small motions (x, x', V) about x = 0 off the stops, in w0.
+    """The largest real part of the eigenvalues of `flow`, in w0."""
+    return float(np.linalg.eigvals(flow(eqs)).real.max())
 
-    Without a load the voltage is a spring.
-    """
+
+def flow(eqs: Equations) -> Floats:
+    """The matrix of small motions (x, x', V) about x = 0 off the stops; without a load of (x, x'): V is a spring."""
     linear, beta, mu = eqs.spring[0], eqs.beta or 0.0, eqs.mu
-    matrix = [[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]]
-    if mu is not None:
-        matrix = [[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]]
-    return float(np.linalg.eigvals(matrix).real.max())
+    if mu is None:
+        return np.array([[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]])
+    return np.array([[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]])
 
 
 def strongest_feed(eqs: Equations) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.ensemble.record_doubts import density_doubts, record_doubts
+from harvester.linear.record_doubts import density_doubts, record_doubts
 from harvester.scene.records import Record, TabulatedDensity, bridge
 from tests.support.systems import PAPER
 

@@ -1,0 +1,57 @@
+"""Engine `exact`: linear equations without a stop, in closed form, under any shaking."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.formula import Formula
+from harvester.engines.protocol import OPEN_CIRCUIT, estimate
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import names_arguments
+from harvester.uncertainty.value import Value
+
+SPRINGS = frozenset({"quadratic_stiffness", "cubic_stiffness", "softening_stiffness"})
+STOPS = frozenset({"impact", "compliant_stop", "gap", "opposite_stop"})
+
+
+@names_arguments
+@dataclass(frozen=True, kw_only=True)
+class Exact(Formula):
+    """The stationary E[V^2] and E[P] of a linear scene (`harvester.linear.solve`), whose only error is rounding.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> f"{hv.Exact().run(scene).mean_power.value:.8f}"
+    '0.00322581'
+
+    Raises
+    ------
+    CannotServeError
+        for a load other than a resistance or none, a stop, and a spring or damping that is not linear.
+    UnboundedResponseError
+        where the response grows without bound.
+    """
+
+    NAME: ClassVar[str] = "exact"
+    WHO: ClassVar[str] = "engine 'exact', for linear equations,"
+    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | {"damping_x2", "damping_x4"}
+
+    def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
+        from harvester.linear.solve import solve_many
+
+        return solve_many
+
+    def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
+        from harvester.linear.record_doubts import record_doubts
+
+        eqs = problem.equations
+        warnings = record_doubts(eqs)
+        if eqs.mu is None:
+            warnings.append(OPEN_CIRCUIT)
+        if not eqs.is_shaken:
+            warnings.append("the response dies out: nothing shakes the base")
+        v2 = Value(solution.value, bias=solution.error, model=0.0)
+        reason = "no sampling error and no model: the equations are linear and solved as they stand, but for rounding"
+        return estimate(self.NAME, problem, v2, None, seconds, 0, reason, tuple(warnings))

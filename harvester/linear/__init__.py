@@ -1,0 +1,1 @@
+"""The linear equations without a stop: their response in closed form, and what a record cannot tell of it."""
