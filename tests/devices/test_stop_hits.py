@@ -2,22 +2,21 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_continuous_lyapunov
 
 import harvester as hv
 from harvester.devices.meaning import meaning
 from harvester.devices.stop_hits import amplitude, variances
+from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
 from tests.support.datasheet import NOISE, SHEET, problem_of
+from tests.support.systems import lyapunov
 
 
 def test_stop_without_noise_or_with():
     """Variances by the Lyapunov equation; the drive's amplitude by the linear system."""
     eqs = Equations(beta=0.7, mu=0.6, c1=-0.1, n1=0.3, drive=2.0, drive_frequency=1.3)
-    a = np.array([[0.0, 1.0, 0.0], [-1.0, eqs.c1, -eqs.beta], [0.0, 1.0, -eqs.mu]])
-    covariance = solve_continuous_lyapunov(a, -np.diag([0.0, 2.0 * eqs.n1, 0.0]))
-    assert variances(eqs) == pytest.approx((covariance[0, 0], covariance[1, 1]))
-    x = np.linalg.solve(1.3j * np.eye(3) - a, np.array([0.0, eqs.drive, 0.0]))
+    assert variances(eqs) == pytest.approx(np.diag(lyapunov(eqs))[:2])
+    x = np.linalg.solve(1.3j * np.eye(3) - flow(eqs), np.array([0.0, eqs.drive, 0.0]))
     assert amplitude(eqs) == pytest.approx(abs(x[0]))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.engines.selection import default_engine, default_engines
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
@@ -254,6 +255,37 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
     assert set(name.replace(" ", "_").split("_and_")) <= set(answer.effects)
 
 
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"restitution": 0.9}, "impact"),
+        ({"restitution": 0.9, "gap": 0.5, "alpha": 0.1}, "cubic stiffness and impact and gap"),
+        ({"stop_stiffness": 100.0}, "compliant stop"),
+        ({"alpha": -0.1}, "softening stiffness"),
+        ({"alpha2": 0.1, "c2": -0.1, "c3": 0.1}, "quadratic stiffness and damping x2 and damping x4"),
+    ],
+)
+def test_exact_says_what_is_not_linear(changes, name):
+    with pytest.raises(CannotServeError) as told:
+        hv.Exact().run(scene(changed(linear(0.05, 1.0), **changes)))
+    assert str(told.value) == f"engine 'exact', for linear equations, does not know {name}: use engine 'ensemble'"
+
+
+def test_the_default_engine():
+    """`exact` for a linear scene, unless the options are those of sampling."""
+    assert default_engine(PLATE) == default_engine(PLATE, seed=3, budget=1.0, trajectories=None) == "exact"
+    assert default_engine(PLATE, trajectories=64) == default_engine(scene(PAPER)) == "ensemble"
+    assert default_engine(BRIDGE) == default_engine(BRIDGE, dt=1e-3) == "spice"
+    assert default_engine(PLATE, within=0.01, dt=1e-3) == "cheapest"
+    assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["spice"])
+    assert default_engines(scene(PAPER)) == ["published", "averaged", "ensemble", "spice"]
+    chosen = hv.run(PLATE, within="1%")
+    assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: the error that it states, ")
+    assert chosen.mean_power == hv.run(PLATE).mean_power
+    with pytest.raises(UnboundedResponseError):
+        hv.run(PLATE.vary("oscillator.damping", -1.0), within="1%")
+
+
 def test_engines_that_serve_a_scene():
     """Formulas are not tried where they would refuse; the exact one comes first."""
     assert hv.engines.serving(PLATE) == ["exact", "published", "averaged", "ensemble", "spice"]
@@ -295,7 +327,7 @@ def test_stability_is_that_of_rest_at_zero():
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
     compared = compare(scene(changed(PAPER, linear=-1.0)), trajectories=64, duration=20.0)
     assert {e.engine for e in compared.estimates} == {"ensemble", "spice"}
-    assert set(compared.refused) == {"published", "averaged"}
+    assert set(compared.refused) == {"exact", "published", "averaged"}
     assert compared.paths == ()
 
 

@@ -46,7 +46,7 @@ def test_engines_that_cannot_serve_are_named():
     result = compare(bridge, trajectories=2, duration=30.0)
     assert [e.engine for e in result.estimates] == ["ideal", "spice"]
     assert result.reference.engine == "spice"
-    assert set(result.refused) == {"published", "averaged", "ensemble"}
+    assert set(result.refused) == {"exact", "published", "averaged", "ensemble"}
     assert result.paths == ()
     assert result.reference.engine == "spice"
     assert np.isfinite(result.estimates[0].mean_power.value)

@@ -74,8 +74,6 @@ def response(
     UnboundedResponseError
         where the response grows without bound.
     """
-    from harvester.mechanics.ensemble.trajectories import Trajectories
-
     problem = served(Engine, scene)
     if isinstance(sweep, str):
         sweep = frequencies(problem, sweep)
@@ -95,12 +93,14 @@ def response(
             if tick is not None:
                 tick()
             if linear:
-                answer, spread = Exact().run(there), None if noisy else 0.0
-                found = answer.mean_square_voltage, answer.mean_power
-                points.append(ResponsePoint(direction, frequency, *found, spread))
+                one = Exact().run(there)
+                powers = one.mean_square_voltage, one.mean_power
+                points.append(ResponsePoint(direction, frequency, *powers, None if noisy else 0.0))
                 continue
             here = there.equations
             if trajectories is None:
+                from harvester.mechanics.ensemble.trajectories import Trajectories
+
                 rest = np.zeros((3, NOISY if noisy else QUIET))
                 rest[0] = here.resting_places[0]
                 trajectories = Trajectories(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)

@@ -15,7 +15,7 @@ from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import forcing
 from tests.support.lockstep import PLATE, SEED, check_callbacks, device, rms_difference, scales
-from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, continuum, scene
+from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, linear_v2, scene
 
 pytestmark = pytest.mark.ngspice
 
@@ -66,7 +66,7 @@ def test_ledger_closes(eqs):
 def test_engine_under_a_drive():
     """No noise: the closed form within the step's bias, no sampling error, and the balance closes."""
     answer = hv.Spice(trajectories=2).run(scene(DRIVEN))
-    exact = 0.5 * abs(continuum(DRIVEN)[1]) ** 2
+    exact = linear_v2(DRIVEN)
     value = answer.mean_square_voltage
     assert value.stderr is None
     assert abs(value.value - exact) < 1.5 * value.bias

@@ -131,8 +131,17 @@ def test_fit_of_a_cubic_is_exact():
     assert fit.resolution > 1e4
 
 
+def test_exact_is_the_default_of_a_linear_scene():
+    """P = beta mu S is largest at mu = sqrt(1 + beta): the interval is as narrow as what it was searched to."""
+    answer = optimise.optimise(LINEAR, MU)
+    key = only(answer)
+    assert answer.engine == "exact"
+    assert key.low95 < math.sqrt(1.0 + BETA) < key.high95 < 1.0001 * key.low95
+    assert abs(answer.mean_power.value / linear_power(math.sqrt(1.0 + BETA)) - 1.0) < 1e-9
+
+
 def test_formula_finds_the_exact_optimum():
-    """P = beta mu S of the linear scene is largest at mu = sqrt(1 + beta), which the interval of `averaged` holds."""
+    """The interval of `averaged` holds it, too."""
     answer = optimise.optimise(LINEAR, MU, hv.Averaged())
     key = only(answer)
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95

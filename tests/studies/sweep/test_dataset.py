@@ -63,12 +63,17 @@ def test_a_list_and_a_failure(tmp_path):
 
 
 @pytest.mark.slow
-def test_run_loads_none_of_it():
+def test_run_loads_none_of_it_nor_does_a_sweep(tmp_path):
+    """Which took the second that a sweep of a linear scene by its default engine now takes in all."""
     code = f"""
 import sys
 from harvester.cli import exit_status
-assert exit_status(["run", {str(EXAMPLES / "plate.toml")!r}, "--engine", "averaged"]) == 0
-print(sorted({{"xarray", "pandas", "distributed", "loky", "matplotlib", "numba"}} & set(sys.modules)))
+plate, heavy = {str(EXAMPLES / "plate.toml")!r}, {{"xarray", "pandas", "distributed", "loky", "numba"}}
+for engine in ("exact", "averaged"):
+    assert exit_status(["run", plate, "--engine", engine]) == 0
+print(sorted((heavy | {{"matplotlib"}}) & set(sys.modules)))
+assert exit_status(["sweep", plate, "--vary", "load.resistance=1k:10M:41", "--out", {str(tmp_path)!r}]) == 0
+print(sorted(heavy & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert [line for line in done.stdout.splitlines() if line.startswith("[")] == ["[]", "[]"]
