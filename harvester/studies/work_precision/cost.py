@@ -5,7 +5,8 @@ sampling
 step
     E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`, `ngspice_bias`).
 model
-    of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.
+    of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.  `Exact`
+    has none.
 
 All are relative to one power, the finest engine's for a step of zero, and each bias has a standard error of its own.
 
@@ -19,7 +20,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from harvester.engines import Ensemble, Spice
+from harvester.engines import Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.studies.output_folder import OutputFolder, provenance
@@ -63,7 +64,7 @@ def table_of(measurement: Measurement) -> Cost:
     steps = [_step(measurement, run) for run in runs]
     models: dict[str, Bias] = {}
     for name in dict.fromkeys(label(run.engine) for run in measurement.runs):
-        if name in (reference, ALONE):
+        if name in (reference, ALONE, Exact.NAME):
             models[name] = NONE
         elif ngspice is not None and cheap is not None and name == label(cheap.engine):
             models[name] = ngspice.cheap
