@@ -57,4 +57,5 @@ def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
 
 def gains(eqs: Equations, w: Floats | float) -> Floats:
     """The squared sizes of the `amplitudes`."""
-    return np.asarray(np.abs(amplitudes(eqs, w)) ** 2)
+    found = amplitudes(eqs, w)
+    return np.asarray(found.real**2 + found.imag**2)

@@ -22,6 +22,7 @@ ROUNDING = 16.0 * float(np.finfo(float).eps)  # of each coefficient's relative r
 NODES = (16, 12)  # of a panel, for the integral and for its error
 STEEP = 4.0  # change of the density's logarithm over a panel, at most
 BELOW, ABOVE = 40.0, 10.0  # in ln f beyond all poles: e^-40 is left at |H|^2 f, and less above at |H|^2/f
+AT_ONCE = 4096  # panels, so that a table of a million rows takes no more memory than a short one
 NEAREST = 1e-16  # pole to the axis that is told from one on it
 TURN = 2.0 * math.pi
 
@@ -111,9 +112,13 @@ def _panels(eqs: Equations, edges: Floats, poles: Complexes) -> Floats:
 
 def _sum(eqs: Equations, ends: Floats, nodes: Floats, weights: Floats) -> Floats:
     """The sum over panels of a rule's nodes, shape (2,)."""
-    half, middle = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
-    f = np.exp(middle[:, None] + half[:, None] * nodes)
-    return np.asarray((gains(eqs, TURN * f) * (_density(eqs, f) * f) @ weights) @ half)
+    whole = np.zeros(2)
+    for first in range(0, len(ends) - 1, AT_ONCE):
+        end = ends[first : first + AT_ONCE + 1]
+        half, middle = 0.5 * np.diff(end), 0.5 * (end[1:] + end[:-1])
+        f = np.exp(middle[:, None] + half[:, None] * nodes)
+        whole += (gains(eqs, TURN * f) * (_density(eqs, f) * f) @ weights) @ half
+    return whole
 
 
 @lru_cache
