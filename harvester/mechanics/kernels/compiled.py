@@ -6,6 +6,7 @@ be built again from its source, interpreted or compiled to exactly the same arit
 """
 
 import hashlib
+import pickle
 import sys
 import threading
 import time
@@ -18,12 +19,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core import caching as numba_caching
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
 
 from harvester.machine import folders
 
 config: Any = numba_config
+caching: Any = numba_caching
 F = TypeVar("F", bound=Callable[..., Any])
 
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
@@ -43,15 +46,31 @@ def _cache_folder() -> str | None:
     return None if folder is None else str(folder)
 
 
+class _Files(numba_caching.IndexDataCacheFile):
+    """The files of a cached function, where one that is cut off, as by a crash of the machine, counts as absent."""
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()
+        except (pickle.UnpicklingError, EOFError):
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)
+        except (pickle.UnpicklingError, EOFError):
+            raise FileNotFoundError(name) from None  # which numba expects
+
+
 @contextmanager
 def _own_cache() -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
-    folder, previous = _cache_folder(), config.CACHE_DIR
-    config.CACHE_DIR = folder or previous
+    folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
+    config.CACHE_DIR, caching.IndexDataCacheFile = folder or config.CACHE_DIR, _Files
     try:
         yield folder is not None
     finally:
-        config.CACHE_DIR = previous
+        config.CACHE_DIR, caching.IndexDataCacheFile = previous
 
 
 @dataclass
