@@ -35,6 +35,7 @@ SHORT = ("--trajectories", "2", "--duration", "1", "--budget", f"{BUDGET}s")
 WAYS = {  # options of each engine; how often each is asked follows from the number of its lines
     "published": [(), (), (), ()],
     "averaged": [(), (), (), ()],
+    "exact": [(), (), (), ()],
     "ensemble": [FEW, WITHIN],
     "ideal": [FEW],
     "spice": [SHORT, (*SHORT, "--alone")],
