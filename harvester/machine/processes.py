@@ -53,6 +53,8 @@ def submit_to_one(
                 return process.submit(function, *arguments), process
             except BrokenProcessPool:
                 kill(process)
+            except UnboundLocalError as error:  # loky's own, where the system refuses it a descriptor
+                raise error.__context__ or error from None
 
 
 def completed(
