@@ -6,6 +6,7 @@ effects, with other numbers each time; it compiles kernels for hundreds of combi
 
 import json
 import os
+import re
 import shutil
 import tomllib
 from pathlib import Path
@@ -86,6 +87,30 @@ def test_formulas(engine, count):
 
     one()
     answered(statuses, 0.2)
+
+
+NONLINEAR = re.compile("stop|restitution|gap|cubic|quadratic|damping_x|alpha|c2|c3|linear")
+
+
+@pytest.mark.slow
+def test_exact():
+    """What is linear of the scenes, under all their shaking."""
+    statuses = []
+
+    @tries(200)
+    @given(strategies.scenes)
+    def one(scene):
+        linear = {
+            name: {key: value for key, value in table.items() if not NONLINEAR.match(str(key))}
+            if isinstance(table, dict)
+            else table
+            for name, table in scene.items()
+            if not NONLINEAR.search(str(name))
+        }
+        statuses.append(judged(linear, "run", "--engine", "exact", "--json"))
+
+    one()
+    answered(statuses, 0.3)
 
 
 @pytest.mark.slow
@@ -204,15 +229,18 @@ def test_an_exponent_that_overflowed():
         assert not fault(*asked("stability", "scene.toml", "--json", "--trajectories", "64"))
 
 
+ENSEMBLE = ("run", "--engine", "ensemble")
+
+
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("keys", "arguments", "says"),
     [
-        ({"beta": 1e12, "mu": 0.05, "c1": -0.01, "D11": 1e-6}, ("run",), "trajectory-steps of 1e-07/w0"),
+        ({"beta": 1e12, "mu": 0.05, "c1": -0.01, "D11": 1e-6}, ENSEMBLE, "trajectory-steps of 1e-07/w0"),
         ({"beta": 1e50, "mu": 1.0, "c1": -0.01}, ("stability",), "trajectory-steps of 5e-27/w0"),
         (
             {"c1": -0.01, "drive": 0.1, "drive_frequency": 1e-50, "mu": 1.0, "beta": 0.1},
-            ("run",),
+            ENSEMBLE,
             "the shaking repeats after",
         ),
         (
