@@ -87,9 +87,9 @@ def spread(count: int, dimensions: int) -> Floats:
 
     The first is the middle, where there are several keys.
     """
-    from scipy.stats import qmc
-
     if dimensions == 1:
         return np.linspace(0.0, 1.0, count)[:, None]
+    from scipy.stats import qmc  # which takes a second to load
+
     points: Floats = qmc.Halton(dimensions, rng=np.random.default_rng(0)).random(count - 1)
     return np.vstack([np.full(dimensions, 0.5), points])
