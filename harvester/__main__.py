@@ -1,10 +1,9 @@
 """The program: `harvester`, or ``python -m harvester``."""
 
-import signal
-from typing import NoReturn
+import signal  # and nothing that takes long: before `main` Python prints a traceback for ^C
 
 
-def main() -> NoReturn:
+def main() -> None:
     """Load the command line and run it; ^C while it loads ends the program without a word."""
     before = signal.getsignal(signal.SIGINT)
     if before is signal.default_int_handler:  # otherwise ^C is ignored, as in the background of a script

@@ -15,6 +15,8 @@ ENDS = {".png": b"IEND\xaeB`\x82", ".html": b"</html>", ".svg": b"</svg>"}
 
 def wrong_words(status, out, err, how):
     """What is wrong with a status and what was printed; ``how`` is the fault."""
+    if how.get("signal") == signal.SIGINT == -status and "in main" not in err and err.endswith("KeyboardInterrupt\n"):
+        return ""  # it struck before the first line of the program, while Python itself began
     if re.search(r"internal error|Traceback|Exception ignored", err):
         return "a traceback or internal error"
     if status == 0:

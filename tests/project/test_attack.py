@@ -3,6 +3,7 @@
 import importlib
 import os
 import shutil
+import signal
 import sys
 
 import pytest
@@ -81,6 +82,14 @@ def test_what_is_cut_off_is_seen(tmp_path):
     (tmp_path / "out" / ".a.csv.1").touch()
     assert wholeness.unwhole(tmp_path, 2) == "left .a.csv.1"
     assert wholeness.unwhole(tmp_path, -9) == ""
+
+
+def test_an_interrupt_before_the_program_begins_is_pythons():
+    early = 'Traceback (most recent call last):\n  File "site.py", line 1, in <module>\nKeyboardInterrupt\n'
+    how, ours = {"signal": signal.SIGINT}, early.replace("<module>", "main")
+    assert wholeness.wrong_words(-signal.SIGINT, "", early, how) == ""
+    assert wholeness.wrong_words(-signal.SIGINT, "", ours, how) == "a traceback or internal error"
+    assert wholeness.wrong_words(1, "", early, how) == "a traceback or internal error"
 
 
 def test_growth(monkeypatch):
