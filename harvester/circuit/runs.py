@@ -4,7 +4,7 @@ import dataclasses
 import itertools
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -93,8 +93,12 @@ def new_drive(
     return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, begin, free, burn_in, shaking)
 
 
-def run_in_this_process(device: CoupledDevice, drive: "Drive", deadline: float = math.inf) -> "Drive":
+def run_in_this_process(
+    device: CoupledDevice, drive: "Drive", deadline: float = math.inf, nodes: Mapping[str, float] | None = None
+) -> "Drive":
     """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
+
+    ``nodes`` are voltages at the beginning (V) by name; with them, or with none of them, the drive keeps the last ones.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; OutOfTimeError where it
     has not ended at the ``deadline`` of `time.monotonic`; UnboundedResponseError when the motion left the finite
@@ -105,7 +109,7 @@ def run_in_this_process(device: CoupledDevice, drive: "Drive", deadline: float =
 
     scales = device.scales
     first = scales.volts * float(drive.state["x"][0])
-    whole = (device.h / scales.frequency, drive.duration, first, device.norton, scales.volts, device.reltol)
+    whole = (device.h / scales.frequency, drive.duration, first, device.norton, scales.volts, device.reltol, nodes)
     deck = build_deck(device.load, scales.capacitance, *whole)
     ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.readings).all():

@@ -42,6 +42,8 @@ class Drive:
         nondimensional time at which the ledger begins.
     shaking
         as of `harvester.mechanics.kernels.path.trace`.
+    smooth
+        whether drifts bend (`source_voltage`), as they may where neither white noise nor a compliant stop acts.
 
     Attributes
     ----------
@@ -54,6 +56,8 @@ class Drive:
         impact.
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
+    nodes
+        voltage (V) of each node at the last kick once the run is over, where its deck says to keep them.
     """
 
     def __init__(
@@ -68,8 +72,9 @@ class Drive:
         free: bool = False,
         since: float = math.inf,
         shaking: Floats | None = None,
+        smooth: bool = False,
     ) -> None:
-        self.smoothing = 0.0
+        self.smoothing, self.nodes = 0.0, dict[str, float]()
         readings = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: readings * stride])
         self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
@@ -94,11 +99,15 @@ class Drive:
         stops, others = self.coefficients[:STOPS], self.coefficients[STOPS:]
         a = None if self.shaking is None else float(self.shaking[0])
         # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
-        state["x"], state["v"] = start[0], interpreted(kick)(*start, 0.0, 0.5 * h, *others, a)
+        speed = float(interpreted(kick)(*start, 0.0, 0.5 * h, *others, a))
+        state["x"], state["v"], state["meet"] = start[0], speed, math.inf
         if eqs.restitution is not None and eqs.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)
             press = eqs.alpha, eqs.beta, eqs.linear, eqs.alpha2
             interpreted(plan_impact)(state[0], start[2], mean, *stops[:4], *press)
+        if smooth:
+            straight = state["meet"][0] < math.inf
+            state["smooth"], state["bend"] = 1, 0.0 if straight else (speed - start[1]) / (0.5 * h)
         interpreted(aim)(state[0], self.impacts, *stops, eqs.n1)
 
     @property

@@ -25,11 +25,12 @@ from harvester.mechanics.kernels.equation_of_motion import intensity, spring
 
 @inlined
 def add_terminal_flow(s, t, v, power, current):
-    """Add the energy (J) that passed the terminals, and that the load took, since the last accepted point."""
+    """Add the energy (J) that passed the terminals and that the load took, and the square of the voltage (V^2 s)."""
     if s.measuring == DURING:
         half = 0.5 * (t - s.t)
         s.load += half * (s.power + power)
         s.delivered += half * (s.voltage * s.current + v * current)
+        s.square += half * (s.voltage * s.voltage + v * v)
     s.power = power
     s.voltage = v
     s.current = current

@@ -1,7 +1,8 @@
 """The record that the mass and ngspice share in lock-step: the fields of one run's state.
 
 Times ``t``, ``leg_t``, ``target_time``, ``since``, ``begin`` and ``end`` are in second; ``volts`` = theta l/Cp;
-``voltage``, ``current``, ``power``, ``load``, ``delivered`` and ``smooth_*`` in SI; the rest is nondimensional.
+``voltage``, ``current``, ``power``, ``load``, ``delivered``, ``square`` and ``smooth_*`` in SI; the rest is
+nondimensional.  ``bend`` is the acceleration of a ``smooth`` drift (`source_voltage`), 0 of one in straight lines.
 ``*_at`` are addresses of the arrays that the compiled callbacks use, ``*_index`` the places of ngspice's vectors, -1
 for one that is not there.
 """
@@ -25,11 +26,25 @@ STOPS = 6  # of them describe the stops
 # stop and the shaking's share of it, the time after which bounces of r = 1 repeat, which stop it is (1, -1 for the
 # opposite one), and the velocity from which it began.
 _PLAN = ("meet", "speed", "up", "pressing", "share", "again", "side", "before")
-_REALS = ("x", "v", "phase", "next_phase", "h", "w0", "volts", *COEFFICIENTS, *_PLAN, "t", "leg_t", "target_time")
-_LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "begin", "end")
+_REALS = (
+    "x",
+    "v",
+    "bend",
+    "phase",
+    "next_phase",
+    "h",
+    "w0",
+    "volts",
+    *COEFFICIENTS,
+    *_PLAN,
+    "t",
+    "leg_t",
+    "target_time",
+)
+_LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "square", "begin", "end")
 _WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
 _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
-_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "measuring", "has_beta", "flown")
+_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
 _ARRAYS = ("noise_at", "shaking_at", "noise_size", "readings_at", "impacts_at", "impacts_size", "charge_at")
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`

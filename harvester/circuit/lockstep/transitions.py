@@ -28,8 +28,15 @@ from harvester.mechanics.kernels.path import between_kicks
 
 @inlined
 def source_voltage(s, t):
-    """Open-circuit voltage theta x(t)/Cp at a time within the present leg, in volt."""
-    return s.volts * (s.x + s.v * s.w0 * (t - s.leg_t))
+    """Open-circuit voltage theta x(t)/Cp at a time within the present leg, in volt.
+
+    A drift is a straight line, or the parabola of the last kick's acceleration between the same ends.
+    """
+    into = s.w0 * (t - s.leg_t)
+    x = s.x + s.v * into
+    if s.bend != 0.0:
+        x += 0.5 * s.bend * (s.phase + into) * (s.phase + into - s.h)
+    return s.volts * x
 
 
 @inlined
@@ -40,6 +47,8 @@ def proposed_step(s, t, delta):
     """
     left = s.target_time - t
     if not s.free or delta >= left:
+        return left
+    if s.smooth != 0 and delta >= (1.0 - TINY) * left:  # the same but for rounding: no slivers ever smaller
         return left
     return min(delta, 0.5 * left)
 
@@ -125,8 +134,8 @@ def accept_point(
         readings[row, 2], readings[row, 3], readings[row, 4] = s.x, s.v, V
         charge[row] = smooth
     elif s.goal == KICK:
+        before = s.v
         if s.kicks < s.noise_size:
-            before = s.v
             xi, (_, a) = noise[s.kicks], between_kicks(shaking, s.kicks + 1)
             v1 = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
             s.v = velocity_off_stop(s.x, before, v1, r, n1, gap, high)
@@ -142,4 +151,6 @@ def accept_point(
         if r is not None and n1 is None:
             mean, _ = between_kicks(shaking, min(s.kicks + 1, s.noise_size))
             plan_impact(s, V, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
+        if s.smooth != 0:
+            s.bend = (s.v - before) / s.h if s.meet == math.inf else 0.0
     aim(s, impacts, r, gap, high, r_high, k, c, n1)

@@ -1,5 +1,6 @@
 """The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from harvester.circuit.lockstep.state import VECTORS
@@ -14,6 +15,7 @@ class Deck:
 
     text: str
     vectors: tuple[str, ...]
+    keeps: bool = False  # whether all node voltages are saved, to begin another run with
 
     @property
     def smoothing(self) -> bool:
@@ -30,11 +32,13 @@ def build_deck(
     norton: bool = False,
     volts: float = 1.0,
     reltol: float = 1e-4,
+    nodes: Mapping[str, float] | None = None,
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
     capacitance in farad, step and duration in second; ``start`` is theta x/Cp at the beginning, in volt, where
-    the terminals have none, ``volts`` the signal's size, and ``reltol`` for `integration_options`. The piezo is that
+    the terminals have none, ``volts`` the signal's size, and ``reltol`` for `integration_options`; with ``nodes``, the
+    voltages at the beginning by name, all nodes are saved. The piezo is that
     voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a
     copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its
     integration rule; a current given as theta x' at the step's end would not. Both are the same equations; Thevenin
@@ -47,7 +51,8 @@ def build_deck(
     numbers = (capacitance, step, duration, start, volts)
     capacitance, step, duration, start, volts = map(float, numbers)  # a NumPy scalar prints its type
     parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
-    piezo, current = [f"Cp drive p {capacitance!r} ic={start!r}"], "vdrive"
+    first = start - (nodes or {}).get("p", 0.0)
+    piezo, current = [f"Cp drive p {capacitance!r} ic={first!r}"], "vdrive"
     if norton:
         piezo = [
             f"Ccopy drive 0 {capacitance!r} ic={start!r}",
@@ -62,9 +67,13 @@ def build_deck(
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
     vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
+    if nodes:
+        elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
+    if nodes is not None:
+        saved = ["all", "@r.xload.rload[p]"]
     cards = [load.text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
-    return Deck("\n".join([*elements, *cards]) + "\n", vectors)
+    return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None)
 
 
 def integration_options(

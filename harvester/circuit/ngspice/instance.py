@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.state import STATE, VECTORS
 from harvester.circuit.ngspice.compiled_callbacks import data_callback, point_function, source_callback, sync_callback
@@ -40,6 +41,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.lost = False  # whether ngspice failed in a way that it does not recover from
         self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
         self.smoothing = 0.0  # its capacitance Csmooth, F
+        self.names: list[str] = []  # of its nodes
+        self.nodes: dict[str, float] = {}  # their voltages at its last kick, V
         super().__init__(send_data=True)
 
     # The six callbacks of PySpice, as methods: cffi takes the bound method.
@@ -70,6 +73,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
         """Note where the vectors that the lock-step reads stand among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
+        self.names = [one for one in names if one != "time" and not one.startswith("@") and not one.endswith("#branch")]
         for what, name in zip(VECTORS, self.vectors, strict=True):
             self.state[f"{what}_index"] = names.index(name) if name in names else -1
         return 0
@@ -108,7 +112,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
             present = tuple(one is not None for one in drive.coefficients)
             self.state["accepted_at"] = point_function(present, drive.shaking is not None).address
-        self.vectors, self.loaded, self.smoothing = deck.vectors, False, 0.0
+        self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
         self.messages.clear()
         self._stdout.clear()  # PySpice's own list, which grows for ever
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
@@ -127,7 +131,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))
         drive.state[:] = self.state
-        drive.smoothing = self.smoothing
+        drive.smoothing, drive.nodes = self.smoothing, self.nodes
         if not self.loaded:
             raise CircuitError(why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
@@ -147,9 +151,18 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         if self.loaded and not self.lost and deck.smoothing:
             found = api.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
             self.smoothing = float(found.v_realdata[0]) if found and found.v_length else 0.0
+        last = float(self.state["noise_size"][0] * self.state["h"][0] / self.state["w0"][0])
+        if self.loaded and not self.lost and deck.keeps and self.state["t"][0] > last:
+            at = int(np.argmin(np.abs(self._vector("time") - last)))
+            self.nodes = {name: float(self._vector(name)[at]) for name in self.names}
         for command in (b"destroy all", b"remcirc"):
             if self.loaded and not self.lost:
                 api.ngSpice_Command(command)
+
+    def _vector(self, name: str) -> Floats:
+        """A vector of the present run, which ngspice keeps until the run is forgotten."""
+        found = self._ngspice_shared.ngGet_Vec_Info(name.encode())
+        return np.frombuffer(ffi.buffer(found.v_realdata, 8 * found.v_length))
 
 
 @cache

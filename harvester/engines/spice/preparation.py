@@ -11,6 +11,7 @@ from harvester.engines.ensemble import KNOWN, affordable, first_duration, step_a
 from harvester.engines.ideal import UNSERVED
 from harvester.engines.options import Sampled, number
 from harvester.equations.problem import Problem
+from harvester.equations.scales import Scales
 from harvester.errors import invalid
 from harvester.uncertainty.target import Target, best_factor
 
@@ -132,6 +133,14 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
         eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule
     )
     return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin)
+
+
+def stand_in(s: Scales) -> str:
+    """Which device stands in for a nondimensional scene."""
+    return (
+        f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
+        f"theta = {s.coupling:.4g} N/V; results are nondimensional"
+    )
 
 
 def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bool) -> "RichardsonPair":

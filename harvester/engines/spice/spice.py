@@ -11,8 +11,9 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import NO_NOISE, disagreement, power_balance
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
-from harvester.engines.spice.preparation import prepare
+from harvester.engines.spice.preparation import prepare, stand_in
 from harvester.engines.spice.runs import FEWEST, Runs
+from harvester.engines.spice.steady import steady_estimate, steady_response
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
@@ -84,10 +85,20 @@ class Spice(Sampled):
         return ""
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """Independent trajectories, each its own ngspice run from rest; means after the burn-in."""
+        """Independent trajectories, each its own ngspice run from rest; means after the burn-in.
+
+        Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
+        trajectories or a duration are given.
+        """
         from harvester.circuit import runs as worker
 
         problem = served(type(self), scene)
+        if problem.equations.is_steady and self.trajectories is None and self.duration is None:
+            begin = time.perf_counter()
+            steady = steady_response(self, problem, self.reltol, progress)
+            if steady is not None:
+                seconds = time.perf_counter() - begin - steady.warm_up_seconds
+                return steady_estimate(self, self.NAME, problem, steady, seconds)
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         code = machine_code()
         ready = prepare(problem, self, self.reltol, self.gaussian)
@@ -137,10 +148,7 @@ class Spice(Sampled):
         if target is not None:
             reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
         if not problem.physical:
-            reasons.append(
-                f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
-                f"theta = {s.coupling:.4g} N/V; results are nondimensional"
-            )
+            reasons.append(stand_in(s))
         answer = estimate(
             self.NAME,
             problem,

@@ -1,0 +1,214 @@
+"""The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
+
+A period is one short run of ngspice that begins with the node voltages and the motion of a `Section`, where the last
+one ended; `harvester.mechanics.periodic` goes from there to the section that comes back.  The coils of the packaged
+netlists carry no current there, as it lies midway between the turns of the motion; for a circuit that remembers more
+than its node voltages the response does not come back in the unbroken run that measures it, and is not taken.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuit.lockstep.drive import Drive
+from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
+from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
+from harvester.circuit.runs import CoupledDevice, run_in_this_process
+from harvester.mechanics.kernels.bounds import linear_growth
+from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.periodic import Settling
+
+FIRST = 4  # periods from rest before the way is shortened
+LONGEST = 60  # the same, of a mass that is not linear
+MEASURED = 2  # periods that are averaged, after one that is not
+COMES_BACK = 1e-3  # of the state's size, in the unbroken run
+MULTIPLES = 8  # periods of the drive that a response may take
+SURE = 2.0  # times what is left as the last periods say it
+NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
+AWAY, TRIED = 0.02, 8  # a part of the motion by which it is pushed aside, and periods in which it must come back
+
+
+@dataclass(frozen=True)
+class Section:
+    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name."""
+
+    x: float = 0.0
+    v: float = 0.0
+    nodes: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PeriodicResponse:
+    """A response that comes back after ``turns`` periods of the drive.
+
+    ``section`` is where it is at the part ``phase`` of the drive's period.  ``power`` (W) of Rload, ``square`` (V^2) of
+    the terminals and ``ledger`` are means over whole periods; ``left`` is the part of power and square that settling
+    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.
+    """
+
+    section: Section
+    phase: float
+    turns: int
+    power: float
+    square: float
+    ledger: EnergyLedger
+    left: Floats
+    periods: float
+    steps: int
+
+
+class _Path:
+    """Runs of one device through periods of its drive, from section to section, at one ``phase``."""
+
+    def __init__(self, device: CoupledDevice, phase: float, deadline: float) -> None:
+        self.device, self.phase, self.deadline, self.steps, self.kicks = device, phase, deadline, 0, 0
+        period = device.eqs.shaking_period
+        assert period is not None, "the engine asks for a steady drive"
+        self.size = round(period / device.h)  # kicks in a period
+        self.shaking = forcing(device.eqs, device.h, self.size)
+
+    def run(self, section: Section, kicks: int, since: int = 0, stride: int | None = None) -> tuple[Section, Drive]:
+        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
+        device, s = self.device, self.device.scales
+        assert self.shaking is not None
+        at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
+        start = section.x, section.v, section.nodes.get("p", 0.0) / s.volts
+        grid, covered = (device.h, stride or kicks), (since - 0.5) * device.h
+        shaking = self.shaking[at % self.size]
+        smooth = device.eqs.stop_stiffness is None
+        given = s.volts, s.frequency, np.zeros(kicks), *grid, start, not device.load.linear, covered, shaking, smooth
+        drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
+        self.steps += int(drive.state[0].steps)
+        self.kicks += kicks
+        return Section(float(drive.readings[-1, 0]), _unkicked(drive, float(shaking[-1])), drive.nodes), drive
+
+    def means(self, drive: Drive) -> Floats:
+        """Power of Rload (W) and mean square of the terminals' voltage (V^2) in a run."""
+        s = drive.state[0]
+        return np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin)
+
+    def settling(self, section: Section, turns: int) -> Settling:
+        """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
+        names, s, load = list(section.nodes), self.device.scales, self.device.load
+
+        def turn(y: Floats) -> tuple[Floats, Floats]:
+            after, drive = self.run(_section(y, names, s.volts), turns * self.size)
+            return _flat(after, s.volts), self.means(drive)
+
+        outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
+        slow = np.zeros((4, 2 + len(names)))
+        slow[0, 0] = slow[1, 1] = slow[2, 2 + names.index("p")] = 1.0
+        for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
+            if (name := outer.get(node, f"xload.{node}")) in names:
+                slow[3, 2 + names.index(name)] += sign
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), _flat(section, s.volts))
+
+    def unbroken(self, section: Section, turns: int, times: int) -> tuple[Floats, Drive]:
+        """The slow parts after each of ``times`` turns in one run, shape (times, 4); means leave out the first turn."""
+        size = turns * self.size
+        _, drive = self.run(section, times * size, size, size)
+        x, v = drive.readings[:, 0], drive.readings[:, 3]
+        return np.column_stack([x, v, drive.readings[:, 1], drive.charge / self.device.scales.volts]), drive
+
+    def measured(self, settled: Settling, names: list[str], turns: int) -> PeriodicResponse | None:
+        """The means of an unbroken run from where the map has settled; None where that does not come back."""
+        scales = self.device.scales
+        section = _section(settled.state, names, scales.volts)
+        sections, drive = self.unbroken(section, turns, 1 + MEASURED)
+        residual = sections[-1] - sections[-2]
+        if settled.size(residual) > COMES_BACK:
+            return None
+        power, square = means = self.means(drive)
+        left = SURE * np.abs(settled.left(residual)[1]) / np.maximum(means, 1e-300)
+        ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
+        whole = self.phase, turns, power, square, ledger, left
+        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps)
+
+    def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
+        """Whether a motion that is pushed aside comes nearer again."""
+        begin = _section(settled.state, names, self.device.scales.volts)
+        way = AWAY * math.hypot(begin.x, begin.v)
+        aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
+        sections, _ = self.unbroken(aside, turns, TRIED)
+        return math.hypot(sections[-1, 0] - begin.x, sections[-1, 1] - begin.v) < way
+
+
+def periodic_response(device: CoupledDevice, x: float, v: float, deadline: float) -> PeriodicResponse | None:
+    """The response from (x, x'), with empty capacitors; None where it does not come back, even after some periods.
+
+    Raises as `run_in_this_process`.
+    """
+    path = _Path(device, 0.0, deadline)
+    own = device.load.topology is None and not device.load.linear  # which may feed what grows
+    linear = linear_growth(device.eqs) is not None and not own
+    section, drive = path.run(Section(x, v), FIRST * path.size, stride=1)
+    quiet = _quiet(drive.readings[-path.size :, 3])
+    section, _ = path.run(section, quiet)
+    path.phase = quiet / path.size
+    if not linear:
+        section, _ = path.run(section, LONGEST * path.size)
+    found = _settled(path, section, 1, linear)
+    if found is not None:
+        return found
+    sections, _ = path.unbroken(section, 1, 2 * LONGEST)
+    for turns in range(2, MULTIPLES + 1):
+        if _comes_back(sections[:, :2], turns):
+            section, _ = path.run(section, 2 * LONGEST * path.size)
+            return _settled(path, section, turns, False)
+    return None
+
+
+def same_response(device: CoupledDevice, near: PeriodicResponse, deadline: float) -> PeriodicResponse | None:
+    """The same response at another step or tolerance; None where it is no longer there."""
+    return _settled(_Path(device, near.phase, deadline), near.section, near.turns, True)
+
+
+def _settled(path: _Path, section: Section, turns: int, surely: bool) -> PeriodicResponse | None:
+    """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
+    names = list(section.nodes)
+    settled = path.settling(section, turns)
+    if not settled.reach() or not (surely or path.returns(settled, names, turns)):
+        return None
+    return path.measured(settled, names, turns)
+
+
+def _comes_back(motion: Floats, turns: int) -> bool:
+    """Whether the last of many sections (x, x') are those of ``turns`` before."""
+    away = np.linalg.norm(motion[-MULTIPLES:] - motion[-MULTIPLES - turns : -turns], axis=1)
+    return bool(np.max(away) < NEAR * np.max(np.linalg.norm(motion[-MULTIPLES:], axis=1)))
+
+
+def _quiet(velocity: Floats) -> int:
+    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts."""
+    size = len(velocity)
+    changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))
+    if len(changes) == 0:
+        return size
+    gaps = np.diff(np.append(changes, changes[0] + size))
+    longest = int(np.argmax(gaps))
+    return int(changes[longest] + gaps[longest] // 2) % size or size
+
+
+def _unkicked(drive: Drive, a: float) -> float:
+    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
+    state = drive.state[0]
+    present = dict(zip(COEFFICIENTS[STOPS:], drive.coefficients[STOPS:], strict=True))
+    x, voltage, v = drive.readings[-1, [0, 1, 3]]
+    at_rest, at_speed = (
+        interpreted(kick)(x, one, voltage, 0.0, 0.5 * float(state.h), **present, a=a) for one in (0.0, 1.0)
+    )
+    return float((v - at_rest) / (at_speed - at_rest))
+
+
+def _flat(section: Section, volts: float) -> Floats:
+    return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
+
+
+def _section(y: Floats, names: list[str], volts: float) -> Section:
+    voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
+    return Section(float(y[0]), float(y[1]), voltages)

@@ -1,0 +1,211 @@
+"""Engine `spice` under a steady drive: one periodic response, at several steps and tolerances; nothing is sampled.
+
+The response is found once, from rest, and followed to steps of a half and a quarter and to a tenth of ngspice's
+tolerance.  What the step changes is extrapolated where it falls as the order says (`harvester.uncertainty.richardson`),
+what the tolerance changes is added; both changes, and what settling further would change, are the error.
+"""
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import Progress, estimate
+from harvester.engines.spice.preparation import stand_in
+from harvester.engines.spice.runs import gives_power, ledger_doubts, ledger_entries
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import CircuitError, OutOfTimeError
+from harvester.uncertainty.richardson import limit
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.circuit.periodic import PeriodicResponse
+    from harvester.circuit.runs import CoupledDevice
+
+WITHIN = 1e-3  # relative error that is worked towards where none is asked for
+HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
+TENTH = 0.1  # of the tolerance, to see what it does
+FEWEST = 64  # steps in a period, of the longest step
+
+
+@dataclass
+class Steady:
+    """A periodic response at several steps and tolerances of ngspice.
+
+    ``found`` has it by how often the step was halved and the tolerance divided by ten.  The mean is that of the
+    tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
+    too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
+    tolerance; ``unknown`` says why the error is not known, where it is not.
+    """
+
+    first: "CoupledDevice"
+    halvings: int
+    deadline: float
+    found: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
+    tenths: int = 0
+    unknown: str = ""
+    warm_up_seconds: float = 0.0
+
+    @property
+    def finest(self) -> int:
+        """How often the step was halved, at most, at the tolerance that counts."""
+        return max(halvings for halvings, tenths in self.found if tenths == self.tenths)
+
+    @property
+    def last(self) -> "PeriodicResponse":
+        """The response at the finest step."""
+        return self.found[self.finest, self.tenths]
+
+    def follow(self, places: list[tuple[int, int]]) -> None:
+        """Find the response at further (halvings, tenths), side by side."""
+        from harvester.circuit.periodic import same_response
+        from harvester.circuit.worker_pool import map_in_workers
+
+        jobs = []
+        for halvings, tenths in places:
+            h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
+            jobs.append((dataclasses.replace(self.first, h=h, reltol=reltol), self.last, self.deadline))
+        try:
+            for place, response in zip(places, map_in_workers(same_response, jobs), strict=True):
+                if response is None:
+                    self.unknown = "the error is not known, as the response is not there at another step or tolerance"
+                    return
+                self.found[place] = response
+        except OutOfTimeError:
+            self.unknown = "the error is not known, as the `budget` was spent before"
+        except CircuitError as error:
+            self.unknown = f"the error is not known: at another step or tolerance {error}"
+
+    def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
+        """The mean ``power`` or ``square``, and its errors: of the step, of ngspice's tolerance and of settling."""
+        finest, tenths = self.finest, self.tenths
+        values = [float(getattr(self.found[k, tenths], name)) for k in range(finest - 2, finest + 1)]
+        value, step = limit(values)
+        left = float(self.last.left[("power", "square").index(name)]) * abs(values[-1])
+        tighter = self.found.get((finest, tenths + 1))
+        change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
+        return value + change, (step, abs(change), left)
+
+    def value(self, name: str) -> Value:
+        """The mean with its whole error; as it was last found and without, where that is not known."""
+        if self.unknown:
+            return Value(float(getattr(self.last, name)))
+        value, parts = self.errors(name)
+        return Value(value, bias=sum(parts))
+
+    def improve(self) -> bool:
+        """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
+        _, (step, tolerance, _) = self.errors("power")
+        finest, tenths = self.finest, self.tenths
+        before, finer = dict(self.found), finest < self.halvings
+        tighter = (finest, tenths + 1) in self.found
+        if tighter and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST and (tolerance > step or not finer):
+            top = min(finest + 1, self.halvings)
+            row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.found]
+            self.follow([*row, (top, tenths + 2)])
+            tenths += 1
+        elif finer:
+            self.follow([(finest + 1, tenths), *([(finest + 1, tenths + 1)] if tighter else [])])
+        else:
+            return False
+        if self.unknown:  # what was known before is known all the same
+            self.found, self.unknown = before, ""
+            return False
+        self.tenths = tenths
+        return True
+
+
+def steady_response(options: Sampled, problem: Problem, reltol: float, progress: Progress | None) -> Steady | None:
+    """The response from rest to a steady drive, and its errors; None where it does not come back.
+
+    It goes on to smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
+
+    Raises as `harvester.circuit.runs.run_in_this_process`.
+    """
+    from harvester.circuit.periodic import periodic_response
+    from harvester.circuit.runs import CoupledDevice, warm_up_workers
+    from harvester.circuit.worker_pool import map_in_workers
+
+    eqs, circuit, budget, within = problem.equations, problem.circuit, number(options.budget), number(options.within)
+    assert circuit is not None, "the engine refuses an open circuit"
+    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
+    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol)
+    warm = warm_up_workers(device)
+    steady = Steady(device, halvings, math.inf if budget is None else time.monotonic() + budget, warm_up_seconds=warm)
+    try:
+        found = next(map_in_workers(periodic_response, [(device, eqs.resting_places[0], 0.0, steady.deadline)]))
+    except OutOfTimeError:
+        raise
+    except CircuitError:  # it may be a state on the way that ngspice cannot begin with: a run from rest will tell
+        return None
+    if found is None:
+        return None
+    steady.found[0, 0] = found
+    if halvings < 2:
+        steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
+        return steady
+    steady.follow([(1, 0), (2, 0), *([] if circuit.linear else [(2, 1)])])
+    going = not steady.unknown
+    while going:
+        power = steady.value("power")
+        share = power.error95 / abs(power.value) / (within or WITHIN) if power.value else 0.0
+        if progress is not None:
+            progress(1.0 / max(share, 1.0))
+        going = share > 1.0 and steady.improve()
+    return steady
+
+
+def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
+    """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
+    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+
+    if dt is None:
+        return whole_steps(eqs, default_step(eqs, max(place**2 for place in eqs.resting_places))), HALVINGS
+    h, period = whole_steps(eqs, dt), eqs.shaking_period
+    assert period is not None, "the drive is steady"
+    larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
+    return h * 2**larger, larger
+
+
+def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Steady, seconds: float) -> Estimate:
+    """The answer that a periodic response gives, with its energy ledger."""
+    s, units, last, within = problem.scales, problem.units, steady.last, number(options.within)
+    everything = steady.found.values()
+    power, square = steady.value("power"), steady.value("square")
+    if power.value + power.error95 < 0.0:
+        raise gives_power(-power.value)
+    warnings = ledger_doubts(2 * [last.ledger])
+    if within is not None and (steady.unknown or power.error95 > within * abs(power.value)):
+        relative = "is not known" if steady.unknown else f"is {power.error95 / abs(power.value):.2g}"
+        warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
+    again = (
+        "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
+    )
+    reasons = [f"no sampling error: nothing is random, and the response from rest comes back {again}"]
+    details = {"step": steady.first.h / 2**steady.finest / units.frequency}
+    details |= {"response_periods": last.turns, "ngspice_periods": sum(one.periods for one in everything)}
+    if steady.unknown:
+        reasons.append(steady.unknown)
+    else:
+        parts = ("step_error", "tolerance_error", "settling_error")
+        found = dict(zip(parts, steady.errors("power")[1], strict=True))
+        details |= {part: error * units.watts / s.watts for part, error in found.items()}
+        reasons.append("its error is that of the step, of ngspice's tolerance and of settling")
+    if not problem.physical:
+        reasons.append(stand_in(s))
+    answer = estimate(
+        name,
+        problem,
+        square.scaled(1.0 / s.volts**2),
+        power.scaled(1.0 / s.watts),
+        seconds,
+        sum(one.steps for one in everything),
+        "; ".join(reasons),
+        tuple(warnings),
+        details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
+    )
+    return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))

@@ -1,0 +1,57 @@
+"""Anderson's acceleration of a period map: maps with slow, turning and noisy modes, and one without a fixed point."""
+
+import numpy as np
+import pytest
+
+from harvester.mechanics.periodic import MOST, Settling
+
+SLOW = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+GROUPS = np.array([0, 0, 1])
+
+
+def settling(rate, noise=0.0, push=0.0):
+    """A motion that spirals in, a slow capacitor that it charges, and a node that is their sum; what was met."""
+    fixed, rng, calls = np.array([1.0, -0.5, 3.0]), np.random.default_rng(1), []
+    matrix = np.array([[0.6, -0.5, 0.02], [0.5, 0.6, 0.0], [0.05, 0.0, rate]])
+
+    def turn(y):
+        calls.append(y)
+        new = fixed + matrix @ (y[:3] - fixed) + push * (y[2] - fixed[2]) ** 2 * np.array([0.0, 0.0, -1.0])
+        new *= 1.0 + noise * rng.standard_normal(3)
+        return np.append(new, new.sum()), np.array([new[2] ** 2, 1.0])
+
+    return Settling(turn, SLOW, GROUPS, np.zeros(4)), fixed, calls
+
+
+@pytest.mark.parametrize("rate, push", [(0.9, 0.0), (0.99, 0.0), (0.999, 0.0), (0.9, 0.01)])
+def test_a_slow_mode_takes_a_few_periods(rate, push):
+    """Alone it would take 1400 periods at .99 to come to 1e-6."""
+    settled, fixed, calls = settling(rate, push=push)
+    assert settled.reach()
+    assert settled.state[:3] == pytest.approx(fixed, rel=1e-5)
+    assert settled.state[3] == pytest.approx(fixed.sum(), rel=1e-5)
+    assert len(calls) < 20
+
+
+def test_what_is_left_is_told_from_what_the_last_periods_did():
+    """A state off the fixed point: how far it and the square of its capacitor's voltage are from there."""
+    settled, fixed, _ = settling(0.99)
+    assert settled.reach()
+    off = np.append(fixed + np.array([1e-3, 2e-3, 5e-3]), 0.0)
+    after, means = settled.turn(off)
+    state, change = settled.left(SLOW @ (after - off))
+    assert state[:3] == pytest.approx(after[:3] - fixed, rel=1e-2)
+    assert 0.4 < change[0] / (means[0] - fixed[2] ** 2) < 2.5  # a square, from periods farther off
+
+
+def test_noise_ends_the_way_where_it_lets_nothing_be_won():
+    settled, fixed, calls = settling(0.9, noise=1e-6)
+    assert settled.reach()
+    assert settled.state[:3] == pytest.approx(fixed, rel=1e-3)
+    assert len(calls) < MOST
+
+
+def test_a_map_that_never_comes_back_is_told():
+    rng = np.random.default_rng(2)
+    settled = Settling(lambda y: (rng.standard_normal(4), np.zeros(2)), SLOW, GROUPS, np.zeros(4))
+    assert not settled.reach()
