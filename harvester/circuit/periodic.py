@@ -17,7 +17,7 @@ from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
-from harvester.mechanics.kernels.bounds import linear_growth
+from harvester.equations.bounds import linear_growth
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.shaking import forcing

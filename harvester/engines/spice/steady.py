@@ -19,6 +19,7 @@ from harvester.engines.spice.runs import gives_power, ledger_doubts, ledger_entr
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
+from harvester.machine.folders import machine_code
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
 TENTH = 0.1  # of the tolerance, to see what it does
+RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
 FEWEST = 64  # steps in a period, of the longest step
 
 
@@ -134,8 +136,10 @@ def steady_response(options: Sampled, problem: Problem, reltol: float, progress:
     assert circuit is not None, "the engine refuses an open circuit"
     h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
     device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol)
-    warm = warm_up_workers(device)
-    steady = Steady(device, halvings, math.inf if budget is None else time.monotonic() + budget, warm_up_seconds=warm)
+    code, warm = machine_code(), warm_up_workers(device)
+    start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
+    deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
+    steady = Steady(device, halvings, deadline, warm_up_seconds=warm)
     try:
         found = next(map_in_workers(periodic_response, [(device, eqs.resting_places[0], 0.0, steady.deadline)]))
     except OutOfTimeError:
