@@ -1,7 +1,7 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
-A period is one short run of ngspice that begins with the node voltages and the motion of a `Section`, where the last
-one ended; `harvester.mechanics.periodic` goes from there to the section that comes back.  The coils of the packaged
+A period is one short run of ngspice that begins with the node voltages and the motion of a `CoupledState`, where the
+last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.  The coils of the packaged
 netlists carry no current there, as it lies midway between the turns of the motion; for a circuit that remembers more
 than its node voltages the response does not come back in the unbroken run that measures it, and is not taken.
 """
@@ -34,7 +34,7 @@ AWAY, TRIED = 0.02, 8  # a part of the motion by which it is pushed aside, and p
 
 
 @dataclass(frozen=True)
-class Section:
+class CoupledState:
     """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name."""
 
     x: float = 0.0
@@ -51,7 +51,7 @@ class PeriodicResponse:
     further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.
     """
 
-    section: Section
+    section: CoupledState
     phase: float
     turns: int
     power: float
@@ -72,7 +72,9 @@ class _Path:
         self.size = round(period / device.h)  # kicks in a period
         self.shaking = forcing(device.eqs, device.h, self.size)
 
-    def run(self, section: Section, kicks: int, since: int = 0, stride: int | None = None) -> tuple[Section, Drive]:
+    def run(
+        self, section: CoupledState, kicks: int, since: int = 0, stride: int | None = None
+    ) -> tuple[CoupledState, Drive]:
         """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
         device, s = self.device, self.device.scales
         assert self.shaking is not None
@@ -85,14 +87,14 @@ class _Path:
         drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
         self.steps += int(drive.state[0].steps)
         self.kicks += kicks
-        return Section(float(drive.readings[-1, 0]), _unkicked(drive, float(shaking[-1])), drive.nodes), drive
+        return CoupledState(float(drive.readings[-1, 0]), _unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square of the terminals' voltage (V^2) in a run."""
         s = drive.state[0]
         return np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin)
 
-    def settling(self, section: Section, turns: int) -> Settling:
+    def settling(self, section: CoupledState, turns: int) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
         names, s, load = list(section.nodes), self.device.scales, self.device.load
 
@@ -108,7 +110,7 @@ class _Path:
                 slow[3, 2 + names.index(name)] += sign
         return Settling(turn, slow, np.array([0, 0, 1, 1]), _flat(section, s.volts))
 
-    def unbroken(self, section: Section, turns: int, times: int) -> tuple[Floats, Drive]:
+    def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4); means leave out the first turn."""
         size = turns * self.size
         _, drive = self.run(section, times * size, size, size)
@@ -146,7 +148,7 @@ def periodic_response(device: CoupledDevice, x: float, v: float, deadline: float
     path = _Path(device, 0.0, deadline)
     own = device.load.topology is None and not device.load.linear  # which may feed what grows
     linear = linear_growth(device.eqs) is not None and not own
-    section, drive = path.run(Section(x, v), FIRST * path.size, stride=1)
+    section, drive = path.run(CoupledState(x, v), FIRST * path.size, stride=1)
     quiet = _quiet(drive.readings[-path.size :, 3])
     section, _ = path.run(section, quiet)
     path.phase = quiet / path.size
@@ -168,7 +170,7 @@ def same_response(device: CoupledDevice, near: PeriodicResponse, deadline: float
     return _settled(_Path(device, near.phase, deadline), near.section, near.turns, True)
 
 
-def _settled(path: _Path, section: Section, turns: int, surely: bool) -> PeriodicResponse | None:
+def _settled(path: _Path, section: CoupledState, turns: int, surely: bool) -> PeriodicResponse | None:
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
     settled = path.settling(section, turns)
@@ -205,10 +207,10 @@ def _unkicked(drive: Drive, a: float) -> float:
     return float((v - at_rest) / (at_speed - at_rest))
 
 
-def _flat(section: Section, volts: float) -> Floats:
+def _flat(section: CoupledState, volts: float) -> Floats:
     return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
 
 
-def _section(y: Floats, names: list[str], volts: float) -> Section:
+def _section(y: Floats, names: list[str], volts: float) -> CoupledState:
     voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
-    return Section(float(y[0]), float(y[1]), voltages)
+    return CoupledState(float(y[0]), float(y[1]), voltages)
