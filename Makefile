@@ -49,6 +49,7 @@ bench: setup
 	$(BIN)/python benchmarks/figure1.py
 	$(BIN)/python benchmarks/on_demand.py
 	$(BIN)/python benchmarks/controls.py
+	$(BIN)/python benchmarks/steady.py
 
 # In a virtual environment of its own, which is thrown away: what .venv has besides does not matter.
 lock:

@@ -16,6 +16,7 @@ from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import Progress, estimate
 from harvester.engines.spice.preparation import stand_in
 from harvester.engines.spice.runs import gives_power, ledger_doubts, ledger_entries
+from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
@@ -190,6 +191,8 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
     )
     reasons = [f"no sampling error: nothing is random, and the response from rest comes back {again}"]
+    if linear_growth(problem.equations) is None:
+        reasons.append("other responses to the same drive, from other starts, are not looked for")
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
     details |= {"response_periods": last.turns, "ngspice_periods": sum(one.periods for one in everything)}
     if steady.unknown:

@@ -90,6 +90,7 @@ def test_a_subharmonic_is_named():
     answer = hv.Spice().run(scene(eqs))
     assert answer.details["response_periods"] == 2
     assert "comes back after 2 periods of the drive: subharmonic" in answer.reason
+    assert "other responses to the same drive, from other starts, are not looked for" in answer.reason
     ensemble = hv.Ensemble(trajectories=64).run(scene(eqs))
     assert answer.mean_power.value == pytest.approx(ensemble.mean_power.value, rel=5e-3)
 
