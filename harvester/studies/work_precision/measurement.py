@@ -77,7 +77,9 @@ class Measurement:
             if kind is not Spice:
                 self.run(kind())
         self.cheap = next((run for run in self.runs if isinstance(run.engine, Ensemble)), None)
-        with_control = self.run(Spice()) if self.cheap is not None else None
+        steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
+        sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
+        with_control = self.run(sampled) if self.cheap is not None else None
         spice_alone = self.run(first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None))
         if self.cheap is not None:
             self.measure_biases(self.cheap, with_control is not None)
