@@ -92,13 +92,14 @@ class Spice(Sampled):
         """
         from harvester.circuit import runs as worker
 
-        problem = served(type(self), scene)
+        problem, sought = served(type(self), scene), ""
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             begin = time.perf_counter()
             steady = steady_response(self, problem, self.reltol, progress)
             if steady is not None:
                 seconds = time.perf_counter() - begin - steady.warm_up_seconds
                 return steady_estimate(self, self.NAME, problem, steady, seconds)
+            sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         code = machine_code()
         ready = prepare(problem, self, self.reltol, self.gaussian)
@@ -144,7 +145,7 @@ class Spice(Sampled):
             dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value
             for one in (runs.mean_square_voltage(), runs.power())
         )
-        reasons = [ready.reason, agreed if agreed == NO_NOISE else ""]
+        reasons = [sought, ready.reason, agreed if agreed == NO_NOISE else ""]
         if target is not None:
             reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
         if not problem.physical:
