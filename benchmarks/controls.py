@@ -9,13 +9,18 @@ error sqrt(S/T), and .1 % at 95 % takes T = S (1.96/.001)^2.  Burn-in and the bi
 import argparse
 import dataclasses
 import time
+from pathlib import Path
 
 import numpy as np
 from common import PAPER, report
 
+from harvester.circuit.idealised import ideal_circuit
 from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.scene.physical import Stop
+from harvester.scene.toml import load
 from harvester.uncertainty.value import mean_and_error
 
 LINEAR = Equations(beta=0.05, mu=0.05, c1=-0.05, n1=0.01)
@@ -31,12 +36,25 @@ SCENES = {
     "two stops": dataclasses.replace(PAPER, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9),
     "two wells": Equations(linear=-1.0, alpha=1.0, beta=0.1, mu=0.5, c1=-0.1, n1=0.05),
 }
+EXAMPLES = Path(__file__).parents[1] / "examples"
+# Examples with circuits of ideal elements, as they are and with their stop or another one
+CIRCUITS = ("plate_bridge", "plate_doubler", "plate_parallel_sshi", "plate_series_sshi", "plate_sece")
 MOMENTS = ("V2", "x2", "v2", "impacts")
 
 
-def measured(name, eqs, count, duration, rounds):
-    """One row of the table."""
-    many = Trajectories(eqs, count, np.random.SeedSequence(1), controlled=True)
+def circuits():
+    """Name, equations and circuit of each example in `CIRCUITS`, without a stop and with one."""
+    for name in CIRCUITS:
+        scene = load(EXAMPLES / f"{name}.toml")
+        for stop in (None, Stop(restitution=0.96)):
+            problem = Problem.of(dataclasses.replace(scene, stop=stop))
+            circuit = ideal_circuit(problem.circuit, problem.scales)
+            yield f"{name.removeprefix('plate_')}, {'no stop' if stop is None else 'stop'}", problem.equations, circuit
+
+
+def measured(name, eqs, count, duration, rounds, circuit=None):
+    """One row of the table; of a circuit the power into its load counts, in place of E[V^2]."""
+    many = Trajectories(eqs, count, np.random.SeedSequence(1), circuit=circuit, controlled=True)
     burn_in(many)
     many.run(1.0)
     seconds = {False: [], True: []}
@@ -46,8 +64,8 @@ def measured(name, eqs, count, duration, rounds):
             begin = time.process_time()
             found = many.run(duration)
             seconds[controlled].append(time.process_time() - begin)
-    row = {"scene": name}
-    for moment in MOMENTS:
+    row, first = {"scene": name}, "V2" if circuit is None else "load"
+    for moment in (first, *MOMENTS[1:]):
         error = mean_and_error(found.controlled(moment))[1]
         row[f"{moment} variance ratio"] = (
             (mean_and_error(getattr(found, moment))[1] / error) ** 2 if error > 0.0 else 1.0
@@ -55,8 +73,8 @@ def measured(name, eqs, count, duration, rounds):
     steps = count * duration / many.h
     row["ns/step plain"], row["ns/step controlled"] = (1e9 * min(seconds[c]) / steps for c in (False, True))
     row["cost ratio"] = min(seconds[True]) / min(seconds[False])
-    row["accuracy a second"] = row["V2 variance ratio"] / row["cost ratio"]
-    error = mean_and_error(found.V2)[1] / found.V2.mean()
+    row["accuracy a second"] = row[f"{first} variance ratio"] / row["cost ratio"]
+    error = mean_and_error(getattr(found, first))[1] / getattr(found, first).mean()
     row["s to .1 % plain"] = min(seconds[False]) * (1.96 * error / 1e-3) ** 2
     row["s to .1 % controlled"] = row["s to .1 % plain"] / row["accuracy a second"]
     return row
@@ -70,7 +88,9 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     sizes = options.trajectories, options.duration, options.rounds
-    report("controls", [measured(name, eqs, *sizes) for name, eqs in SCENES.items()], options=vars(options))
+    rows = [measured(name, eqs, *sizes) for name, eqs in SCENES.items()]
+    rows += [measured(name, eqs, *sizes, circuit) for name, eqs, circuit in circuits()]
+    report("controls", rows, options=vars(options))
 
 
 if __name__ == "__main__":

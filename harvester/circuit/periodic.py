@@ -79,7 +79,7 @@ class _Path:
         device, s = self.device, self.device.scales
         assert self.shaking is not None
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
-        start = section.x, section.v, section.nodes.get("p", 0.0) / s.volts
+        start = section.x, section.v, section.nodes.get("p", 0.0) / s.volts, 0.0
         grid, covered = (device.h, stride or kicks), (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None

@@ -17,6 +17,7 @@ from harvester.circuit.worker_pool import map_in_workers, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
+from harvester.mechanics.kernels.circuit_features import path_controls
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_grid
@@ -24,6 +25,9 @@ from harvester.mechanics.kernels.path import Path, trace
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
+
+# x, x', V and the voltage of Csmooth
+Start = tuple[float, float, float, float]
 
 if TYPE_CHECKING:
     from harvester.circuit.lockstep.drive import Drive
@@ -57,14 +61,14 @@ class CoupledDevice:
 
 @dataclass(frozen=True)
 class TrajectoryMeans:
-    """Time averages of one trajectory after the burn-in.
+    """Time averages of one trajectory after the burn-in, over each of its blocks.
 
-    ``load_power`` (W) is that of Rload, as in the ledger; ``steps`` counts those of ngspice; ``control`` is the control
+    ``load_power`` (W), shape (blocks,), is that of Rload; ``steps`` counts those of ngspice; ``control`` is the control
     variate: the same moments without ngspice, on the same noise.
     """
 
     moments: Moments
-    load_power: float
+    load_power: Floats
     steps: int
     ledger: EnergyLedger
     control: Moments | None = None
@@ -80,17 +84,17 @@ def new_drive(
     noise: Floats,
     burn_in: float = math.inf,
     shaking: Floats | None = None,
-    start: float | None = None,
+    start: Start | None = None,
 ) -> "Drive":
-    """The mass of one run on a noise grid, at rest at the displacement ``start``, None for its first resting place.
+    """The mass of one run on a noise grid, from ``start``; None: at rest in the scene's first resting place.
 
     The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
     from harvester.circuit.lockstep.drive import Drive
 
-    begin, scales = None if start is None else (start, 0.0, 0.0), device.scales
-    step, free = (device.h, device.stride), not device.load.linear
-    return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, begin, free, burn_in, shaking)
+    scales, free = device.scales, not device.load.linear
+    step = device.h, device.stride
+    return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking)
 
 
 def run_in_this_process(
@@ -108,9 +112,9 @@ def run_in_this_process(
     from harvester.circuit.ngspice.instance import ngspice
 
     scales = device.scales
-    first = scales.volts * float(drive.state["x"][0])
-    whole = (device.h / scales.frequency, drive.duration, first, device.norton, scales.volts, device.reltol, nodes)
-    deck = build_deck(device.load, scales.capacitance, *whole)
+    x, _, voltage, charge = (scales.volts * one for one in drive.start)
+    whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
+    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes)
     ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
@@ -124,29 +128,49 @@ def _measure(
     burn_in: float,
     with_control: bool,
     deadline: float,
-    start: float,
+    blocks: int,
+    start: Start,
 ) -> TrajectoryMeans:
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
     noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
     shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
     drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline)
     state = drive.state[0]
-    moments = from_path(device.eqs, drive.path(), burn_in, 1)
+    moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(state, device.scales, drive.smoothing, device.load.linear)
-    control = _control(device, noise, shaking, burn_in, start) if with_control else None
-    return TrajectoryMeans(moments, ledger.load, int(state.steps), ledger, control)
+    load = np.array([ledger.load])
+    if blocks > 1:
+        load, controls = _blocks(drive, burn_in, blocks)
+        moments = dataclasses.replace(moments, controls=controls)
+    control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
+    return TrajectoryMeans(moments, load, int(state.steps), ledger, control)
 
 
-def _control(device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: float) -> Moments:
+def _blocks(drive: "Drive", burn_in: float, blocks: int) -> tuple[Floats, Floats]:
+    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`."""
+    state = drive.state[0]
+    h, stride = float(state.h), int(state.stride)
+    first = math.ceil(burn_in / (h * stride) - 1e-6)
+    kicks = (len(drive.readings) - first) // blocks * stride
+    edges = first * stride - 1 + kicks * np.arange(blocks + 1)
+    load = np.diff(drive.kicked[edges, 4]) / (kicks * h / float(state.w0))
+    rows = edges[:-1, None] + np.arange(kicks + 1)
+    states = np.moveaxis(drive.kicked[rows, :4], -1, 0)
+    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], kicks * h)
+
+
+def _control(
+    device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: Start, blocks: int
+) -> Moments:
     """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
     eqs, h, stride = device.eqs, device.h, device.stride
     if device.ngspice_rule:
-        return from_path(eqs, trace_by_ngspice_rule(eqs, noise, h, stride), burn_in, 1)
+        return from_path(eqs, trace_by_ngspice_rule(eqs, noise, h, stride), burn_in, blocks)
     if device.ideal is None:
-        return from_path(eqs, trace(eqs, noise, h, stride, (start, 0.0, 0.0), shaking), burn_in, 1)
+        return from_path(eqs, trace(eqs, noise, h, stride, start[:3], shaking), burn_in, blocks)
     from harvester.mechanics.rectifiers.rectifier_path import ideal_moments
 
-    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in)
+    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in, blocks, start)
 
 
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
@@ -179,18 +203,22 @@ def measure_in_workers(
     burn_in: float,
     with_control: bool = False,
     deadline: float = math.inf,
+    blocks: int = 1,
+    starts: Sequence[Start] | None = None,
 ) -> Iterator[TrajectoryMeans]:
     """Run one trajectory of ``kicks`` steps (an even number) for each seed in the workers; yields means in order.
 
-    Time averages begin at the nondimensional time ``burn_in``; ``with_control`` adds the control variate.
-    Trajectories begin in each of the scene's resting places in turn.
+    Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls where these are
+    more than one; ``with_control`` adds the control variate.  Trajectories begin in ``starts``, one for each seed, or
+    at rest in each of the scene's resting places in turn.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
     seconds, or dies; OutOfTimeError for the first run that has not ended at the ``deadline`` of `time.monotonic`.
     """
-    starts = itertools.cycle(device.eqs.resting_places)
-    same = kicks, burn_in, with_control, deadline
-    yield from map_in_workers(_measure, [(device, seed, *same, next(starts)) for seed in seeds])
+    places = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
+    same = kicks, burn_in, with_control, deadline, blocks
+    jobs = zip(seeds, places if starts is None else starts, strict=False)
+    yield from map_in_workers(_measure, [(device, seed, *same, start) for seed, start in jobs])
 
 
 def ngspice_version() -> str:

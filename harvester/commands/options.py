@@ -78,7 +78,11 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     )
     effort = cloup.option_group(
         "Effort by hand (engines that sample)",
-        cloup.option("--trajectories", type=int, help="Independent ones.  Default: 4096 (spice: 16)."),
+        cloup.option(
+            "--trajectories",
+            type=int,
+            help="Independent ones.  Default: 4096, with --within 256 or more (spice: 16 and 8).",
+        ),
         cloup.option("--duration", type=float, help="Of a trajectory after its burn-in, in the unit of --dt."),
         cloup.option("--dt", type=float, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
         cloup.option(

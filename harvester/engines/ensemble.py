@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -26,6 +26,8 @@ NO_NOISE = "no sampling error: nothing is random, and all starts come to the sam
 ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
+PURSUING = 512  # trajectories at first towards a target above `FINE`: the effort grows by their duration
+FINE = 1e-3
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 
@@ -68,6 +70,7 @@ class Ensemble(Sampled):
     NAME: ClassVar[str] = "ensemble"
     TRAJECTORIES: ClassVar[int] = TRAJECTORIES
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
+    UNKNOWN: ClassVar[str] = ""  # what that error comes from
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:
@@ -90,7 +93,7 @@ class Ensemble(Sampled):
         with compilation() as first:
             compile_pair(eqs, seed, circuit, controlled=True)
         begin = time.perf_counter()
-        count = self.trajectories or affordable(eqs.is_steady, circuit)
+        count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
         warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
@@ -107,7 +110,7 @@ class Ensemble(Sampled):
         if within is not None:
             pair = self._pursue(pair, what, Target(within, number(self.budget), begin), warnings, progress)
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
-        seconds = time.perf_counter() - begin
+        seconds, exact = time.perf_counter() - begin, agreed == NO_NOISE
         if eqs.mu is None and circuit is None:
             warnings.append(OPEN_CIRCUIT)
         details = {"step": pair.trajectories.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
@@ -119,8 +122,8 @@ class Ensemble(Sampled):
         return estimate(
             self.NAME,
             problem,
-            mean_with_errors(pair, "V2", agreed == NO_NOISE),
-            mean_with_errors(pair, what.name, agreed == NO_NOISE).scaled(what.factor),
+            replace(mean_with_errors(pair, "V2", exact), unknown=self.UNKNOWN),
+            replace(mean_with_errors(pair, what.name, exact).scaled(what.factor), unknown=self.UNKNOWN),
             seconds,
             pair.steps,
             "; ".join(reason for reason in reasons if reason),
@@ -170,12 +173,18 @@ class Ensemble(Sampled):
             pair.extend(more)
 
 
-def affordable(steady: bool, circuit: "IdealCircuit | None") -> int:
-    """Trajectories by default: few where nothing is random, or each must wait long for a large capacitor."""
+def affordable(steady: bool, circuit: "IdealCircuit | None", within: float | None = None) -> int:
+    """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
+
+    Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an
+    error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in.
+    """
     if steady:
         return FEWEST
-    share = 1.0 if circuit is None else CHARGING / circuit.memory
-    return max(round(min(share, 1.0) * TRAJECTORIES), FEWEST)
+    share = 1.0 if circuit is None else min(CHARGING / circuit.memory, 1.0)
+    if within is not None:
+        share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
+    return max(round(share * TRAJECTORIES), FEWEST)
 
 
 def first_duration(burn_in: float, spent: float, budget: float | None) -> float:

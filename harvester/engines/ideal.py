@@ -34,6 +34,8 @@ class Ideal(Ensemble):
     NAME: ClassVar[str] = "ideal"
     REASON: ClassVar[str] = "the error of ideal diodes and switches is not known from within: compare with 'spice'"
 
+    UNKNOWN: ClassVar[str] = "ideal diodes and switches"
+
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why the engine cannot serve a problem; empty where it can."""

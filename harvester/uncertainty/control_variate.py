@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.uncertainty.controls import cross_fitted
 from harvester.uncertainty.value import Value
 
 
@@ -37,25 +38,23 @@ class Controlled:
         return 1.0 / (math.sqrt(unexplained) + math.sqrt((1.0 - unexplained) * cost_ratio)) ** 2
 
 
-def controlled(high: Floats, low: Floats, mean: Value) -> Controlled:
-    """The estimate of E[high] from pairs, shape (n,) each, n >= 6, and an independent ``mean`` of low.
+def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None = None, together: int = 1) -> Controlled:
+    """The estimate of E[high] from pairs, shape (n,) each, n >= 8, and an independent ``mean`` of low.
 
     Each half of the pairs takes the weight that the other half asks for (least squares), so that it is independent of
-    what it weighs: no bias.
+    what it weighs: no bias.  ``controls`` of mean zero, shape (n, columns), are weighed beside low; ``together``
+    consecutive entries are of one trajectory (`harvester.uncertainty.controls`).
     """
-    halves = np.arange(len(high)) % 2
-    weights = np.array([_weight(high[halves != k], low[halves != k]) for k in (0, 1)])
-    rest = high - weights[halves] * low
-    parts = [rest[halves == k] for k in (0, 1)]
-    # The halves' means differ where their weights do; each half's own variance does not.
-    residual = float(np.mean([part.var(ddof=1) for part in parts]))
-    weight = float(weights[halves].mean())
-    errors = np.array([math.sqrt(residual / len(high)), abs(weight) * (mean.stderr or 0.0)])
+    off = (low - mean.value)[:, None]
+    rest, weights = cross_fitted(high, off if controls is None else np.hstack([off, controls]), together)
+    rest = rest.reshape(-1, together).mean(axis=1)
+    residual, weight = float(rest.var(ddof=1)), float(weights[:, 0].mean())
+    errors = np.array([math.sqrt(residual / len(rest)), abs(weight) * (mean.stderr or 0.0)])
     value = Value(
-        float(rest.mean()) + weight * mean.value,
+        float(rest.mean()),
         float(math.hypot(*errors)),
         mean.bias,
-        freedom=_freedom(errors, (len(high) - 2.0, mean.freedom or 1e6)),
+        freedom=_freedom(errors, (len(rest) - 2.0, mean.freedom or 1e6)),
     )
     both = low.std() > 0.0 and high.std() > 0.0
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
@@ -71,12 +70,6 @@ def split(variance: float, residual: float, pair_cost: float, spread: float, tim
         return math.inf, math.inf
     q = (math.sqrt(residual * pair_cost) + math.sqrt(spread * time_cost)) / variance
     return math.sqrt(residual / pair_cost) * q, math.sqrt(spread / time_cost) * q
-
-
-def _weight(high: Floats, low: Floats) -> float:
-    """Cov(high, low)/Var(low); 0 where low is constant."""
-    spread = float(((low - low.mean()) ** 2).sum())
-    return float(((high - high.mean()) * (low - low.mean())).sum()) / spread if spread > 0.0 else 0.0
 
 
 def _freedom(errors: Floats, freedoms: tuple[float, float]) -> float:

@@ -22,26 +22,40 @@ def controlled_mean(values: Floats, controls: Floats | None) -> tuple[float, flo
     return mean_and_error(controlled_entries(values, controls))
 
 
-def controlled_entries(values: Floats, controls: Floats | None) -> Floats:
+def controlled_entries(values: Floats, controls: Floats | None, together: int = 1) -> Floats:
     """Entries, shape (n,), with the mean of ``values`` less that of their weighted ``controls``, shape (n, columns).
 
-    Their spread is that which the mean's error asks for: each half's mean has a part in the other's weights, so that
-    degrees of freedom fall by the number of columns.  The ``values`` themselves where there are no controls, too few
-    entries to fit them, or no gain.
+    ``together`` consecutive ones are of one trajectory: they are in the same half, and come as their mean, so that
+    entries are independent, shape (n/together,).  The ``values`` themselves where there are no controls, too few
+    entries to fit one, or no gain.
     """
+    plain = np.asarray(values.reshape(-1, together).mean(axis=1))
     if controls is None:
-        return values
-    spread = controls.std(axis=0)
-    columns = controls[:, spread > 0.0] / spread[spread > 0.0]
+        return plain
+    rest = cross_fitted(values, controls, together)[0].reshape(-1, together).mean(axis=1)
+    return np.asarray(rest) if rest.std() < plain.std() else plain
+
+
+def cross_fitted(values: Floats, controls: Floats, together: int = 1) -> tuple[Floats, Floats]:
+    """``values`` less their weighted ``controls``, and the weights of both halves, shape (2, columns).
+
+    The first columns are fitted where the entries do not suffice for all of them; the others have a weight of 0. The
+    spread is that which the mean's error asks for: each half's mean has a part in the other's weights, so that degrees
+    of freedom fall by the number of columns.
+    """
     # Pairs of neighbours, because trajectories may begin in two places in turn.
-    halves = np.arange(len(values)) // 2 % 2
-    entries_a_half, number = min(halves.sum(), len(values) - halves.sum()), columns.shape[1]
-    if entries_a_half <= ENTRIES_A_COLUMN * number:
-        return values
-    weights = np.array([_weights(values[halves != k], columns[halves != k]) for k in (0, 1)])
-    rest = values - (weights[halves] * columns).sum(axis=1)
-    rest = rest.mean() + (rest - rest.mean()) / math.sqrt(1.0 - number / entries_a_half)
-    return np.asarray(rest) if rest.std() < values.std() else values
+    halves = np.arange(len(values)) // (2 * together) % 2
+    weights = np.zeros((2, controls.shape[1]))
+    spread = controls.std(axis=0)
+    entries_a_half = int(min(halves.sum(), len(values) - halves.sum()))
+    used = np.flatnonzero(spread > 0.0)[: entries_a_half // ENTRIES_A_COLUMN]
+    if not len(used):
+        return values, weights
+    columns = controls[:, used] / spread[used]
+    for k in (0, 1):
+        weights[k, used] = _weights(values[halves != k], columns[halves != k]) / spread[used]
+    rest = values - (weights[halves] * controls).sum(axis=1)
+    return rest.mean() + (rest - rest.mean()) / math.sqrt(1.0 - len(used) / entries_a_half), weights
 
 
 def _weights(values: Floats, columns: Floats) -> Floats:

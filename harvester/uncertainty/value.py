@@ -20,11 +20,14 @@ class Value:
     ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
     freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
     the model itself (None: no such error, or not known; the estimate's ``reason`` says which).  A ``model`` of 0 is a
-    closed form, of which the ``bias`` is rounding.
+    closed form, of which the ``bias`` is rounding.  ``unknown`` names parts of the error that are not known, where
+    others are.
 
     >>> import harvester as hv
     >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).text("W"))
     8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
+    >>> print(hv.Value(8.4e-6, stderr=1e-8, unknown="the step").text("W"))
+    8.4 uW (95 % of sampling within 0.02; the error of the step is not known)
     """
 
     value: float
@@ -32,6 +35,7 @@ class Value:
     bias: float | None = None
     model: float | None = None
     freedom: float | None = None
+    unknown: str = ""
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
@@ -42,7 +46,7 @@ class Value:
     def scaled(self, factor: float) -> "Value":
         """The value and its errors multiplied by a factor, as for other units."""
         stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
-        return Value(self.value * factor, stderr, bias, model, self.freedom)
+        return Value(self.value * factor, stderr, bias, model, self.freedom, self.unknown)
 
     @property
     def quantile(self) -> float:
@@ -60,7 +64,7 @@ class Value:
 
     @property
     def error95(self) -> float:
-        """The half-width of the 95 % sampling interval plus the errors of step and model."""
+        """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     def text(self, unit: str) -> str:
@@ -70,6 +74,8 @@ class Value:
         if self.error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
         text = f"{self.value / scale:.{min(digits, 9)}g}"
+        if self.unknown:
+            return f"{text} {prefix}{unit}".rstrip() + f" ({self._known_parts(scale)})"
         if self.stderr is not None:
             text += f" +- {self.sampling95 / scale:.2g} (95 %, sampling)"
         if self.bias is not None:
@@ -78,10 +84,23 @@ class Value:
             text += f" +- {self.model / scale:.2g} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
+    def _known_parts(self, scale: float) -> str:
+        """The errors that are known, in units of ``scale``, and what is not."""
+        parts = [
+            f"{what} within {error / scale:.2g}"
+            for what, error in (
+                ("95 % of sampling", None if self.stderr is None else self.sampling95),
+                ("step", self.bias),
+                ("model", self.model),
+            )
+            if error is not None
+        ]
+        return "; ".join([", ".join(parts)] * bool(parts) + [f"the error of {self.unknown} is not known"])
+
 
 def number(value: Value) -> dict[str, float | None]:
     """A value as ``--json`` prints it."""
-    known = any(error is not None for error in (value.stderr, value.bias, value.model))
+    known = not value.unknown and any(error is not None for error in (value.stderr, value.bias, value.model))
     errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95 if known else None}
     return {"value": value.value, "stderr": value.stderr, **errors}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.engines.ensemble import Ensemble
+from harvester.engines.ensemble import PURSUING
 from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
 
 STOP = hv.load("examples/plate_with_stop.toml")
@@ -109,4 +109,4 @@ def test_same_options_same_answer():
     assert dataclasses.replace(one, seconds=0.0, samples=None, details={}) == dataclasses.replace(
         two, seconds=0.0, samples=None, details={}
     )
-    assert one.details["trajectories"] == Ensemble.TRAJECTORIES
+    assert one.details["trajectories"] == PURSUING

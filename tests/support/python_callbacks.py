@@ -68,7 +68,7 @@ class PythonCallbacks:
             drive = self.drive
             try:
                 values = (t, v, power, current, smooth)
-                arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge)
+                arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge, drive.kicked)
                 self._accept_point(self.state, *values, *arrays, *drive.coefficients)
             except Exception as error:
                 self.error = error

@@ -35,7 +35,7 @@ class Drive:
     h, stride
         nondimensional step, and kicks between readings.
     start
-        (x, x', V) at the beginning; None: at rest in the first of `resting_places`.
+        (x, x', V, voltage of Csmooth) at the beginning; None: at rest in the first of `resting_places`.
     free
         whether ngspice may take smaller steps of its own between targets.
     since
@@ -54,6 +54,10 @@ class Drive:
     readings, charge, impacts
         the path at the readings, shape (n, 5); the voltage (V) of the load's Csmooth there; time and velocity of each
         impact.
+    kicked
+        ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took (J), shape (kicks, 5).
+        Where the run ``follows`` another, by that field of the state, this begins as the other's record: the force on
+        the mass is that of its voltages, and so the motion is the same.
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
@@ -68,7 +72,7 @@ class Drive:
         noise: Floats,
         h: float,
         stride: int = 1,
-        start: tuple[float, float, float] | None = None,
+        start: tuple[float, float, float, float] | None = None,
         free: bool = False,
         since: float = math.inf,
         shaking: Floats | None = None,
@@ -80,9 +84,11 @@ class Drive:
         self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
         self.readings = np.zeros((readings, len(COLUMNS)))
         self.charge = np.zeros(readings)
+        self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         self.state = np.zeros(1, STATE).view(np.recarray)
-        start = (eqs.resting_places[0], 0.0, 0.0) if start is None else start
+        start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
+        self.eqs, self.start = eqs, start
         k = eqs.stop_stiffness
         values = {**vars(eqs), "r": eqs.restitution, "high": eqs.opposite_gap, "r_high": eqs.opposite_restitution}
         values |= {"k": k, "c": None if k is None else eqs.stop_damping or 0.0}
@@ -96,10 +102,11 @@ class Drive:
         state["shaking_at"] = 0 if self.shaking is None else self.shaking.ctypes.data
         state["impacts_at"], state["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
         state["readings_at"], state["charge_at"] = self.readings.ctypes.data, self.charge.ctypes.data
+        state["kicked_at"] = self.kicked.ctypes.data
         stops, others = self.coefficients[:STOPS], self.coefficients[STOPS:]
         a = None if self.shaking is None else float(self.shaking[0])
         # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
-        speed = float(interpreted(kick)(*start, 0.0, 0.5 * h, *others, a))
+        speed = float(interpreted(kick)(*start[:3], 0.0, 0.5 * h, *others, a))
         state["x"], state["v"], state["meet"] = start[0], speed, math.inf
         if eqs.restitution is not None and eqs.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)

@@ -45,12 +45,22 @@ _LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "square"
 _WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
 _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
 _COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
+_WAYS = ("follows",)  # 1: the motion of another run, from its record
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
-_ARRAYS = ("noise_at", "shaking_at", "noise_size", "readings_at", "impacts_at", "impacts_size", "charge_at")
+_ARRAYS = (
+    "noise_at",
+    "shaking_at",
+    "noise_size",
+    "readings_at",
+    "impacts_at",
+    "impacts_size",
+    "charge_at",
+    "kicked_at",
+)
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`
 STATE = np.dtype(
     [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED)]
-    + [(name, np.int64) for name in (*_COUNTS, *_CALLBACKS, *_ARRAYS, *(f"{one}_index" for one in VECTORS))],
+    + [(name, np.int64) for name in (*_COUNTS, *_WAYS, *_CALLBACKS, *_ARRAYS, *(f"{one}_index" for one in VECTORS))],
     align=True,
 )
 

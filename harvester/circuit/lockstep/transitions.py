@@ -101,21 +101,30 @@ def aim(s, impacts, r, gap, high, r_high, k, c, n1):
 
 
 @inlined
+def keep_kick(s, V, smooth, row):
+    """Put the states ahead of a kick on record, and return the voltage of its force: of the record it follows, or V."""
+    force = row[2] if s.follows == 1 else V
+    row[0], row[1], row[2], row[3], row[4] = s.x, s.v, force, smooth / s.volts, s.load
+    return force
+
+
+@inlined
 def accept_point(
-    s, t, v, power, current, smooth, noise, shaking, readings, impacts, charge,
+    s, t, v, power, current, smooth, noise, shaking, readings, impacts, charge, kicked,
     r, gap, high, r_high, k, c, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2,
 ):  # fmt: skip
     """Take an accepted point at time t; at a target make the impact, the reading or the kick, and aim anew.
 
     v is the terminal voltage, ``power`` the load's, ``current`` that of the terminals, ``smooth`` the voltage of
-    Csmooth, all in SI; ``noise``, ``shaking``, ``readings``, ``impacts`` and ``charge`` are the arrays of `Drive`.
+    Csmooth, all in SI; ``noise``, ``shaking``, ``readings``, ``impacts``, ``charge`` and ``kicked`` are those of
+    `Drive`.
     """
     add_terminal_flow(s, t, v, power, current)
     s.t = t
     s.steps += 1
     if t < s.target_time - TINY * s.h / s.w0:
         return
-    V = v / s.volts
+    V = force = v / s.volts
     elapsed = s.next_phase - s.phase
     x1 = s.x + s.v * elapsed
     s.phase = s.next_phase
@@ -136,11 +145,12 @@ def accept_point(
     elif s.goal == KICK:
         before = s.v
         if s.kicks < s.noise_size:
+            force = keep_kick(s, V, smooth, kicked[s.kicks])
             xi, (_, a) = noise[s.kicks], between_kicks(shaking, s.kicks + 1)
-            v1 = kick(s.x, before, V, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+            v1 = kick(s.x, before, force, xi, s.h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
             s.v = velocity_off_stop(s.x, before, v1, r, n1, gap, high)
             if s.measuring == DURING:
-                add_works_of_kick(s, before, s.v, s.x, V, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
+                add_works_of_kick(s, before, s.v, s.x, force, xi, s.h, alpha, beta, n1, n2, n12, linear, alpha2, a)
         s.kicks += 1
         s.phase = 0.0
         stored = 0.0 if k is None else contact_energy(s.x, gap, k)
@@ -150,7 +160,7 @@ def accept_point(
             readings[row, 0], readings[row, 1] = s.x, V
         if r is not None and n1 is None:
             mean, _ = between_kicks(shaking, min(s.kicks + 1, s.noise_size))
-            plan_impact(s, V, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
+            plan_impact(s, force, mean, r, gap, high, r_high, alpha, beta, linear, alpha2)
         if s.smooth != 0:
             s.bend = (s.v - before) / s.h if s.meet == math.inf else 0.0
     aim(s, impacts, r, gap, high, r_high, k, c, n1)

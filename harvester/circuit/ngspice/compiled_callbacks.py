@@ -119,6 +119,7 @@ def point_function(present: tuple[bool, ...], shaken: bool) -> Any:
             carray(_pointer(s.readings_at), (s.noise_size // s.stride, 5), np.float64),
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
+            carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
             s.r if has_r else None,
             s.gap if has_gap else None,
             s.high if has_high else None,

@@ -1,5 +1,6 @@
 """The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -7,6 +8,8 @@ from harvester.circuit.lockstep.state import VECTORS
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.netlists.load_circuit import LoadCircuit
+
+REST = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ def build_deck(
     capacitance: float,
     step: float,
     duration: float,
-    start: float = 0.0,
+    start: tuple[float, float, float] = REST,
     norton: bool = False,
     volts: float = 1.0,
     reltol: float = 1e-4,
@@ -36,28 +39,29 @@ def build_deck(
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
-    capacitance in farad, step and duration in second; ``start`` is theta x/Cp at the beginning, in volt, where
-    the terminals have none, ``volts`` the signal's size, and ``reltol`` for `integration_options`; with ``nodes``, the
-    voltages at the beginning by name, all nodes are saved. The piezo is that
-    voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel with Cp: that of a
-    copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 - x0), whatever its
-    integration rule; a current given as theta x' at the step's end would not. Both are the same equations; Thevenin
-    has fewer of them.
+    capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
+    voltage and that of Csmooth, in volt; ``volts`` is the signal's size, and ``reltol`` for `integration_options`;
+    with ``nodes``, the voltages at the beginning by name, all nodes are saved.
+    The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
+    with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
+    x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same
+    equations; Thevenin has fewer of them.
 
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
     its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to
     ngspice.
     """
-    numbers = (capacitance, step, duration, start, volts)
-    capacitance, step, duration, start, volts = map(float, numbers)  # a NumPy scalar prints its type
+    numbers = (capacitance, step, duration, volts, *start)
+    # A NumPy scalar prints its type.
+    capacitance, step, duration, volts, open_circuit, terminals, charge = map(float, numbers)
     parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
-    first = start - (nodes or {}).get("p", 0.0)
-    piezo, current = [f"Cp drive p {capacitance!r} ic={first!r}"], "vdrive"
+    across = open_circuit - (nodes or {}).get("p", terminals)
+    piezo, current = [f"Cp drive p {capacitance!r} ic={across!r}"], "vdrive"
     if norton:
         piezo = [
-            f"Ccopy drive 0 {capacitance!r} ic={start!r}",
+            f"Ccopy drive 0 {capacitance!r} ic={open_circuit!r}",
             "Fpiezo 0 m Vdrive -1",
-            f"Cp m 0 {capacitance!r} ic=0.0",
+            f"Cp m 0 {capacitance!r} ic={terminals!r}",
             "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
         ]
         current = "vmeter"
@@ -72,7 +76,8 @@ def build_deck(
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
     if nodes is not None:
         saved = ["all", "@r.xload.rload[p]"]
-    cards = [load.text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
+    text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
+    cards = [text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
     return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None)
 
 

@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +16,11 @@ from harvester.errors import invalid
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import CoupledDevice
+    from harvester.circuit.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 LONGEST_CHARGING = 2e4  # nondimensional
+MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
@@ -29,7 +30,9 @@ class Prepared:
     """What runs, and what is known of it before.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
-    (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation.
+    (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation;
+    ``starts`` are states of that model, from which runs begin near their stationary law (None: at rest, which takes a
+    ``burn_in_from_rest``).
     """
 
     device: "CoupledDevice"
@@ -37,6 +40,12 @@ class Prepared:
     warnings: list[str]
     pair: "RichardsonPair | None"
     seconds: float
+    starts: "list[Start] | None" = None
+    burn_in_from_rest: float = 0.0
+
+    def from_rest(self) -> "Prepared":
+        """The same, with runs that begin at rest and burn in for longer."""
+        return replace(self, burn_in=self.burn_in_from_rest, starts=None)
 
     @property
     def resistive(self) -> bool:
@@ -59,7 +68,10 @@ class Prepared:
             return ""
         if self.pair is None:
             return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
-        return "the bias of the step is that of the ideal circuit; the ledger is of the ngspice runs alone"
+        return (
+            "the bias of the step is that of the ideal circuit, that of ngspice's tolerance was measured against a "
+            "tenth of it on the same motion; the ledger is of the ngspice runs alone"
+        )
 
     def kicks(self, duration: float) -> int:
         """Steps of a trajectory of that nondimensional duration after its burn-in.
@@ -84,15 +96,20 @@ class Prepared:
         return step_and_effort(self.pair, self.quantity, unit, physical)
 
 
-def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False) -> Prepared:
+def prepare(
+    problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False, settled: bool = False
+) -> Prepared:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
+
+    Where runs may begin ``settled``, in states of the circuit of ideal elements, the burn-in is `MEMORIES` of the
+    response or of the charging: the circuits differ by little, and controls take what is left of that.
 
     MissingProgramError when ngspice is not installed.
     """
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, CORRELATION_TIMES, burn_in
     from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -107,9 +124,10 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     ngspice_rule = known and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
-        compile_pair(eqs, seed, ideal, ngspice_rule)
+        compile_pair(eqs, seed, ideal, ngspice_rule, controlled=True)
     begin = time.perf_counter()
-    pilot = Trajectories(eqs, affordable(eqs.is_steady, ideal), seed, h, circuit=ideal, ngspice_rule=ngspice_rule)
+    count = affordable(eqs.is_steady, ideal, number(options.within))
+    pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     warnings = burn_in(pilot, number(options.budget))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
@@ -132,7 +150,13 @@ def prepare(problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: 
     device = CoupledDevice(
         eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule
     )
-    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin)
+    starts, from_rest = None, time_of_burn_in
+    if settled and ideal is not None and pair is not None and eqs.is_random and not eqs.is_shaken_otherwise:
+        time_of_burn_in = MEMORIES * max(pilot.time / CORRELATION_TIMES, charging / CHARGING_TIMES)
+        rng = np.random.default_rng(np.random.SeedSequence([options.seed, 3]))
+        states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
+        starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
+    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest)
 
 
 def stand_in(s: Scales) -> str:

@@ -13,6 +13,7 @@ from harvester.engines.protocol import Progress
 from harvester.engines.spice.preparation import Prepared
 from harvester.errors import OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
+from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from harvester.circuit.runs import TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
+TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
 FEWEST = 8  # pairs, of which each half weighs the other
 GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
 
@@ -41,6 +43,8 @@ class Runs:
     seconds: float = 0.0
     ngspice_seconds: float = 0.0
     deadline: float = math.inf
+    blocks: int = 1  # of a trajectory: more than one have controls
+    tolerance: dict[str, float] | None = None  # relative errors of moments by ngspice's tolerance, once measured
 
     def more(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.
@@ -55,7 +59,10 @@ class Runs:
         begin = time.perf_counter()
         seeds = [child(self.root, 0, len(self.done) + k) for k in range(count)]
         ready, before = self.ready, len(self.done)
-        given = ready.device, seeds, self.kicks, ready.burn_in, self.paired, self.deadline
+        starts = None
+        if ready.starts is not None:
+            starts = [ready.starts[(before + k) % len(ready.starts)] for k in range(count)]
+        given = ready.device, seeds, self.kicks, ready.burn_in, self.paired, self.deadline, self.blocks, starts
         try:
             for k, one in enumerate(worker.measure_in_workers(*given)):
                 self.done.append(one)
@@ -70,6 +77,28 @@ class Runs:
                 said, self.paired = f"{said}, too few to pair them with a cheap model", False
             ready.warnings.append(said)
         self.ngspice_seconds += time.perf_counter() - begin
+        self.seconds += time.perf_counter() - begin
+
+    def measure_tolerance(self) -> None:
+        """Measure what ngspice's tolerance does to the moments, where it chooses its steps and time is left.
+
+        On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.
+        """
+        from harvester.circuit.tolerance import tolerance_in_workers
+        from harvester.mechanics.kernels.noise import child
+
+        ready, device, begin = self.ready, self.ready.device, time.perf_counter()
+        if device.load.linear:
+            self.tolerance = dict.fromkeys(("V2", "load"), 0.0)
+            return
+        if 3.0 * self.cost > self.deadline - time.monotonic():
+            return
+        seeds = [child(self.root, 4, k) for k in range(2)]
+        places = [(x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places]
+        starts = [(ready.starts or places)[k % len(ready.starts or places)] for k in range(2)]
+        kicks = min(ready.kicks(TOLERANCE_TIME), self.kicks)
+        both = list(tolerance_in_workers(device, seeds, kicks, ready.burn_in, starts))
+        self.tolerance = {name: max(abs(one[name]) for one in both) for name in both[0]}
         self.seconds += time.perf_counter() - begin
 
     def extend(self, duration: float) -> None:
@@ -91,7 +120,7 @@ class Runs:
 
     def mean_square_voltage(self) -> Controlled:
         """E[V^2], nondimensional."""
-        return self._estimate("V2", np.array([one.moments.V2[0] for one in self.done]), 1.0)
+        return self._estimate("V2", np.concatenate([one.moments.V2 for one in self.done]), 1.0)
 
     def power(self) -> Controlled:
         """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
@@ -102,20 +131,32 @@ class Runs:
             return dataclasses.replace(
                 found, value=found.value.scaled(beta * mu), residual=found.residual * (beta * mu) ** 2
             )
-        high = np.array([one.load_power for one in self.done]) / device.scales.watts
+        high = np.concatenate([one.load_power for one in self.done]) / device.scales.watts
         return self._estimate("load", high, beta)
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
         """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
-        pair = self.ready.pair
+        pair, known = self.ready.pair, [one.moments.controls for one in self.done if one.moments.controls is not None]
+        controls = np.vstack(known) if known else None
         if not self.paired or pair is None:
-            mean, variance = float(high.mean()), float(high.var(ddof=1))
+            entries = controlled_entries(high, controls, self.blocks)
+            mean, variance = float(entries.mean()), float(entries.var(ddof=1))
             bias = self.ready.relative_bias(name)
-            error = math.sqrt(variance / len(high))
-            value = Value(mean, error, None if bias is None else abs(bias * mean), freedom=len(high) - 1.0)
-            return Controlled(value, variance, 0.0, 0.0)
-        low = factor * np.array([getattr(one.control, name)[0] for one in self.done])
-        return controlled(high, low, Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor))
+            error = math.sqrt(variance / len(entries))
+            value = Value(mean, error, None if bias is None else abs(bias * mean), freedom=len(entries) - 1.0)
+            return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
+        low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
+        mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
+        found = controlled(high, low, mean_of_low, controls, self.blocks)
+        return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
+
+    def _with_tolerance(self, value: Value, name: str) -> Value:
+        """A value with ngspice's part in its error, and the names of parts that are not known."""
+        unknown = ["the step"] * (value.bias is None) + ["ngspice's tolerance"] * (self.tolerance is None)
+        bias = value.bias
+        if bias is not None and self.tolerance is not None:
+            bias += abs(self.tolerance[name] * value.value)
+        return dataclasses.replace(value, bias=bias, unknown=" and ".join(unknown))
 
     def asked_for(self, found: Controlled, variance: float) -> tuple[float, float]:
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
@@ -133,7 +174,7 @@ class Runs:
         whole = self.done[0].moments
         for one in self.done[1:]:
             whole = whole + one.moments
-        return whole
+        return whole.averaged(self.blocks)
 
     def details(self) -> dict[str, float]:
         """What the pairing did."""

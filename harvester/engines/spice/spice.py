@@ -1,6 +1,7 @@
 """Engine `spice`: Monte Carlo with the electrical side in ngspice."""
 
 import dataclasses
+import math
 import time
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,14 +12,15 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import NO_NOISE, disagreement, power_balance
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
-from harvester.engines.spice.preparation import prepare, stand_in
+from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.engines.spice.steady import steady_estimate, steady_response
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, invalid, names_arguments
+from harvester.errors import CircuitError, OutOfTimeError, SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target
 
+BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 
@@ -102,29 +104,26 @@ class Spice(Sampled):
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         code = machine_code()
-        ready = prepare(problem, self, self.reltol, self.gaussian)
+        ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
         noisy = eqs.is_random
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
         target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds - start)
-        if self.duration is not None:
-            duration = self.duration * unit
-        elif paired or not noisy or self.within is not None:
-            duration = self.WINDOWS * ready.burn_in
-        else:
-            duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
-        kicks = ready.kicks(duration)
-        runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress)
+        deadline = math.inf
         if budget is not None:
             left = GRACE * budget + SLACK - ready.seconds
-            runs.deadline = time.monotonic() + max(left - start, RUNNING * left)
-        count = self.trajectories or self.TRAJECTORIES
-        count = max(count, FEWEST) if paired else count
-        asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
-        self._check_patience(asked * count, ready.burn_in / unit)
-        runs.more(count)
+            deadline = time.monotonic() + max(left - start, RUNNING * left)
+        begun = paired, target, deadline, progress
+        try:
+            runs = self._first_round(problem, ready, *begun)
+        except CircuitError as error:  # the netlist does not bear states of ideal elements, such as beyond a breakdown
+            if ready.starts is None or isinstance(error, OutOfTimeError):
+                raise
+            ready = ready.from_rest()
+            runs = self._first_round(problem, ready, *begun)
+        runs.measure_tolerance()
         if target is not None:
             _pursue(runs, target, self.dt is not None)
         seconds = ready.seconds + runs.seconds
@@ -163,6 +162,34 @@ class Spice(Sampled):
             moments.V2,
         )
         return answer if ready.resistive else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+
+    def _first_round(
+        self,
+        problem: Problem,
+        ready: Prepared,
+        paired: bool,
+        target: Target | None,
+        deadline: float,
+        progress: Progress | None,
+    ) -> Runs:
+        """As many runs as the target is likely to need at least; those of a later round are as long."""
+        eqs, unit = problem.equations, problem.units.frequency
+        if self.duration is not None:
+            duration = self.duration * unit
+        elif paired or not eqs.is_random or self.within is not None:
+            duration = self.WINDOWS * ready.burn_in
+        else:
+            duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
+        kicks = ready.kicks(duration)
+        runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
+        if eqs.is_random and not eqs.is_shaken_otherwise:
+            runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
+        count = self.trajectories or (self.TRAJECTORIES if target is None or ready.starts is None else FEWEST)
+        count = max(count, FEWEST) if paired else count
+        asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
+        self._check_patience(asked * count, ready.burn_in / unit)
+        runs.more(count)
+        return runs
 
     def _check_patience(self, kicks: float, burn_in: float) -> None:
         """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""

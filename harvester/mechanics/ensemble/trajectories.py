@@ -17,6 +17,7 @@ from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
+from harvester.mechanics.kernels.circuit_features import circuit_boundary, interleaved
 from harvester.mechanics.kernels.features import MARTINGALES, boundary
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
@@ -69,7 +70,7 @@ class Trajectories:
 
     controlled
         with the sums of mean zero that make means cheaper, where there are any: under white noise alone, with a
-        resistance or none (`harvester.mechanics.kernels.features`).
+        resistance or none (`harvester.mechanics.kernels.features`), or a circuit (`circuit_features`).
 
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device without external noise
     or with mu.
@@ -103,8 +104,7 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
-        plain = circuit is None and not ngspice_rule
-        self.controlled = controlled and plain and eqs.is_random and not eqs.is_shaken_otherwise
+        self.controlled = controlled and not ngspice_rule and eqs.is_random and not eqs.is_shaken_otherwise
         self._coarse: bool | None = None  # True: the noise of two steps of h/2 makes that of one step
         self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
@@ -167,17 +167,18 @@ class Trajectories:
         grid = (readings, self.stride, self._coarse, self.h)
         eqs = self.eqs
         martingales = aligned((self.blocks, MARTINGALES, LANES)) if self.controlled else None
-        begin = boundary(eqs, self._states()) if self.controlled else np.empty(0)
+        states_h = boundary if self.circuit is None else circuit_boundary
+        begin = states_h(eqs, self._states()) if self.controlled else np.empty(0)
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
             known = coefficients(self.eqs)
+            controls = None if martingales is None else martingales[k]
             if self.circuit is not None:  # without mu, and what the ideal circuits do not serve
-                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10])  # type: ignore[call-arg]
+                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10], controls)  # type: ignore[call-arg]
             elif self.ngspice_rule:
                 advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                controls = None if martingales is None else martingales[k]
                 advance(*state, *grid, *known, self.shaker(k), controls)  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * reading * LANES)
@@ -195,8 +196,9 @@ class Trajectories:
         moments = from_sums(sums, readings, elapsed, loss_unit(eqs), eqs.mu)
         if martingales is None:
             return moments
-        rows = np.moveaxis(martingales, 1, 0).reshape(MARTINGALES, -1), boundary(eqs, self._states()) - begin
-        return replace(moments, controls=np.vstack(rows).T / elapsed)
+        rows = np.moveaxis(martingales, 1, 0).reshape(MARTINGALES, -1), states_h(eqs, self._states()) - begin
+        columns = np.vstack(rows) if self.circuit is None else interleaved(*rows)
+        return replace(moments, controls=columns.T / elapsed)
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""

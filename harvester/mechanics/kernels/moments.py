@@ -66,6 +66,11 @@ class Moments:
         """Moments over two windows of the same trajectories, of which the other makes the ``share`` of the time."""
         return self._joined(other, lambda mine, theirs: (1.0 - share) * mine + share * theirs)
 
+    def averaged(self, together: int) -> "Moments":
+        """Means of each ``together`` consecutive entries, such as the blocks of a trajectory, as one; no controls."""
+        one_each = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "controls"}
+        return Moments(**{name: values.reshape(-1, together).mean(axis=1) for name, values in one_each.items()})
+
     def _joined(self, other: "Moments", join: Callable[[Floats, Floats], Floats]) -> "Moments":
         """Each moment of both joined, and the controls where both have them."""
         pairs = {f.name: (getattr(self, f.name), getattr(other, f.name)) for f in fields(self)}

@@ -7,6 +7,7 @@ compiler turns into vector instructions.
 
 import numpy as np
 
+from harvester.mechanics.kernels.circuit_features import add_circuit_features
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import friction, kick
 from harvester.mechanics.kernels.lanes import LANES, SUMS
@@ -36,12 +37,13 @@ def _drift(x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, dou
 def advance_ideal(
     x, v, V, U, m, s0, s1, sums, readings, stride, coarse, h,
     mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
-    r, alpha, beta, c1, c2, c3, n1, n2, n12,
+    r, alpha, beta, c1, c2, c3, n1, n2, n12, controls=None,
 ):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
-    added to.  The noise is that of `harvester.mechanics.kernels.lanes.advance`.
+    added to.  The noise is that of `harvester.mechanics.kernels.lanes.advance`.  controls: shape (9, LANES), added to
+    (`harvester.mechanics.kernels.circuit_features`); None: nothing of it is compiled.
     """
     left, hit, later = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     mid = np.zeros((5, LANES))
@@ -60,9 +62,13 @@ def advance_ideal(
                     first, second = two_variates(bits)
                     xi = (first + second) * HALF_ROOT if coarse is not None else first
                     later[i] = second
+                    if controls is not None:
+                        add_circuit_features(i, x[i], v[i], V[i], U[i], xi, controls, alpha, beta, n1, n2, n12)
                     v[i] = kick(x[i], v[i], V[i], xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
             else:
                 for i in range(LANES):
+                    if controls is not None:
+                        add_circuit_features(i, x[i], v[i], V[i], U[i], later[i], controls, alpha, beta, n1, n2, n12)
                     v[i] = kick(x[i], v[i], V[i], later[i], h, alpha, beta, c1, c2, c3, n1, n2, n12)
         mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
         _drift(

@@ -24,11 +24,11 @@ class IdealPath(Path):
 
 @kernel
 def _trace(
-    noise, x, v, V, h, stride, readings, charge, impacts,
+    noise, x, v, V, U, h, stride, readings, charge, impacts,
     mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
     r, alpha, beta, c1, c2, c3, n1, n2, n12,
 ):  # fmt: skip
-    U, m, count = 0.0, x, 0
+    m, count = x, 0
     # From a start other than rest half a kick comes first: the force of the first half step.
     v = kick(x, v, V, 0.0, 0.5 * h, alpha, beta, c1, c2, c3, n1, n2, n12)
     for k in range(1, len(readings) * stride + 1):
@@ -59,9 +59,9 @@ def trace_ideal(
     noise: Floats,
     h: float,
     stride: int = 1,
-    start: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    start: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
 ) -> IdealPath:
-    """The trajectory of Eq. 2 with a load circuit, its capacitor empty at first, from ``start`` = (x, x', V).
+    """The trajectory of Eq. 2 with a load circuit from ``start`` = (x, x', V, voltage of its capacitor).
 
     ``noise``, ``h`` and ``stride`` as of `harvester.mechanics.kernels.path.trace`.
 
@@ -77,11 +77,18 @@ def trace_ideal(
 
 
 def ideal_moments(
-    eqs: Equations, circuit: IdealCircuit, noise: Floats, h: float, stride: int, discard: float, batches: int = 1
+    eqs: Equations,
+    circuit: IdealCircuit,
+    noise: Floats,
+    h: float,
+    stride: int,
+    discard: float,
+    batches: int = 1,
+    start: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
 ) -> Moments:
-    """Moments of the trajectory from rest after the time ``discard``, one entry a batch; see `from_path`."""
-    path = trace_ideal(eqs, circuit, noise, h, stride)
-    first = math.ceil(discard / (h * stride))
+    """Moments of the trajectory from ``start`` after the time ``discard``, one entry a batch; see `from_path`."""
+    path = trace_ideal(eqs, circuit, noise, h, stride, start)
+    first = math.ceil(discard / (h * stride) - 1e-6)
     rows = (len(path.U) - first) // batches
     power = circuit.mu * path.U[first : first + rows * batches] ** 2
     moments = from_path(eqs, path, discard, batches)

@@ -32,10 +32,10 @@ class ResponsePoint:
         """The square root of E[v^2], with errors to first order."""
         v2 = self.mean_square_voltage
         root = math.sqrt(v2.value)
-        errors = (
+        stderr, bias, model = (
             None if e is None else e / (2.0 * root) if root > 0.0 else 0.0 for e in (v2.stderr, v2.bias, v2.model)
         )
-        return Value(root, *errors)
+        return Value(root, stderr, bias, model, unknown=v2.unknown)
 
 
 @names_arguments

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from harvester.engines.spice.runs import Runs
 
 TOLERANCES = (1e-5, 1e-4, 1e-3)  # ngspice's reltol, finest first, tenfold apart
-ORDER = 2.0 / 3.0  # error against reltol: a step of (reltol)^(1/3), and an integrator of second order
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,12 @@ def ngspice_bias(
     """Run ngspice with all `TOLERANCES` and the cheap model on the same noise, at the same step h, and compare them.
 
     The errors of both from the step are the same and leave no trace.  The bias of the finest tolerance is
-    taken from its difference to the next, at the `ORDER` of the error.
+    taken from its difference to the next, at the `harvester.circuit.tolerance.ORDER` of the error.
 
     Raises MissingProgramError when ngspice is not installed; CircuitError when ngspice refuses the circuit or does not
     converge.
     """
+    from harvester.circuit.tolerance import ORDER
     from harvester.engines.spice.preparation import prepare
     from harvester.engines.spice.runs import FEWEST, Runs
     from harvester.uncertainty.control_variate import controlled
@@ -78,7 +78,7 @@ def _high(runs: "Runs", model: Model) -> Floats:
     if model.circuit is None:
         return np.array([one.moments.V2[0] for one in runs.done])
     watts = runs.ready.device.scales.watts * model.factor
-    return np.array([one.load_power for one in runs.done]) / watts
+    return np.concatenate([one.load_power for one in runs.done]) / watts
 
 
 def _mean(values: Floats) -> Bias:

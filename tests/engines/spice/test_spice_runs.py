@@ -29,7 +29,7 @@ def made_up():
     low = 1.0 + np.random.default_rng(3).standard_normal(8)
     high = low + 0.1 * np.random.default_rng(4).standard_normal(8)
     done = [
-        SimpleNamespace(moments=SimpleNamespace(V2=[a]), control=SimpleNamespace(V2=[b]))
+        SimpleNamespace(moments=SimpleNamespace(V2=[a], controls=None), control=SimpleNamespace(V2=[b]))
         for a, b in zip(high, low, strict=True)
     ]
     pair = SimpleNamespace(
@@ -141,7 +141,7 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     monkeypatch.setattr(worker, "warm_up_workers", lambda *_: warm)
     monkeypatch.setattr(worker, "measure_in_workers", measure)
     ready = spice.prepare(Problem.of("examples/plate.toml"), hv.Spice())
-    monkeypatch.setattr(spice, "prepare", lambda *_: dataclasses.replace(ready, seconds=0.0))
+    monkeypatch.setattr(spice, "prepare", lambda *_, **__: dataclasses.replace(ready, seconds=0.0))
     with pytest.raises(OutOfTimeError):
         hv.Spice(budget=10.0).run("examples/plate.toml")
     assert found == [pytest.approx(left, abs=0.5)]

@@ -320,7 +320,7 @@ def test_noise_is_needed_and_no_resistor():
         with pytest.raises(InputError, match="beside a load circuit"):
             Trajectories(eqs, 64, SEED, 0.1, circuit=circuit())
     with pytest.raises(InputError, match="where the stop is"):
-        trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0))
+        trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0))
 
 
 @pytest.mark.slow
