@@ -262,10 +262,10 @@ def test_bridge_in_lock_step():
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
 def test_no_sliver_is_left_before_a_landing(share):
     """A free circuit's step is all of what is left, or at most half of it; the plain load resistor's is all of it."""
-    state = SimpleNamespace(target_time=1.5, free=1)
+    state = SimpleNamespace(target_time=1.5, free=1, smooth=0)
     step = proposed_step.py_func(state, 0.5, share)
     assert step == (1.0 if share >= 1.0 else min(share, 0.5))
-    assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0), 0.5, share) == 1.0
+    assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0, smooth=0), 0.5, share) == 1.0
 
 
 def test_burn_in_waits_for_the_smoothing_capacitor():
