@@ -309,8 +309,8 @@ z-score: test_engines.py -k text_carries
 - error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
 + error = (a.stderr or 0.0) + (b.stderr or 0.0)
 weight-from-the-same-half: test_control_variate.py -k no_bias
-- _weights(values[halves != k], columns[halves != k])
-+ _weights(values[halves == k], columns[halves == k])
+- least_squares(values[halves != k], columns[halves != k])
++ least_squares(values[halves == k], columns[halves == k])
 error-of-the-long-mean: test_control_variate.py -k stated
 - abs(weight) * (mean.stderr or 0.0)
 + mean.stderr or 0.0

@@ -53,12 +53,12 @@ def cross_fitted(values: Floats, controls: Floats, together: int = 1) -> tuple[F
         return values, weights
     columns = controls[:, used] / spread[used]
     for k in (0, 1):
-        weights[k, used] = _weights(values[halves != k], columns[halves != k]) / spread[used]
+        weights[k, used] = least_squares(values[halves != k], columns[halves != k]) / spread[used]
     rest = values - (weights[halves] * controls).sum(axis=1)
     return rest.mean() + (rest - rest.mean()) / math.sqrt(1.0 - len(used) / entries_a_half), weights
 
 
-def _weights(values: Floats, columns: Floats) -> Floats:
+def least_squares(values: Floats, columns: Floats) -> Floats:
     """The weights of columns, shape (n, columns), that leave the least of the variance of ``values``."""
     off = columns - columns.mean(axis=0)
     return np.asarray(np.linalg.lstsq(off.T @ off, off.T @ (values - values.mean()), rcond=SMALLEST)[0])

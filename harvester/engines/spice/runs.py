@@ -13,7 +13,7 @@ from harvester.engines.protocol import Progress
 from harvester.engines.spice.preparation import Prepared
 from harvester.errors import OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
-from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.controls import controlled_entries, least_squares
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -136,8 +136,7 @@ class Runs:
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
         """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
-        pair, known = self.ready.pair, [one.moments.controls for one in self.done if one.moments.controls is not None]
-        controls = np.vstack(known) if known else None
+        pair, controls = self.ready.pair, self._controls(name)
         if not self.paired or pair is None:
             entries = controlled_entries(high, controls, self.blocks)
             mean, variance = float(entries.mean()), float(entries.var(ddof=1))
@@ -149,6 +148,24 @@ class Runs:
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
         found = controlled(high, low, mean_of_low, controls, self.blocks)
         return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
+
+    def _controls(self, name: str) -> Floats | None:
+        """The controls of the runs' blocks, shape (n, columns), where they have any.
+
+        With a cheap model that has the same ones it is one column: their sum with the weights that explain the cheap
+        model's moment, which its many trajectories know better than the runs' few blocks.
+        """
+        known = [one.moments.controls for one in self.done if one.moments.controls is not None]
+        if not known:
+            return None
+        controls, pair = np.vstack(known), self.ready.pair
+        cheap = None if pair is None else pair.moments.controls
+        if pair is None or cheap is None:
+            return controls
+        spread = cheap.std(axis=0)
+        spread[spread == 0.0] = 1.0
+        weights = least_squares(getattr(pair.moments, name), cheap / spread) / spread
+        return np.asarray(controls @ weights)[:, None]
 
     def _with_tolerance(self, value: Value, name: str) -> Value:
         """A value with ngspice's part in its error, and the names of parts that are not known."""
