@@ -44,8 +44,9 @@ def measured(dev, kicks=600):
     """From rest: mean power of Rload, and mean power that the mass gives to the circuit, in watt."""
     one = next(worker.measure_in_workers(dev, [SEED], kicks=kicks, burn_in=0.0))
     taken = dev.eqs.beta * float(one.moments.vV.mean()) * dev.scales.watts
-    assert np.isfinite([one.load_power, taken]).all()
-    return one.load_power, taken
+    load = float(one.load_power[0])
+    assert np.isfinite([load, taken]).all()
+    return load, taken
 
 
 def deviation(path, exact):

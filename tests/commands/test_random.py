@@ -110,7 +110,7 @@ def test_exact():
         statuses.append(judged(linear, "run", "--engine", "exact", "--json"))
 
     one()
-    answered(statuses, 0.3)
+    answered(statuses, 0.2)
 
 
 @pytest.mark.slow
