@@ -212,11 +212,18 @@ def _pursue(runs: Runs, target: Target, fixed: bool) -> None:
             return
         variance = target.variance(found.value)
         if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
-            warnings.append(
-                f"`within` {target.within:.3g} needs a smaller `dt`: the bias of the step alone is too large"
-                if fixed
-                else target.missed(found.value)
-            )
+            tolerance = (runs.tolerance or {}).get(runs.ready.quantity, 0.0)
+            if 2.0 * tolerance > target.within:
+                warnings.append(
+                    f"`within` {target.within:.3g} needs a smaller tolerance of ngspice, which makes {tolerance:.2g}: "
+                    f"in Python, Spice(reltol={0.1 * runs.ready.device.reltol:.0e})"
+                )
+            elif fixed or target.budget is None:
+                warnings.append(
+                    f"`within` {target.within:.3g} needs a smaller `dt`: the bias of the step alone is too large"
+                )
+            else:
+                warnings.append(target.missed(found.value))
             return
         pairs, longer = runs.asked_for(found, variance)
         seconds = pairs * runs.cost + longer * runs.rate

@@ -17,7 +17,7 @@ from harvester.engines.spice.runs import Runs
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
-from harvester.uncertainty.target import further
+from harvester.uncertainty.target import Target, further
 from harvester.uncertainty.value import Value
 from tests.support.systems import linear
 
@@ -145,3 +145,17 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     with pytest.raises(OutOfTimeError):
         hv.Spice(budget=10.0).run("examples/plate.toml")
     assert found == [pytest.approx(left, abs=0.5)]
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "budget", "said"), [(0.2, None, "smaller tolerance"), (0.0, None, "smaller `dt`")]
+)
+def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, budget, said):
+    """No further run helps where ngspice's tolerance or the step alone is off by more than the target."""
+    runs = made_up()
+    runs.ready.device.reltol = 1e-4
+    runs.tolerance = {"V2": tolerance, "load": tolerance}
+    runs.ready.pair.bias = lambda name: (0.5, 0.0)
+    spice._pursue(runs, Target(0.05, budget), False)
+    assert said in runs.ready.warnings[-1]
+    assert len(runs.done) == 8
