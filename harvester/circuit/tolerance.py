@@ -15,7 +15,12 @@ ORDER = 2.0 / 3.0  # of the error against reltol: a step of (reltol)^(1/3), and 
 
 
 def tolerance_in_workers(
-    device: CoupledDevice, seeds: Sequence[np.random.SeedSequence], kicks: int, burn_in: float, starts: Sequence[Start]
+    device: CoupledDevice,
+    seeds: Sequence[np.random.SeedSequence],
+    kicks: int,
+    burn_in: float,
+    deadline: float,
+    starts: Sequence[Start],
 ) -> Iterator[dict[str, float]]:
     """The relative errors of E[V^2] and of the load's power that ngspice's tolerance makes, for each seed.
 
@@ -23,21 +28,21 @@ def tolerance_in_workers(
     nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  Arguments and errors
     as of `measure_in_workers`.
     """
-    jobs = [(device, seed, kicks, burn_in, start) for seed, start in zip(seeds, starts, strict=True)]
+    jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
     yield from map_in_workers(_tolerance, jobs)
 
 
 def _tolerance(
-    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, start: Start
+    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
 ) -> dict[str, float]:
     """`tolerance_in_workers` of one seed, in this process."""
     noise = three_point_grid(seed, kicks)
     shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
     first, second = (new_drive(device, noise, burn_in, shaking, start) for _ in range(2))
-    run_in_this_process(device, first)
+    run_in_this_process(device, first, deadline)
     second.kicked[:] = first.kicked
     second.state["follows"] = 1
-    run_in_this_process(dataclasses.replace(device, reltol=0.1 * device.reltol), second)
+    run_in_this_process(dataclasses.replace(device, reltol=0.1 * device.reltol), second, deadline)
     since = math.ceil(burn_in / (device.h * device.stride) - 1e-6)
     means = [(float((one.readings[since:, 4] ** 2).mean()), float(one.state[0].load)) for one in (first, second)]
     found = zip(("V2", "load"), *means, strict=True)

@@ -86,7 +86,7 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         cloup.option("--duration", type=float, help="Of a trajectory after its burn-in, in the unit of --dt."),
         cloup.option("--dt", type=float, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
         cloup.option(
-            "--alone", is_flag=True, default=None, help="spice: ngspice runs only, not paired with a cheap model."
+            "--alone", is_flag=True, default=None, help="spice: ngspice runs only, from rest, and their plain mean."
         ),
     )
     return accuracy(effort(command))

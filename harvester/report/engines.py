@@ -26,13 +26,12 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
     for one in estimates:
         power = one.mean_power
         errors = (power.bias, power.model)
-        together = None if all(e is None for e in (power.stderr, *errors)) else power.error95
         rows.append(
             [
                 one.engine,
                 first(power, one.unit_names.power),
                 "none" if power.stderr is None else share(power.sampling95, power.value),
-                *(share(error, power.value) for error in (*errors, together)),
+                *(share(error, power.value) for error in (*errors, power.whole_error95)),
                 first(one.mean_square_voltage, one.unit_names.mean_square_voltage),
                 signs(f"{one.seconds:.2g}"),
                 signs(f"{one.steps:.3g}") if one.steps else "-",

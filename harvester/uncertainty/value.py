@@ -67,6 +67,12 @@ class Value:
         """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
+    @property
+    def whole_error95(self) -> float | None:
+        """`error95` where every part of the error is known; None where a part is not, or none is stated."""
+        stated = any(error is not None for error in (self.stderr, self.bias, self.model))
+        return self.error95 if stated and not self.unknown else None
+
     def text(self, unit: str) -> str:
         """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
         scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
@@ -100,8 +106,7 @@ class Value:
 
 def number(value: Value) -> dict[str, float | None]:
     """A value as ``--json`` prints it."""
-    known = not value.unknown and any(error is not None for error in (value.stderr, value.bias, value.model))
-    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95 if known else None}
+    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.whole_error95}
     return {"value": value.value, "stderr": value.stderr, **errors}
 
 

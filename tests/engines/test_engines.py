@@ -174,7 +174,7 @@ def test_paired_and_alone_agree(given):
     alone = hv.Spice(seed=5, alone=True, trajectories=8, duration=40.0).run(given)
     assert abs(z_score(paired.mean_power, alone.mean_power)) < 4
     assert abs(z_score(paired.mean_square_voltage, alone.mean_square_voltage)) < 4
-    assert paired.mean_power.stderr < alone.mean_power.stderr
+    assert paired.mean_power.stderr < 0.3 * alone.mean_power.stderr
     assert paired.details["control_correlation"] > 0.99
 
 

@@ -10,21 +10,20 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
+from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import Prepared
-from harvester.errors import OutOfTimeError, SimulationError
+from harvester.errors import CircuitError, OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
 from harvester.uncertainty.controls import controlled_entries, least_squares
 from harvester.uncertainty.target import further
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.lockstep.energy_ledger import EnergyLedger
     from harvester.circuit.runs import TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
 FEWEST = 8  # pairs, of which each half weighs the other
-GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
 
 
 @dataclass
@@ -82,7 +81,8 @@ class Runs:
     def measure_tolerance(self) -> None:
         """Measure what ngspice's tolerance does to the moments, where it chooses its steps and time is left.
 
-        On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.
+        On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays unknown, with a
+        warning, where ngspice does not bear a tenth of its tolerance, or the time is spent before.
         """
         from harvester.circuit.tolerance import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
@@ -97,8 +97,12 @@ class Runs:
         places = [(x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places]
         starts = [(ready.starts or places)[k % len(ready.starts or places)] for k in range(2)]
         kicks = min(ready.kicks(TOLERANCE_TIME), self.kicks)
-        both = list(tolerance_in_workers(device, seeds, kicks, ready.burn_in, starts))
-        self.tolerance = {name: max(abs(one[name]) for one in both) for name in both[0]}
+        try:
+            both = list(tolerance_in_workers(device, seeds, kicks, ready.burn_in, self.deadline, starts))
+        except CircuitError as error:
+            ready.warnings.append(f"what ngspice's tolerance does could not be measured: {error}")
+        else:
+            self.tolerance = {name: max(abs(one[name]) for one in both) for name in both[0]}
         self.seconds += time.perf_counter() - begin
 
     def extend(self, duration: float) -> None:
@@ -152,14 +156,14 @@ class Runs:
     def _controls(self, name: str) -> Floats | None:
         """The controls of the runs' blocks, shape (n, columns), where they have any.
 
-        With a cheap model that has the same ones it is one column: their sum with the weights that explain the cheap
-        model's moment, which its many trajectories know better than the runs' few blocks.
+        With a circuit of ideal elements, which has the same ones, it is one column: their sum with the weights that
+        explain that circuit's moment, which its many trajectories know better than the runs' few blocks.
         """
         known = [one.moments.controls for one in self.done if one.moments.controls is not None]
         if not known:
             return None
         controls, pair = np.vstack(known), self.ready.pair
-        cheap = None if pair is None else pair.moments.controls
+        cheap = None if pair is None or self.ready.device.ideal is None else pair.moments.controls
         if pair is None or cheap is None:
             return controls
         spread = cheap.std(axis=0)
@@ -219,30 +223,3 @@ class Runs:
     def ledger(self, watts: float) -> dict[str, float]:
         """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""
         return ledger_entries([one.ledger for one in self.done], watts)
-
-
-def ledger_entries(ledgers: "list[EnergyLedger]", watts: float) -> dict[str, float]:
-    """Where the energy went, the mean of these, in units of ``watts``; see `energy_ledger`."""
-    from harvester.circuit.lockstep.energy_ledger import mean_ledger
-
-    whole = mean_ledger(ledgers)
-    entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
-    return entries | {"ledger_residual": whole.residual}
-
-
-def gives_power(watts: float) -> SimulationError:
-    """The error of a load that gives so much power in place of taking it."""
-    return SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
-
-
-def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[str]:
-    """Warnings of a netlist that gives energy, or goes on storing it, beyond the errors of several runs."""
-    found = []
-    load = abs(float(np.mean([one.load for one in ledgers])))
-    given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
-    if given - SURE * error > GIVEN * load:
-        found.append(f"the netlist gives {given / load:.0%} of what its load takes: that share is not harvested")
-    stored, error = mean_and_error(np.array([one.stored for one in ledgers]))
-    if stored - SURE * error > STORED * load:
-        found.append(f"not stationary: mass, piezo and Csmooth still store {stored / load:.0%} of what the load takes")
-    return found

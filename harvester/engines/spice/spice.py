@@ -30,17 +30,18 @@ RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their proces
 class Spice(Sampled):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
 
-    A few ngspice runs are paired with a cheap model on the same noise, whose mean a long ensemble knows: the exact
-    update of a load resistor, or the netlist's circuit made of ideal diodes and switches
-    (`harvester.uncertainty.control_variate`). The mean has no bias from that, and the standard error of many more
-    ngspice runs.
+    A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
+    a cheap model on the same noise, whose mean a long ensemble knows, that is the exact update of a load resistor or
+    the netlist's circuit made of ideal diodes and switches (`harvester.uncertainty.control_variate`); and under white
+    noise sums of mean zero from ngspice's own states (`harvester.mechanics.kernels.circuit_features`).  With ideal
+    elements the runs begin in settled states of these, else at rest.
 
     >>> import harvester as hv
     >>> hv.Spice(within="1%", budget="30s").budget
     30.0
 
     alone
-        no cheap model: ngspice runs only.
+        ngspice runs only, from rest, and their plain mean.
     reltol
         ngspice's relative tolerance, for a netlist.
     gaussian
@@ -87,7 +88,7 @@ class Spice(Sampled):
         return ""
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """Independent trajectories, each its own ngspice run from rest; means after the burn-in.
+        """Independent trajectories, each its own ngspice run; means after the burn-in.
 
         Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
         trajectories or a duration are given.
@@ -125,7 +126,7 @@ class Spice(Sampled):
             runs = self._first_round(problem, ready, *begun)
         runs.measure_tolerance()
         if target is not None:
-            _pursue(runs, target, self.dt is not None)
+            pursue(runs, target, self.dt is not None)
         seconds = ready.seconds + runs.seconds
         details = {"step": ready.device.h / unit, "burn_in": ready.burn_in / unit}
         details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
@@ -182,7 +183,7 @@ class Spice(Sampled):
             duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
-        if eqs.is_random and not eqs.is_shaken_otherwise:
+        if eqs.is_random and not eqs.is_shaken_otherwise and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
         count = self.trajectories or (self.TRAJECTORIES if target is None or ready.starts is None else FEWEST)
         count = max(count, FEWEST) if paired else count
@@ -203,7 +204,7 @@ class Spice(Sampled):
             )
 
 
-def _pursue(runs: Runs, target: Target, fixed: bool) -> None:
+def pursue(runs: Runs, target: Target, fixed: bool) -> None:
     """More pairs and a longer ensemble, in the proportion that costs least, until the target is reached."""
     warnings = runs.ready.warnings
     while True:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import Progress, estimate
+from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import stand_in
-from harvester.engines.spice.runs import gives_power, ledger_doubts, ledger_entries
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem

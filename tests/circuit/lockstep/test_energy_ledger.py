@@ -162,10 +162,10 @@ def test_one_way_drive_takes_nothing_from_the_mass():
 
 
 def test_engine_reports_the_ledger():
-    """In the unit of the mean power, which is the load's, but for what its controls explain."""
+    """In the unit of the mean power, whose load is the load's."""
     scene = hv.load(EXAMPLES / "plate_with_stop.toml").with_load(Load(netlist="bridge", parameters={"R": 1e6}))
     found = hv.Spice(duration=20.0, trajectories=2, dt=2e-3, alone=True).run(scene)
     entries = {key: found.details[f"ledger_{key}"] for key in ("damping", "impacts", "circuit", "load", "stored")}
-    assert entries["load"] == pytest.approx(found.mean_power.value, rel=0.02)
+    assert entries["load"] == pytest.approx(found.mean_power.value, rel=1e-9)
     assert sum(entries.values()) == pytest.approx(found.details["ledger_input"], rel=0.01)
     assert abs(found.details["ledger_residual"]) < 0.01

@@ -15,7 +15,7 @@ from harvester.engines.spice import spice
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.runs import Runs
 from harvester.equations.problem import Problem
-from harvester.errors import OutOfTimeError
+from harvester.errors import CircuitError, OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
 from harvester.uncertainty.target import Target, further
 from harvester.uncertainty.value import Value
@@ -156,6 +156,26 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, budget, said):
     runs.ready.device.reltol = 1e-4
     runs.tolerance = {"V2": tolerance, "load": tolerance}
     runs.ready.pair.bias = lambda name: (0.5, 0.0)
-    spice._pursue(runs, Target(0.05, budget), False)
+    spice.pursue(runs, Target(0.05, budget), False)
     assert said in runs.ready.warnings[-1]
     assert len(runs.done) == 8
+
+
+def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
+    """ngspice may not bear a tenth of its tolerance, or the time may be spent: the answer stays, and says so."""
+    from harvester.circuit import tolerance
+
+    def refused(device, seeds, kicks, burn_in, deadline, starts):
+        assert deadline == runs.deadline
+        raise CircuitError("it did not converge")
+
+    monkeypatch.setattr(tolerance, "tolerance_in_workers", refused)
+    runs = made_up()
+    known = vars(runs.ready.device) | {"load": SimpleNamespace(linear=False), "h": 0.1, "stride": 4}
+    vars(runs.ready.device).update(known)
+    runs.deadline = time.monotonic() + 1e6
+    runs.measure_tolerance()
+    assert "did not converge" in runs.ready.warnings[-1]
+    power = runs.power().value
+    assert (power.whole_error95, power.unknown) == (None, "ngspice's tolerance")
+    assert power.error95 > 0.0

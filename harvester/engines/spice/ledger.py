@@ -1,0 +1,40 @@
+"""What the energy ledgers of ngspice runs say: entries of an answer, and doubts about a netlist."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.errors import SimulationError
+from harvester.uncertainty.value import mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.circuit.lockstep.energy_ledger import EnergyLedger
+
+GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
+
+
+def ledger_entries(ledgers: "list[EnergyLedger]", watts: float) -> dict[str, float]:
+    """Where the energy went, the mean of these, in units of ``watts``; see `energy_ledger`."""
+    from harvester.circuit.lockstep.energy_ledger import mean_ledger
+
+    whole = mean_ledger(ledgers)
+    entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}
+    return entries | {"ledger_residual": whole.residual}
+
+
+def gives_power(watts: float) -> SimulationError:
+    """The error of a load that gives so much power in place of taking it."""
+    return SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
+
+
+def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[str]:
+    """Warnings of a netlist that gives energy, or goes on storing it, beyond the errors of several runs."""
+    found = []
+    load = abs(float(np.mean([one.load for one in ledgers])))
+    given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
+    if given - SURE * error > GIVEN * load:
+        found.append(f"the netlist gives {given / load:.0%} of what its load takes: that share is not harvested")
+    stored, error = mean_and_error(np.array([one.stored for one in ledgers]))
+    if stored - SURE * error > STORED * load:
+        found.append(f"not stationary: mass, piezo and Csmooth still store {stored / load:.0%} of what the load takes")
+    return found
