@@ -104,6 +104,12 @@ def invalid(argument: str, must: str, was: object) -> InputError:
     return InputError(f"{argument} must {must}, but is {shown(was)}")
 
 
+def refused(argument: str, error: ValueError, was: object) -> InputError:
+    """The `InputError` of a reader's ValueError ("must ..."), with the part that was not understood."""
+    why = getattr(error, "why", "")
+    return InputError(f"{argument} {error}, but is {shown(was)}" + (f": {why}" if why else ""))
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
     """An unknown name, with its nearest match or, failing that, every name there is."""
     names = {one.lower(): one for one in known}

@@ -4,7 +4,7 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
-from harvester.commands.options import figure, scene_argument, seed_option, vector_option
+from harvester.commands.options import figure, scene_argument, seed_option, time_of, vector_option
 
 
 @command(
@@ -16,7 +16,12 @@ from harvester.commands.options import figure, scene_argument, seed_option, vect
     cloup.option(
         "--engine", help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice."
     ),
-    cloup.option("--duration", type=float, help="Time that the plot shows: seconds (nondimensional scene: 1/w0)."),
+    cloup.option(
+        "--duration",
+        type=time_of("duration"),
+        metavar="TIME",
+        help="Time that the plot shows, such as 2s (nondimensional scene: a number of 1/w0).",
+    ),
 )
 @cloup.option_group(
     "Output",

@@ -7,8 +7,8 @@ import click
 import cloup
 from cloup.constraints import If, require_all
 
-from harvester.errors import InputError, shown
-from harvester.scene.units import fraction, seconds
+from harvester.errors import refused
+from harvester.scene.units import fraction, seconds, time
 
 
 def percent(text: str) -> float:
@@ -21,12 +21,17 @@ def duration(text: str) -> float:
     return _read("`budget`", seconds, text)
 
 
+def time_of(name: str) -> Callable[[str], float]:
+    """A reader of a time with or without a unit, such as 1ms or .001, for the option of that name."""
+    return lambda text: _read(f"`{name}`", time, text)
+
+
 def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
     """Read a text, with an error that names the argument."""
     try:
         return reader(text)
     except ValueError as error:
-        raise InputError(f"{argument} {error}, but is {shown(text)}") from None
+        raise refused(argument, error, text) from None
 
 
 def _form(text: str) -> str:
@@ -83,8 +88,15 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
             type=int,
             help="Independent ones.  Default: 4096, with --within 256 or more (spice: 16 and 8).",
         ),
-        cloup.option("--duration", type=float, help="Of a trajectory after its burn-in, in the unit of --dt."),
-        cloup.option("--dt", type=float, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
+        cloup.option(
+            "--duration", type=time_of("duration"), metavar="TIME", help="Of a trajectory after its burn-in, as --dt."
+        ),
+        cloup.option(
+            "--dt",
+            type=time_of("dt"),
+            metavar="TIME",
+            help="Step, such as 1ms or .001 (nondimensional scene: a number of 1/w0).  Default: from the scene.",
+        ),
         cloup.option(
             "--alone", is_flag=True, default=None, help="spice: ngspice runs only, from rest, and their plain mean."
         ),

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from harvester.devices.datasheet import FIELDS, arguments
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid, refused
 from harvester.scene.keys import kind_of
 from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.scene.units import prefix_factor, split_unit
 from harvester.uncertainty.value import Value
 
 _QUALITY = Kind("a quality factor", "", "125", above=0.0)
@@ -46,7 +47,7 @@ def read(name: str, text: str) -> float:
     try:
         return with_prefix(text, _kind(name))
     except ValueError as error:
-        raise InputError(f"`{name}` {error}, but is {shown(text)}") from None
+        raise refused(f"`{name}`", error, text) from None
 
 
 def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
@@ -174,7 +175,9 @@ def _as_written(name: str, text: str) -> float | str:
     kind, number = _kind(name), read(name, text)
     if kind.unit == "":
         return number
-    candidates = [text.strip()]
+    parts = split_unit(text)
+    bare = parts is not None and parts[1] != kind.unit and prefix_factor(parts[1]) is not None  # 1M is written 1 Mohm
+    candidates = [] if bare else [text.strip()]
     if kind.unit in _PREFIXED:
         candidates.append(Value(number).text(kind.unit))
     for candidate in candidates:
@@ -191,7 +194,7 @@ def _parameter(name: str, text: str) -> float | str:
     try:
         number = any_quantity(text)
     except ValueError as error:
-        raise InputError(f"`parameter` {name} {error}, but is {shown(text)}") from None
+        raise refused(f"`parameter` {name}", error, text) from None
     try:
         plain = float(text)
     except ValueError:

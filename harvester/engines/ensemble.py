@@ -85,11 +85,12 @@ class Ensemble(Sampled):
         from harvester.mechanics.kernels.compiled import compilation
 
         problem = served(type(self), scene)
+        self.check_times(problem.physical)
         what = self.model(problem)
         eqs, circuit = what.eqs, what.circuit
         unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        h = None if self.dt is None else self.dt * unit
+        h = None if self.dt is None else (number(self.dt) or 0.0) * unit
         with compilation() as first:
             compile_pair(eqs, seed, circuit, controlled=True)
         begin = time.perf_counter()
@@ -100,7 +101,7 @@ class Ensemble(Sampled):
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         spent = time.perf_counter() - begin
         duration = first_duration(trajectories.time, spent, number(self.budget))
-        duration = duration if self.duration is None else self.duration * unit
+        duration = duration if self.duration is None else (number(self.duration) or 0.0) * unit
         pair = RichardsonPair(trajectories, duration, number(self.budget))
         reasons = [self.REASON]
         agreed = disagreement(pair.moments) if eqs.is_steady else None

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, overload
 
-from harvester.errors import InputError, invalid, shown
-from harvester.scene.units import fraction, seconds
+from harvester.errors import InputError, invalid, refused
+from harvester.scene.units import Seconds, fraction, seconds, time
 
 
 class NumberOrText:
@@ -33,7 +33,7 @@ class NumberOrText:
             try:
                 value = self._read(value)
             except ValueError as error:
-                raise InputError(f"`{self._name}` {error}, but is {shown(value)}") from None
+                raise refused(f"`{self._name}`", error, value) from None
         vars(engine)[self._name] = value
 
 
@@ -74,21 +74,34 @@ class Sampled(Asked):
     """Options of the engines that sample.
 
     duration, dt
-        of a trajectory after its burn-in, and the step: in second for a physical scene, else
+        of a trajectory after its burn-in, and the step: in seconds for a physical scene (or a text such as "1ms"), else
         nondimensional; None: chosen from the scene.
     trajectories
         independent ones; None: chosen by the engine.
     """
 
-    duration: float | None = None
+    duration: NumberOrText = NumberOrText(time)
     trajectories: int | None = None
-    dt: float | None = None
+    dt: NumberOrText = NumberOrText(time)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_positive(self, "duration", "dt")
         if self.trajectories is not None and not 2 <= self.trajectories <= 1_000_000:
             raise invalid("`trajectories`", "be between 2 and 1000000", self.trajectories)
+
+    def check_times(self, physical: bool) -> None:
+        """Refuse times with a unit for a nondimensional scene, in an InputError: its times are multiples of 1/w0."""
+        for name in ("duration", "dt"):
+            check_time(name, getattr(self, name), physical)
+
+
+def check_time(name: str, value: float | None, physical: bool) -> None:
+    """Refuse a time with a unit for a nondimensional scene, with an InputError."""
+    if isinstance(value, Seconds) and not physical:
+        raise InputError(
+            f"`{name}` must be a number without a unit, in 1/w0, for a nondimensional scene, but is {float(value):g} s"
+        )
 
 
 def _check_positive(options: Asked, *names: str) -> None:

@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.errors import InputError, shown, unknown
+from harvester.errors import InputError, refused, unknown
 from harvester.printing.columns import columns
 from harvester.scene.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
@@ -70,13 +70,26 @@ def text(some: tuple[SceneKey, ...]) -> str:
     return "\n".join(lines)
 
 
+def full_key(key: str) -> str:
+    """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
+
+    Raises InputError where several tables have the key; any other text comes back as it is.
+    """
+    if "." in key or key in TABLES:
+        return key
+    places = [f"{table}.{key}" for table, of in TABLES.items() if key in key_names(of)]
+    if len(places) > 1:
+        raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(places)}")
+    return places[0] if places else key
+
+
 def split_key(key: str) -> tuple[str, str]:
     """The table and the name of a key, such as ("load", "resistance"); InputError for a key that no scene has."""
-    table, _, name = key.partition(".")
+    table, _, name = full_key(key).partition(".")
     if table not in TABLES:
         raise unknown("scene table", table, TABLES)
     names = [one.replace("parameters", "parameters.R") for one in key_names(TABLES[table])]
-    if name not in names and not key.startswith("load.parameters."):
+    if name not in names and not (table == "load" and name.startswith("parameters.")):
         raise unknown(f"[{table}] key", name, names)
     return table, name
 
@@ -87,7 +100,7 @@ def read_value(key: str, text: str) -> float:
     try:
         return any_quantity(text) if name.startswith("parameters.") else with_prefix(text, kind_of(key))
     except ValueError as error:
-        raise InputError(f"{key} {error}, but is {shown(text)}") from None
+        raise refused(key, error, text) from None
 
 
 def kind_of(key: str) -> Kind:

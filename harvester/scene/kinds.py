@@ -5,7 +5,20 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.scene.units import LARGEST, SMALLEST, prefix_factor, split_unit, unit_factor
+from harvester.scene.units import (
+    LARGEST,
+    SMALLEST,
+    Unread,
+    is_unit,
+    prefix_factor,
+    respelled,
+    split_unit,
+    squared,
+    unit_factor,
+)
+
+_SHORT = 40  # letters of a unit that an error shows
+_GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")  # g, mg, ug of an acceleration
 
 
 @dataclass(frozen=True)
@@ -37,36 +50,70 @@ class Kind:
         return text if self.above == -math.inf else f"{text}, above {self.above:g}"
 
     def read(self, value: object) -> float:
-        """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another."""
-        number = self._number(value)
+        """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another.
+
+        The error's ``why`` (`harvester.scene.units.Unread`) says which part of a text was not understood.
+        """
+        return self._checked(*self._number(value))
+
+    def _checked(self, number: float | None, why: str) -> float:
         if number is None or not math.isfinite(number):
-            raise ValueError(f"must {self.must}")
+            raise Unread(f"must {self.must}", why)
         if not (number > self.above and self.least <= number <= self.most):
             raise ValueError(f"must {self.must}")
         if number and not SMALLEST <= abs(number) <= LARGEST:
             raise ValueError(f"must {self.must}, between {SMALLEST:g} and {LARGEST:g} in size")
         return number
 
-    def _number(self, value: object) -> float | None:
+    def _number(self, value: object) -> tuple[float | None, str]:
+        """The number in SI units, or None and why not."""
         if isinstance(value, bool):
-            return None
+            return None, ""
         if isinstance(value, int | float):
             try:
-                return float(value)
+                return float(value), ""
             except OverflowError:
-                return None
+                return None, ""
         parts = split_unit(value)
         if parts is None:
-            return None
+            return None, "a text must begin with a number" if isinstance(value, str) and value.strip() else ""
         number, unit = parts
-        if self.unit == "":
-            return number if unit == "" else None
+        if unit == "" and self.unit != "":
+            return None, f"it has no unit: write the number without quotation marks for {self.unit}, or add the unit"
+        factor, power = self.scale(unit)
+        if factor is None:
+            return None, self._not_understood(unit)
+        return number * factor if power == 1 else math.copysign(number * number, number) * factor, ""
+
+    def scale(self, unit: str) -> tuple[float | None, int]:
+        """The factor that brings a number with this unit to SI, and the power to raise the number to before.
+
+        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for what is no unit of the kind.
+        """
         if unit == "":
-            return None  # a text carries its unit
-        if self.gravity:
-            unit = re.sub(r"\bg(?=\b|[²³])", "gravity", unit)
-        factor = unit_factor(unit, self.unit)
-        return None if factor is None else number * factor
+            return 1.0 if self.unit == "" else None, 1
+        if unit == "%":
+            return 0.01 if self.unit == "" else None, 1
+        density = squared(unit) if self.unit.endswith("^2/Hz") else None
+        one, power = (unit, 1) if density is None else (density, 2)
+        if self.gravity and len(one) <= _SHORT:
+            names = {"m": "milligravity", "u": "microgravity", "": "gravity"}
+            one = _GRAVITY.sub(lambda m: names[m[1]], respelled(one))
+        alone = prefix_factor(one) if one != self.unit else None  # a gap of 1m is a metre
+        if alone is not None:
+            return alone, power
+        return (unit_factor(one, self.unit) if self.unit else None), power
+
+    def _not_understood(self, unit: str) -> str:
+        if len(unit) > _SHORT:
+            return "what follows the number is no unit"
+        if self.unit == "":
+            return f"{unit!r} after the number was not understood, for it has no unit"
+        if unit.startswith(","):
+            return "the decimal sign must be a point"
+        if is_unit(unit):
+            return f"the unit {unit!r} is one of another quantity"
+        return f"the unit {unit!r} was not understood"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
@@ -101,24 +148,21 @@ ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")  # of any dimens
 
 
 def with_prefix(text: str, kind: Kind) -> float:
-    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`."""
+    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
+
+    Beside what a scene file reads it takes a bare number, in SI units, for there all values are texts.
+    """
     parts = split_unit(text)
-    if parts is None:
-        raise ValueError(f"must {kind.must}")
-    number, unit = parts
-    if unit == "":
-        return kind.read(number)
-    factor = None if unit == kind.unit else prefix_factor(unit)  # a gap of 1m is a metre
-    return kind.read(text if factor is None else number * factor)
+    return kind.read(parts[0]) if parts is not None and parts[1] == "" else kind.read(text)
 
 
 def any_quantity(value: object) -> float:
     """A quantity of any dimension in SI base units, such as 1e6, "1 Mohm", "10 uF"; ValueError as `Kind.read`."""
     parts = split_unit(value)
     if parts is None or parts[1] == "":
-        return ANY.read(value)
+        return ANY.read(value if parts is None else parts[0])
     number, unit = parts
     factor = prefix_factor(unit) or unit_factor(unit, None)
     if factor is None:
-        raise ValueError(f"must {ANY.must}")
+        raise Unread(f"must {ANY.must}", f"the unit {unit[:_SHORT]!r} was not understood")
     return ANY.read(number * factor)

@@ -118,7 +118,7 @@ class Scene(SceneTable):
         """
         changes: dict[str, dict[str, Any]] = {}
         for key, value in values.items():
-            table, name = split_key(key)
+            table, name = split_key(key)  # a bare key has its table from there
             changed = changes.setdefault(table, {})
             if name.startswith("parameters."):
                 parameters = changed.setdefault("parameters", dict(self.load.parameters) if self.load else {})

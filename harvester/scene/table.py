@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Self
 import pydantic
 from pydantic import ConfigDict, ModelWrapValidatorHandler, model_validator
 
-from harvester.errors import InputError, invalid, shown, unknown
+from harvester.errors import InputError, invalid, refused, unknown
 
 CONFIG = ConfigDict(extra="forbid")
 
@@ -42,7 +42,7 @@ def _in_one_line(error: pydantic.ValidationError, table: type[SceneTable]) -> In
             kind = f"[{table.TABLE}] key" if table.TABLE else "scene table"
             return unknown(kind, where[-1], key_names(table))
         case "value_error":
-            return InputError(f"{key} {first['ctx']['error']}, but is {shown(first['input'])}")
+            return refused(key, first["ctx"]["error"], first["input"])
         case "string_type":
             return invalid(key, "be a text", first["input"])
         case _:

@@ -16,7 +16,13 @@ SMALLEST, LARGEST = 1e-50, 1e50  # size of a number other than zero: no product 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", re.DOTALL)
 # Letters, products, quotients and one-digit powers of them; a tower of powers would take pint for ever.
 _UNIT = re.compile(r"(?:[A-Za-z_µμΩ·*/()\s]|\^-?[0-9](?!\s*\^))+")
-_POWERS = {"**": "^", "²": "^2", "³": "^3"}
+_POWERS = {"**": "^", "²": "^2", "³": "^3", "µ": "u", "μ": "u", "Ω": "ohm", "\u2126": "ohm", "√": "rt"}
+_INFIX = re.compile(r"(\d+)([pnukKMGR])(\d+)\s*(.*)", re.DOTALL)  # 4k7: the prefix stands for the decimal point
+# Units that are often written with other capitals: "50 nf", "3.2hz", "kOhm".  Not s, m, g, N: S is siemens, G giga.
+_WORDS = {"ohm": "ohm", "ohms": "ohm", "hz": "Hz", "hertz": "Hz", "f": "F", "farad": "F", "v": "V", "volt": "V"}
+_WORD = re.compile(r"([Mm]eg|MEG|[fpnumkKMGT]?)\s?(" + "|".join(sorted(_WORDS, key=len)[::-1]) + ")", re.IGNORECASE)
+_BARE_POWER = re.compile(r"(?<=[A-Za-z)])(-?[2-4])(?![0-9A-Za-z])")  # g2/Hz, m/s2
+_ROOT = re.compile(r"(.+)/\s*(?:rt\(?Hz\)?|rHz|sqrt\(?Hz\)?|Hz\^0?\.5|Hz\^\(?1/2\)?)", re.IGNORECASE)
 _LONGEST = 40  # letters of a unit
 # Radians in the units of frequencies and densities: a turn of 2 pi of them is one cycle, which Hz counts.
 _ANGULAR = {"Hz": 1.0, "(m/s^2)^2/Hz": -1.0}
@@ -31,14 +37,23 @@ USUAL_UNITS |= {("m/s^2", "m/s^2"): 1.0, ("gravity", "m/s^2"): 9.80665, ("gravit
 
 
 def split_unit(text: object) -> tuple[float, str] | None:
-    """The number and the unit ("" for none) of a text; None for anything else than a text that begins with a number."""
+    """The number and the unit ("" for none) of a text; None for anything else than a text that begins with a number.
+
+    "4k7" is 4.7 and "k", "4R7" is 4.7 and "ohm", as resistors are marked.
+    """
+    short = isinstance(text, str) and len(text) <= 2 * _LONGEST
+    infix = _INFIX.fullmatch(str(text).strip().replace("µ", "u")) if short else None
+    if infix is not None:
+        whole, prefix, part, unit = infix.groups()
+        return float(f"{whole}.{part}"), "ohm" if (prefix, unit) == ("R", "") else prefix.replace("R", "") + unit
     match = _NUMBER.fullmatch(text.strip()) if isinstance(text, str) else None
     return None if match is None else (float(match[1]), match[2])
 
 
 def prefix_factor(prefix: str) -> float | None:
     """The factor of an SI prefix that stands alone, as in "10k" and in ngspice's "10Meg"; None for any other text."""
-    power = PREFIXES.get("M" if prefix == "Meg" else prefix) if prefix else None
+    written = {"meg": "M", "Meg": "M", "MEG": "M", "K": "k", "µ": "u", "μ": "u"}
+    power = PREFIXES.get(written.get(prefix, prefix)) if prefix else None
     return None if power is None else 10.0**power
 
 
@@ -46,7 +61,62 @@ def prefix_factor(prefix: str) -> float | None:
 def unit_factor(text: str, unit: str | None) -> float | None:
     """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
     usual = USUAL_UNITS.get((text, unit or ""))
+    if usual is None and len(text) <= _LONGEST:
+        text = respelled(text)
+        usual = USUAL_UNITS.get((text, unit or ""))
     return factor_by_pint(text, unit) if usual is None else usual
+
+
+def respelled(unit: str) -> str:
+    """A unit as pint and this package write it: "kOhm" is kohm, "50 nf" nF, "1Meg" M, "g2/Hz" g^2/Hz, "m/s2" m/s^2."""
+    for written, power in _POWERS.items():
+        unit = unit.replace(written, power)
+    unit = unit.strip()
+    word = _WORD.fullmatch(unit)
+    if word is not None:
+        prefix = "M" if word[1].lower() == "meg" else word[1].replace("K", "k")
+        return prefix + _WORDS[word[2].lower()]
+    return _BARE_POWER.sub(r"^\1", unit)
+
+
+def squared(unit: str) -> str | None:
+    """The unit of a density for one of its root, "mg/rtHz" -> "(mg)^2/Hz"; None for any other."""
+    for written, power in _POWERS.items():
+        unit = unit.replace(written, power)
+    root = _ROOT.fullmatch(unit.strip()) if len(unit) <= _LONGEST else None
+    return None if root is None else f"({root[1].strip().removeprefix('(').removesuffix(')')})^2/Hz"
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of anything."""
+    return unit_factor(text, None) is not None
+
+
+class Seconds(float):
+    """A time that was given with its unit, so that it can be no multiple of 1/w0."""
+
+
+def time(value: str) -> float:
+    """A time above 0, "1ms", "2 s", or a bare number in the scene's unit; ValueError (``must ...``) for another."""
+    must = "must be a time above 0, such as 1ms or 0.001"
+    parts = split_unit(value)
+    if parts is None:
+        raise ValueError(must)
+    number, unit = parts
+    factor = 1.0 if unit == "" else unit_factor(unit, "s")
+    if factor is None:
+        raise Unread(must, f"the unit {unit[:_LONGEST]!r} is none of time" if unit else "")
+    if not (math.isfinite(number * factor) and number > 0.0):
+        raise ValueError(must)
+    return number if unit == "" else Seconds(number * factor)
+
+
+class Unread(ValueError):  # noqa: N818, as it says what could not be read
+    """A value that could not be read: ``must ...`` is its text, and ``why`` the part that was not understood."""
+
+    def __init__(self, must: str, why: str = "") -> None:
+        super().__init__(must)
+        self.why = why
 
 
 def factor_by_pint(text: str, unit: str | None) -> float | None:

@@ -15,6 +15,7 @@ import numpy as np
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines import Ensemble, Spice
+from harvester.engines.options import check_time
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, names_arguments, unknown
@@ -110,6 +111,7 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     problem = served(ENGINES[engine], scene)
+    check_time("duration", duration, problem.physical)
     eqs, s = problem.equations, problem.units
     unit = s.frequency
     shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit

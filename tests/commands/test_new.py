@@ -68,7 +68,7 @@ def test_netlist_with_parameters(harvester, tmp_path, monkeypatch):
         ({"mass": "40 N"}, "--mass must be a mass (kg), such as '40 g', above 0, but is '40 N'"),
         ({"mass": "-1 g"}, "--mass must be a mass"),
         ({"capacitance": "nan"}, "--capacitance must be a clamped capacitance (F)"),
-        ({"damping_ratio": "4 %"}, "--damping-ratio must be a number"),
+        ({"damping_ratio": "4 kg"}, "--damping-ratio must be a number"),
         ({"stiffness": "-16 N/m"}, "--stiffness must be above 0"),
         ({"restitution": "1.1"}, "--restitution must be a restitution coefficient, such as 0.96, between 0 and 1"),
         ({"gap": "1 mm"}, "--restitution must be given with --gap, but is left out"),

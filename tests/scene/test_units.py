@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import harvester as hv
 from harvester.scene.keys import read_value
-from harvester.scene.kinds import FREQUENCY, Kind, any_quantity, with_prefix
+from harvester.scene.kinds import ACCELERATION, CAPACITANCE, FREQUENCY, Kind, any_quantity, with_prefix
 from harvester.scene.units import USUAL_UNITS, factor_by_pint
 
 MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0)
@@ -36,6 +37,25 @@ G = 9.80665
         (FREQUENCY, "1152 deg/s", 3.2),
         (FREQUENCY, "3.2 cycle/s", 3.2),
         (PSD, "2 (m/s^2)^2 s/rad", 4.0 * math.pi),
+        (PSD, "0.01 g2/Hz", 0.01 * G**2),
+        (PSD, "0.01 G^2/Hz", 0.01 * G**2),
+        (PSD, "10 mg/rtHz", (0.01 * G) ** 2),
+        (PSD, "100 µg/√Hz", (1e-4 * G) ** 2),
+        (PSD, "0.1 m/s^2/sqrt(Hz)", 0.01),
+        (LOAD, "470k", 470e3),
+        (LOAD, "10K", 10e3),
+        (LOAD, "1Meg", 1e6),
+        (LOAD, "1 MegOhm", 1e6),
+        (LOAD, "1 MOhm", 1e6),
+        (LOAD, "1 kOhm", 1e3),
+        (LOAD, "4k7", 4700.0),
+        (LOAD, "4R7", 4.7),
+        (CAPACITANCE, "50 nf", 50e-9),
+        (CAPACITANCE, "2n2", 2.2e-9),
+        (FREQUENCY, "3.2hz", 3.2),
+        (RATIO, "2.7%", 0.027),
+        (ACCELERATION, "5 mg", 0.005 * G),
+        (ACCELERATION, "0.1G", 0.1 * G),
     ],
 )
 def test_read(kind, text, value):
@@ -53,6 +73,29 @@ def test_read(kind, text, value):
 def test_what_is_no_mass(bad):
     with pytest.raises(ValueError, match="must be a mass"):
         MASS.read(bad)
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "why"),
+    [
+        (LOAD, "1 kOm", "the unit 'kOm' was not understood"),
+        (LOAD, "5 kg", "the unit 'kg' is one of another quantity"),
+        (LOAD, "about 5", "a text must begin with a number"),
+        (LOAD, "40", "it has no unit: write the number without quotation marks for ohm, or add the unit"),
+        (CAPACITANCE, "5,2 nF", "the decimal sign must be a point"),
+        (RATIO, "0.5 kg", "'kg' after the number was not understood, for it has no unit"),
+    ],
+)
+def test_an_error_says_which_part_was_not_understood(kind, text, why):
+    with pytest.raises(ValueError, match="must be") as caught:
+        kind.read(text)
+    assert caught.value.why == why
+
+
+def test_a_root_of_a_density_keeps_its_sign():
+    """The square of a negative number is above 0, and would be taken."""
+    with pytest.raises(ValueError, match="at least 0"):
+        PSD.read("-1 mg/rtHz")
 
 
 @pytest.mark.parametrize(
@@ -118,3 +161,16 @@ def test_usual_units_are_those_of_pint():
         assert factor_by_pint(text, unit) == pytest.approx(factor, rel=1e-15, abs=0.0), text
     assert read_value("stop.gap", "1m") == read_value("stop.gap", "1 m") == 1.0
     assert read_value("stop.gap", "1mm") == read_value("load.resistance", "1m") == 1e-3
+
+
+def test_times_with_a_unit(harvester, tmp_path):
+    """--dt 1ms is a thousandth of a second; of a nondimensional scene no time has a unit, nor is mu's table needed."""
+    assert hv.Ensemble(dt="1ms").dt == hv.Ensemble(dt="0.001").dt == 1e-3
+    with pytest.raises(hv.InputError, match=r"`dt` must be a time .*, but is '1 kg': the unit 'kg' is none of time"):
+        hv.Ensemble(dt="1 kg")
+    path = tmp_path / "a.toml"
+    path.write_text("nondimensional = { c1 = -0.1, beta = 0.05, mu = 1.0, D11 = 0.01 }")
+    _, _, err = harvester("run", path, "--engine", "ensemble", "--dt", "1ms")
+    assert "--dt must be a number without a unit, in 1/w0, for a nondimensional scene, but is 0.001 s" in err
+    assert harvester("sweep", path, "--vary", "mu=0.5,2", "--engine", "exact", "--out", tmp_path / "out")[0] == 0
+    assert (tmp_path / "out" / "sweep.csv").read_text().startswith("nondimensional.mu,")

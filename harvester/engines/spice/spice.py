@@ -96,6 +96,7 @@ class Spice(Sampled):
         from harvester.circuit import runs as worker
 
         problem, sought = served(type(self), scene), ""
+        self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             begin = time.perf_counter()
             steady = steady_response(self, problem, self.reltol, progress)
@@ -176,7 +177,7 @@ class Spice(Sampled):
         """As many runs as the target is likely to need at least; those of a later round are as long."""
         eqs, unit = problem.equations, problem.units.frequency
         if self.duration is not None:
-            duration = self.duration * unit
+            duration = (number(self.duration) or 0.0) * unit
         elif paired or not eqs.is_random or self.within is not None:
             duration = self.WINDOWS * ready.burn_in
         else:

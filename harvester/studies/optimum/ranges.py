@@ -50,7 +50,7 @@ def parse(text: str) -> Range:
     key, equals, ends = text.partition("=")
     if not equals or ends.count(":") != 1:
         raise invalid("`over`", "be KEY=LOW:HIGH", text)
-    split_key(key)
+    key = ".".join(split_key(key))
     low, high = (read_value(key, end) for end in ends.split(":"))
     return Range(key, low, high)
 
@@ -60,7 +60,7 @@ def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]
     found = (
         (*over,)
         if not isinstance(over, Mapping)
-        else tuple(Range(k, _number(k, a), _number(k, b)) for k, (a, b) in over.items())
+        else tuple(Range(".".join(split_key(k)), _number(k, a), _number(k, b)) for k, (a, b) in over.items())
     )
     if not 1 <= len(found) <= MOST_KEYS:
         raise invalid("`over`", f"be given for 1 to {MOST_KEYS} keys", len(found))

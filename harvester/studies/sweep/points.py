@@ -44,7 +44,7 @@ def read_axis(text: str) -> Axis:
     key, equals, values = text.partition("=")
     if not equals:
         raise invalid("`vary`", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
-    split_key(key)
+    key = ".".join(split_key(key))
     parts = values.split(":")
     if len(parts) == 1:
         return Axis(key, tuple(read_value(key, part) for part in values.split(",")))
@@ -62,7 +62,7 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
     """The axis of a key and its values: numbers in SI units, texts with units, or one text; raises as `read_axis`."""
     if isinstance(values, str):
         return read_axis(f"{key}={values}")
-    split_key(key)
+    key = ".".join(split_key(key))
     if len(values) == 0:
         raise InputError(f"{key} must have values to take, but has none")
     return Axis(key, tuple(read_value(key, one) if isinstance(one, str) else float(one) for one in values))
@@ -155,9 +155,7 @@ def read_points(path: str | Path) -> Points:
         raise InputError(
             f"`points` must have scene keys in its first line and then points, but {shown(str(path))} has none"
         )
-    keys = [cell.strip() for cell in rows[0][1]]
-    for key in keys:
-        split_key(key)
+    keys = [".".join(split_key(cell.strip())) for cell in rows[0][1]]
     columns: list[list[float]] = [[] for _ in keys]
     for number, row in rows[1:]:
         if len(row) != len(keys):
