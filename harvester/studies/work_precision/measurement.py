@@ -154,7 +154,11 @@ class Measurement:
         first = before[0]
         d = first.answer.details
         trajectories = engine.trajectories or d["trajectories"]
-        work = trajectories * (d["burn_in"] + (engine.duration or d["duration"])) / (engine.dt or d["step"])
+        work = (
+            trajectories
+            * (d["burn_in"] + (number(engine.duration) or d["duration"]))
+            / (number(engine.dt) or d["step"])
+        )
         return first.answer.seconds * work / first.work
 
     def measure_biases(self, cheap: Run, ngspice: bool) -> None:
