@@ -25,6 +25,8 @@ from .scene.spacing import linspace as linspace
 from .scene.spacing import logspace as logspace
 from .scene.toml import load as load
 from .scene.toml import loads as loads
+from .studies.charging.answer import Charging as Charging
+from .studies.charging.charge import charge as charge
 from .studies.compare import Comparison as Comparison
 from .studies.compare import compare as compare
 from .studies.frequency_response.curve import Response as Response

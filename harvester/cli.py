@@ -10,6 +10,7 @@ import cloup
 from cloup.constraints import ConstraintViolated
 
 from harvester import __version__
+from harvester.commands.charge import charge
 from harvester.commands.compare import compare
 from harvester.commands.cost import cost
 from harvester.commands.doctor import doctor
@@ -47,7 +48,7 @@ A first session:
     sections=[
         cloup.Section("Your device", [new, keys]),
         cloup.Section("Its power", [run, sweep, optimise, compare]),
-        cloup.Section("A closer look", [cost, motion, response, stability]),
+        cloup.Section("A closer look", [charge, cost, motion, response, stability]),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],
     context_settings=SETTINGS,

@@ -13,6 +13,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.ngspice.library import find_library
+from harvester.circuit.probes import means_of_probes, vectors_of
 from harvester.circuit.worker_pool import map_in_workers, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
@@ -24,6 +25,7 @@ from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_
 from harvester.mechanics.kernels.path import Path, trace
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
 
 # x, x', V and the voltage of Csmooth
@@ -43,7 +45,8 @@ class CoupledDevice:
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck.build_deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
     do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that
-    the load resistor beside ngspice follows its integration rule.
+    the load resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit to
+    look at.
     """
 
     eqs: Equations
@@ -57,6 +60,7 @@ class CoupledDevice:
     gaussian: bool = False
     ideal: "IdealCircuit | None" = None
     ngspice_rule: bool = False
+    probes: tuple[Probe, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,8 @@ class TrajectoryMeans:
     """Time averages of one trajectory after the burn-in, over each of its blocks.
 
     ``load_power`` (W), shape (blocks,), is that of Rload; ``steps`` counts those of ngspice; ``control`` is the control
-    variate: the same moments without ngspice, on the same noise.
+    variate: the same moments without ngspice, on the same noise.  ``probed``, shape (probes, 4), has the mean, the mean
+    square, the least and the largest of each of the device's probes, in units of V, A or W.
     """
 
     moments: Moments
@@ -72,6 +77,7 @@ class TrajectoryMeans:
     steps: int
     ledger: EnergyLedger
     control: Moments | None = None
+    probed: Floats | None = None
 
 
 def path_in_this_process(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
@@ -111,10 +117,10 @@ def run_in_this_process(
     from harvester.circuit.ngspice.deck import build_deck
     from harvester.circuit.ngspice.instance import ngspice
 
-    scales = device.scales
+    scales, vectors = device.scales, vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * one for one in drive.start)
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
-    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes)
+    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors)
     ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
@@ -143,7 +149,8 @@ def _measure(
         load, controls = _blocks(drive, burn_in, blocks)
         moments = dataclasses.replace(moments, controls=controls)
     control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
-    return TrajectoryMeans(moments, load, int(state.steps), ledger, control)
+    probed = means_of_probes(device.probes, drive) if device.probes else None
+    return TrajectoryMeans(moments, load, int(state.steps), ledger, control, probed)
 
 
 def _blocks(drive: "Drive", burn_in: float, blocks: int) -> tuple[Floats, Floats]:
@@ -183,7 +190,9 @@ def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
     begin = time.perf_counter()
     find_library()
     device = dataclasses.replace(
-        device, load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency)))
+        device,
+        load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency))),
+        probes=(),
     )
     seeds = [np.random.SeedSequence(0)] * worker_count()
     list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))

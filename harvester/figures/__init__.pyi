@@ -1,5 +1,6 @@
 """The names of `harvester.figures`, each with the file that it comes from."""
 
+from .charging import charging as charging
 from .engines import comparison as comparison
 from .engines import cost as cost
 from .engines import estimate as estimate

@@ -24,6 +24,7 @@ LESS = [
     ("spice --within 1%", ["--within", "10%"], {}),
     ("harvester stability", ["--trajectories", "256"], {}),
     ("harvester paper", ["3"], {}),
+    ("harvester charge", ["--trajectories", "256"], {}),
 ]
 
 

@@ -62,6 +62,8 @@ class Drive:
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
         voltage (V) of each node at the last kick once the run is over, where its deck says to keep them.
+    series
+        vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck has probes.
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class Drive:
         shaking: Floats | None = None,
         smooth: bool = False,
     ) -> None:
-        self.smoothing, self.nodes = 0.0, dict[str, float]()
+        self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
         readings = len(noise) // stride
         self.noise = np.ascontiguousarray(noise[: readings * stride])
         self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)

@@ -1,7 +1,7 @@
 """The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from harvester.circuit.lockstep.state import VECTORS
@@ -19,6 +19,7 @@ class Deck:
     text: str
     vectors: tuple[str, ...]
     keeps: bool = False  # whether all node voltages are saved, to begin another run with
+    probes: tuple[str, ...] = ()  # further vectors, whose values at all accepted points are kept
 
     @property
     def smoothing(self) -> bool:
@@ -36,12 +37,14 @@ def build_deck(
     volts: float = 1.0,
     reltol: float = 1e-4,
     nodes: Mapping[str, float] | None = None,
+    probes: Sequence[str] = (),
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
     capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
     voltage and that of Csmooth, in volt; ``volts`` is the signal's size, and ``reltol`` for `integration_options`;
-    with ``nodes``, the voltages at the beginning by name, all nodes are saved.
+    with ``nodes``, the voltages at the beginning by name, all nodes are saved; ``probes`` are the names of further
+    vectors that are.
     The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
     with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
     x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same
@@ -76,9 +79,10 @@ def build_deck(
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
     if nodes is not None:
         saved = ["all", "@r.xload.rload[p]"]
+    saved += [one for name in probes if (one := name if name.startswith("@") else f"v({name})") not in saved]
     text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
     cards = [text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
-    return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None)
+    return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None, tuple(probes))
 
 
 def integration_options(

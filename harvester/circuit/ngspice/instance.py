@@ -43,6 +43,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.smoothing = 0.0  # its capacitance Csmooth, F
         self.names: list[str] = []  # of its nodes
         self.nodes: dict[str, float] = {}  # their voltages at its last kick, V
+        self.series: dict[str, Floats] = {}  # the time (s) and the probes' vectors at its accepted points
         super().__init__(send_data=True)
 
     # The six callbacks of PySpice, as methods: cffi takes the bound method.
@@ -113,6 +114,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             present = tuple(one is not None for one in drive.coefficients)
             self.state["accepted_at"] = point_function(present, drive.shaking is not None).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
+        self.series = {}
         self.messages.clear()
         self._stdout.clear()  # PySpice's own list, which grows for ever
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
@@ -131,7 +133,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))
         drive.state[:] = self.state
-        drive.smoothing, drive.nodes = self.smoothing, self.nodes
+        drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
         if not self.loaded:
             raise CircuitError(why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
@@ -155,6 +157,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         if self.loaded and not self.lost and deck.keeps and self.state["t"][0] > last:
             at = int(np.argmin(np.abs(self._vector("time") - last)))
             self.nodes = {name: float(self._vector(name)[at]) for name in self.names}
+        if self.loaded and not self.lost and deck.probes and self.state["t"][0] > 0.0:
+            self.series = {name: self._vector(name).copy() for name in ("time", *deck.probes)}
         for command in (b"destroy all", b"remcirc"):
             if self.loaded and not self.lost:
                 api.ngSpice_Command(command)

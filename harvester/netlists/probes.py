@@ -1,0 +1,129 @@
+"""What to look at in a load circuit: the voltage of a node, the current through an element, the power that it takes.
+
+    store       the voltage of the capacitor Csmooth
+    v(a), v(a,b)  the voltage of node a against ground, or against node b (V)
+    i(d1)       the current through an element, from its first node to its second (A)
+    p(d1)       the power that it takes, v i; p(load) is that of Rload (W)
+
+A node or an element inside a called subcircuit x1 is x1.a, or x1.d2.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, unknown
+from harvester.netlists.elements import GROUND, Element, elements
+from harvester.netlists.load_circuit import LoadCircuit
+
+STORE = "store"
+FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"
+MANY = 100
+# The names of currents in ngspice, where they are not `i`, and kinds whose power ngspice itself knows.
+_CURRENTS = {"d": "id", "i": "current", "q": "ic", "m": "id", "j": "id"}
+_OF_NGSPICE = "qmj"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A quantity of the circuit as ngspice's vectors: (v(plus) - v(minus)) times ``factor``; "" is left out.
+
+    ``unit`` is V, A or W; ``plus`` and ``minus`` are nodes of the whole circuit ("" is ground), ``factor`` the vector
+    of a current, or of a power.
+    """
+
+    name: str
+    unit: str
+    plus: str = ""
+    minus: str = ""
+    factor: str = ""
+
+    @property
+    def vectors(self) -> tuple[str, ...]:
+        """The names of ngspice's vectors that it is made of."""
+        return tuple(one for one in (self.plus, self.minus, self.factor) if one)
+
+    def values(self, series: Mapping[str, Floats]) -> Floats:
+        """Its values (in its ``unit``) from the vectors of a run by name, all of shape (n,)."""
+        voltage = series["time"] * 0.0
+        if self.plus:
+            voltage = voltage + series[self.plus]
+        if self.minus:
+            voltage = voltage - series[self.minus]
+        if not self.factor:
+            return voltage
+        factor = series[self.factor]
+        return voltage * factor if self.plus or self.minus else factor
+
+
+def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
+    """The probes that texts name in a load circuit, each once.
+
+    Raises InputError for a text of another form, and an unknown node or element, with the nearest match.
+    """
+    found = {text.strip().lower(): None for text in texts}
+    if len(found) > MANY:
+        raise invalid("`probe`", f"be given at most {MANY} times", len(found))
+    there = elements(load)
+    return tuple(_read(text, load, there) for text in found)
+
+
+def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
+    """The power that each element of a load circuit takes, by its name: of a called subcircuit, all that is in it.
+
+    Rload and Csmooth, which are not a part of the circuit's losses, and transmission lines, whose power ngspice does
+    not tell, are left out.
+    """
+    parts: dict[str, list[Probe]] = {}
+    for one in elements(load):
+        if one.name not in ("rload", "csmooth") and one.kind != "t":
+            parts.setdefault(one.part, []).append(_of_element("p", one.name, one, load))
+    return parts
+
+
+def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
+    if text == STORE:
+        if not load.smoothing_nodes:
+            raise InputError(
+                f"`probe` store must be the capacitor Csmooth of the netlist, but {load.name} has none: name a node or "
+                "an element, such as p(load)"
+            )
+        plus, minus = (_vector(node, load) for node in load.smoothing_nodes)
+        return Probe(STORE, "V", plus, minus)
+    match = re.fullmatch(r"([vip])\(\s*([\w.]+)\s*(?:,\s*([\w.]+)\s*)?\)", text, re.ASCII)
+    if match is None or (match[1] != "v" and match[3]):
+        raise invalid("`probe`", FORM, text)
+    kind, first, second = match.groups()
+    name = f"{kind}({first}{',' + second if second else ''})"
+    if kind == "v":
+        nodes = {node for one in there for node in one.nodes} | {*load.terminals, *GROUND}
+        for node in filter(None, (first, second)):
+            if node not in nodes:
+                raise unknown(f"node of netlist {load.name}", node, sorted(nodes))
+        return Probe(name, "V", _vector(first, load), _vector(second, load) if second else "")
+    named = {one.name: one for one in there}
+    if first == "load" and "load" not in named:
+        first = "rload"
+    if first not in named:
+        raise unknown(f"element of netlist {load.name}", first, named)
+    return _of_element(kind, name, named[first], load)
+
+
+def _of_element(kind: str, name: str, one: Element, load: LoadCircuit) -> Probe:
+    """The probe of an element's current (``kind`` i) or power (p)."""
+    path = f"@{one.kind}.xload.{one.name}"
+    if one.kind == "t":
+        raise invalid("`probe`", "be of an element whose current ngspice tells, not a transmission line", name)
+    if kind == "i":
+        return Probe(name, "A", factor=f"{path}[{_CURRENTS.get(one.kind, 'i')}]")
+    if one.kind in _OF_NGSPICE:
+        return Probe(name, "W", factor=f"{path}[p]")
+    plus, minus = (_vector(node, load) for node in one.nodes)
+    return Probe(name, "W", plus, minus, f"{path}[{_CURRENTS.get(one.kind, 'i')}]")
+
+
+def _vector(node: str, load: LoadCircuit) -> str:
+    """The vector of a node of the load in the whole circuit, where its second terminal is ground."""
+    outer = {load.terminals[0]: "p", load.terminals[1]: ""} | dict.fromkeys(GROUND, "")
+    return outer.get(node, f"xload.{node}")

@@ -1,0 +1,97 @@
+"""Thousands of charges side by side, of a circuit of ideal diodes and switches."""
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.protocol import Progress
+from harvester.equations.problem import Problem
+from harvester.studies.charging.passages import SAMPLES, Passages
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+
+FINEST, PARTS = 0.4, 200  # nondimensional time between two looks at first; later, parts of the time that has passed
+
+
+def charge_ideal(
+    problem: Problem,
+    levels: Floats,
+    duration: float,
+    count: int,
+    seed: int,
+    h: float | None,
+    progress: Progress | None = None,
+) -> Passages:
+    """The passages of ``count`` runs up to the ``duration`` (s), or until all have reached the last of ``levels`` (V).
+
+    Beside them go the same runs at twice the step, of which every second look is left out: the change is that of the
+    step and of looking now and then.
+
+    Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.
+    """
+    from harvester.circuit.idealised import ideal_circuit
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.compiled import compilation
+
+    assert problem.circuit is not None, "the engine's refusal checks this"
+    s = problem.scales
+    circuit = ideal_circuit(problem.circuit, s)
+    assert circuit is not None, "the engine's refusal checks this"
+    root = np.random.SeedSequence([seed, 8])
+    with compilation():
+        Trajectories(problem.equations, 1, root, h, circuit=circuit, controlled=True).run(FINEST)
+    begin = time.perf_counter()
+    fine = Trajectories(problem.equations, count, root, h, circuit=circuit, controlled=True)
+    coarse = fine.coarser()
+    end = duration * s.frequency
+    t, u, times = _watch(
+        fine, levels / s.volts, end, 1.0, None if progress is None else lambda part: progress(0.6 * part)
+    )
+    _, _, others = _watch(
+        coarse, levels / s.volts, end, 2.0, None if progress is None else lambda part: progress(0.6 + 0.4 * part)
+    )
+    at = np.linspace(0.0, t[-1], SAMPLES)
+    after = np.clip(np.searchsorted(t, at), 1, len(t) - 1)
+    share = ((at - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
+    curves = (1.0 - share) * u[after - 1] + share * u[after]
+    return Passages(
+        levels,
+        times.T / s.frequency,
+        others.T / s.frequency,
+        at / s.frequency,
+        curves.T * s.volts,
+        duration,
+        circuit.kappa * s.capacitance,
+        fine.steps + coarse.steps,
+        time.perf_counter() - begin,
+        "ideal diodes and switches",
+    )
+
+
+def _watch(
+    runs: "Trajectories", levels: Floats, end: float, apart: float, progress: Progress | None
+) -> tuple[Floats, Floats, Floats]:
+    """Go on to the time ``end``, or until all have reached the last level: times, voltages (times, runs), passages.
+
+    Looks are ``apart`` times `FINEST`, or that part of the time.
+    """
+    times = np.full((len(levels), runs.count), math.inf)
+    t, u = [0.0], [np.zeros(runs.count)]
+    while runs.time < end and not np.isfinite(times[-1]).all():
+        runs.run(min(apart * max(FINEST, runs.time / PARTS), max(end - runs.time, FINEST)))
+        now = runs.state[:, 3].ravel().copy()
+        for level, value in enumerate(levels):
+            new = np.flatnonzero((now >= value) & np.isinf(times[level]))
+            if len(new):
+                share = (value - u[-1][new]) / (now[new] - u[-1][new])
+                times[level, new] = t[-1] + share * (runs.time - t[-1])
+        t.append(runs.time)
+        u.append(now)
+        if progress is not None:
+            progress(min(max(runs.time / end, float(np.isfinite(times[-1]).mean())), 1.0))
+    times[times > end] = math.inf
+    return np.array(t), np.array(u), times

@@ -1,0 +1,102 @@
+"""Charges in ngspice: each run its own process, from rest and empty."""
+
+import dataclasses
+import math
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.protocol import Progress
+from harvester.equations.problem import Problem
+from harvester.netlists.probes import Probe
+from harvester.studies.charging.passages import SAMPLES, Passages
+
+if TYPE_CHECKING:
+    from harvester.circuit.runs import CoupledDevice
+
+READING = 0.1  # nondimensional time between readings
+FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, and how much longer the next ones are
+
+
+def charge_in_ngspice(
+    problem: Problem,
+    probe: Probe | None,
+    levels: Floats,
+    duration: float,
+    count: int,
+    seed: int,
+    h: float | None,
+    anywhere: bool,
+    whole: bool,
+    progress: Progress | None = None,
+) -> Passages:
+    """The passages of ``count`` runs, of a probe or (None) of the storage capacitor, through ``levels``.
+
+    They go on for the ``duration`` (s); unless they are to do the ``whole`` of it, shorter ones come first, and the
+    first that all reach the last level are taken.
+
+    Raises as `harvester.circuit.runs.measure_in_workers`.
+    """
+    from harvester.circuit.runs import warm_up_workers
+
+    s = problem.scales
+    device = _device(problem, probe, h)
+    warm_up_workers(device)
+    begin = time.perf_counter()
+    end = duration * s.frequency
+    length = end if whole else min(FIRST, end)
+    steps = 0
+    while True:
+        found = _runs(device, levels, length, count, seed, anywhere, progress)
+        steps += found.steps
+        if length >= end or found.reached == 1.0:
+            return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
+        length = min(LONGER * length, end)
+
+
+def _device(problem: Problem, probe: Probe | None, h: float | None) -> "CoupledDevice":
+    """The device at a step that its motion from rest asks for."""
+    from harvester.circuit.runs import CoupledDevice
+    from harvester.equations.bounds import check_bounded
+    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+
+    eqs = problem.equations
+    assert problem.circuit is not None, "the engine refuses an open circuit"
+    check_bounded(eqs, driven=problem.netlist is not None)
+    far = max(x * x for x in eqs.resting_places)
+    step = whole_steps(eqs, default_step(eqs, max(far, 1.0 if eqs.alpha else far)) if h is None else h)
+    probes = () if probe is None else (probe,)
+    return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
+
+
+def _runs(
+    device: "CoupledDevice",
+    levels: Floats,
+    length: float,
+    count: int,
+    seed: int,
+    anywhere: bool,
+    progress: Progress | None,
+) -> Passages:
+    """Runs of a nondimensional ``length``; the other arguments as of `charge_in_ngspice`."""
+    from harvester.circuit.charging import charges_in_workers
+    from harvester.mechanics.kernels.noise import child
+
+    s, unit = device.scales, 2 * device.stride
+    kicks = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
+    end = length / s.frequency
+    at = np.linspace(0.0, end, SAMPLES)
+    root = np.random.SeedSequence([seed, 9])
+    seeds = [child(root, k) for k in range(count)]
+    pairs = []
+    for pair in charges_in_workers(device, seeds, kicks, levels, at, anywhere, math.inf):
+        pairs.append(pair)
+        if progress is not None:
+            progress(len(pairs) / count)
+    times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
+    times[times > end], coarse[coarse > end] = math.inf, math.inf
+    steps = sum(one.steps for pair in pairs for one in pair)
+    curves = np.array([pair[0].sampled for pair in pairs])
+    return Passages(levels, times, coarse, at, curves, end, pairs[0][0].smoothing, steps, 0.0)

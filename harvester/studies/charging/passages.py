@@ -1,0 +1,117 @@
+"""When runs from empty reach a ladder of voltages, and their curves: what every engine hands to the study."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value, mean_and_error
+
+LEVELS = 20  # up to the target
+SAMPLES = 201  # times of the curve, from the beginning
+LOW, HIGH = 0.05, 0.95  # shares of the runs
+
+
+@dataclass(frozen=True)
+class Passages:
+    """Runs of one engine from rest and empty, in its own units (s and V of the device).
+
+    ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a run first reaches
+    each, infinite where it never does; ``coarse`` are the same runs at a coarser step.  ``curves``, shape (runs,
+    samples), are voltages at the times ``at``; ``end`` is how long each run was watched; ``capacitance`` (F) that of
+    the store, 0 where it is not known; ``seconds`` what all took, without compilation.
+    """
+
+    levels: Floats
+    times: Floats
+    coarse: Floats
+    at: Floats
+    curves: Floats
+    end: float
+    capacitance: float
+    steps: int
+    seconds: float
+    unknown: str = ""
+
+    @property
+    def reached(self) -> float:
+        """The share of the runs that reach the target."""
+        return float(np.isfinite(self.times[:, -1]).mean())
+
+    def arrived(self) -> Floats:
+        """The share of the runs that have reached the target at the times ``at``, shape (samples,)."""
+        order = np.sort(self.times[:, -1])
+        return np.asarray(np.searchsorted(order, self.at, side="right") / len(order))
+
+    def mean(self, values: Floats, coarse: Floats) -> Value:
+        """The mean of one finite number a run, with its error of sampling and the change at the coarser step.
+
+        The whole change, and what is not known of it, counts as the error of the step, which is smaller.
+        """
+        if len(values) == 1:
+            return Value(float(values[0]), None, abs(float(coarse[0] - values[0])), unknown=self.unknown)
+        value, error = mean_and_error(values)
+        change, unsure = mean_and_error(coarse - values)
+        bias = abs(change) + NORMAL_QUANTILE * unsure
+        return Value(value, error, bias, freedom=float(len(values) - 1), unknown=self.unknown)
+
+    def time_to(self, level: int) -> Value | None:
+        """The mean time to a level; None where a run does not reach it, so that its time is not known.
+
+        Where it is only the coarser run that does not, the error of the step is not known.
+        """
+        times, coarse = self.times[:, level], self.coarse[:, level]
+        if not np.isfinite(times).all():
+            return None
+        if np.isfinite(coarse).all():
+            return self.mean(times, coarse)
+        value, error = mean_and_error(times)
+        parts = " and ".join(filter(None, ("the step", self.unknown)))
+        return Value(value, None if len(times) == 1 else error, freedom=len(times) - 1.0, unknown=parts)
+
+    def at_least(self) -> Value:
+        """The mean of the times to the target, where one that is not known counts as the time watched.
+
+        Where no run gets there, that is the time watched, without an error.
+        """
+        if not (np.isfinite(self.times[:, -1]).any() or np.isfinite(self.coarse[:, -1]).any()):
+            return Value(self.end)
+        return self.mean(np.minimum(self.times[:, -1], self.end), np.minimum(self.coarse[:, -1], self.end))
+
+    def quantile(self, share: float, level: int = -1) -> float | None:
+        """The time by which that share of the runs has reached a level; None where it is after the end."""
+        ordered = np.sort(self.times[:, level])
+        place = share * (len(ordered) - 1)
+        low, high = float(ordered[math.floor(place)]), float(ordered[math.ceil(place)])
+        if not math.isfinite(high):
+            return None
+        return low + (place - math.floor(place)) * (high - low)
+
+    def power_between(self, level: int, joules: float) -> Value | None:
+        """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.
+
+        The energy over the mean time that this takes; None where a run does not get there.
+        """
+
+        def durations(times: Floats) -> Floats:
+            return times[:, level] - (times[:, level - 1] if level else 0.0)
+
+        if not (np.isfinite(self.times[:, level]).all() and np.isfinite(self.coarse[:, level]).all()):
+            return None
+        took = self.mean(durations(self.times), durations(self.coarse))
+        return None if took.value <= 0.0 else over(joules, took)
+
+
+def over(joules: float, time: Value) -> Value:
+    """The power of an energy over a time, with its relative errors."""
+    return time.scaled(joules / time.value**2)
+
+
+def share_interval(reached: int, runs: int) -> tuple[float, float]:
+    """The 95 % interval of a share, from how many of so many independent runs (Clopper and Pearson 1934)."""
+    from scipy.special import betaincinv
+
+    low = 0.0 if reached == 0 else float(betaincinv(reached, runs - reached + 1, 0.025))
+    high = 1.0 if reached == runs else float(betaincinv(reached + 1, runs - reached, 0.975))
+    return low, high
