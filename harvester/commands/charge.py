@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import click
 import cloup
 
 from harvester.commands.help import command
@@ -38,7 +37,7 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
 @cloup.option_group(
     "Accuracy",
     cloup.option("--trajectories", type=int, help="Runs.  Default: 2048 (ideal), 16 (spice), 1 if nothing is random."),
-    cloup.option("--dt", type=click.FLOAT, help="Step, in s (nondimensional scene: 1/w0).  Default: from the scene."),
+    cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
     seed_option,
 )
 @cloup.option_group(

@@ -5,7 +5,7 @@ import math
 from harvester.engines import Ideal, Spice
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, invalid, unknown
+from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
 from harvester.netlists.probes import STORE, Probe
 from harvester.scene.kinds import NUMBER_ABOVE_0, TIME, Kind, with_prefix
 
@@ -15,6 +15,7 @@ MOST_RUNS = 100_000
 SHORTEST, LONGEST = 120.0 * math.pi, 2e4  # nondimensional: what is watched by default, at least and at most
 CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
 MOST = 1e6  # nondimensional duration
+SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
 
 
 def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[str, str]:
@@ -48,7 +49,7 @@ def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
     try:
         return with_prefix(to.strip(), kind) if isinstance(to, str) else kind.read(to)
     except ValueError as error:
-        raise InputError(f"`to` {error}, but is {to!r}") from None
+        raise refused("`to`", error, to) from None
 
 
 def scale_of(probe: Probe, problem: Problem) -> float:
@@ -87,11 +88,27 @@ def time_watched(duration: str | float | None, problem: Problem) -> tuple[float,
         storage = (problem.circuit.storage if problem.circuit else None) or math.inf
         charged = CHARGED * storage * problem.scales.frequency
         return min(max(charged, SHORTEST), LONGEST) / unit, False
-    kind = TIME if problem.physical else NUMBER_ABOVE_0
-    try:
-        found = with_prefix(duration.strip(), kind) if isinstance(duration, str) else kind.read(duration)
-    except ValueError as error:
-        raise InputError(f"`duration` {error}, but is {duration!r}") from None
+    found = read_time("duration", duration, problem)
     if not least <= found * unit <= MOST:
         raise invalid("`duration`", f"be between {least / unit:.3g} and {MOST / unit:.3g}", duration)
     return found, True
+
+
+def read_step(dt: str | float | None, problem: Problem) -> float | None:
+    """The nondimensional step; None for that of the scene."""
+    if dt is None:
+        return None
+    unit = problem.units.frequency
+    h = read_time("dt", dt, problem) * unit
+    if not SMALLEST_STEP <= h <= LARGEST_STEP:
+        raise invalid("`dt`", f"be between {SMALLEST_STEP / unit:.3g} and {LARGEST_STEP / unit:.3g}", dt)
+    return h
+
+
+def read_time(name: str, value: str | float, problem: Problem) -> float:
+    """A time in the scene's unit: s, or a number of 1/w0."""
+    kind = TIME if problem.physical else NUMBER_ABOVE_0
+    try:
+        return with_prefix(value.strip(), kind) if isinstance(value, str) else kind.read(value)
+    except ValueError as error:
+        raise refused(f"`{name}`", error, value) from None

@@ -14,7 +14,7 @@ from harvester import figures
 from harvester.engines import Ideal
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid, names_arguments
+from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.scene.usual import unusual_values
 from harvester.studies.charging.answer import FEW, Charging, Level
@@ -22,6 +22,7 @@ from harvester.studies.charging.asked import (
     check_anywhere,
     choose_engine,
     count_of_runs,
+    read_step,
     read_target,
     scale_of,
     time_watched,
@@ -41,7 +42,7 @@ def charge(
     duration: str | float | None = None,
     trajectories: int | None = None,
     seed: int = 0,
-    dt: float | None = None,
+    dt: str | float | None = None,
     anywhere: bool = False,
     progress: Progress | None = None,
 ) -> Charging:
@@ -79,9 +80,7 @@ def charge(
     count = count_of_runs(trajectories, name, steady)
     check_anywhere(anywhere, problem)
     watched, chosen = time_watched(duration, problem)
-    h = None if dt is None else dt * unit
-    if h is not None and not 1e-5 <= h <= 1.0:
-        raise invalid("`dt`", f"be between {1e-5 / unit:.3g} and {1.0 / unit:.3g}", dt)
+    h = read_step(dt, problem)
     scale = scale_of(seen, problem)
     levels = target / scale * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
