@@ -39,6 +39,8 @@ from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep
 from .studies.sweep.table import Table as Table
+from .studies.tolerance.answer import Tolerance as Tolerance
+from .studies.tolerance.tolerance import tolerance as tolerance
 from .uncertainty.value import Value as Value
 
 __version__: str

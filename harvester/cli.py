@@ -25,6 +25,7 @@ from harvester.commands.response import response
 from harvester.commands.run import run
 from harvester.commands.stability import stability
 from harvester.commands.sweep import sweep
+from harvester.commands.tolerance import tolerance
 from harvester.errors import HarvesterError, named
 from harvester.machine.limits import check_limits, check_streams
 
@@ -47,7 +48,7 @@ A first session:
     help=HELP,
     sections=[
         cloup.Section("Your device", [new, keys]),
-        cloup.Section("Its power", [run, sweep, optimise, compare]),
+        cloup.Section("Its power", [run, sweep, optimise, tolerance, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability]),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],
@@ -92,6 +93,7 @@ def exit_status(arguments: list[str]) -> int:
 
 _FILL = {"path": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
 _FILL |= {"over": "such as --over load.resistance=1k:10M", "sweep": "such as --sweep 1Hz:10Hz:61"}
+_FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
 
 def _hint(error: click.ClickException) -> str:

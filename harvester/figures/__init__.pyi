@@ -15,3 +15,4 @@ from .style import image as image
 from .style import new as new
 from .style import save as save
 from .sweeps import sweep as sweep
+from .tolerances import tolerance as tolerance

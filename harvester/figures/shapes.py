@@ -223,3 +223,56 @@ class ChargingShape(Protocol):
     def arrived(self) -> Floats: ...
     @property
     def levels(self) -> Sequence[LevelShape]: ...
+
+
+class LimitShape(Protocol):
+    """A bound of a quantity such as ``mean_power``."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def bound(self) -> float: ...
+
+
+class IntervalShape(Protocol):
+    """A number with its interval."""
+
+    @property
+    def value(self) -> float: ...
+
+
+class TornadoShape(Protocol):
+    """A key alone at two values, and the powers there."""
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def ends(self) -> tuple[float, float]: ...
+    @property
+    def powers(self) -> tuple[float, float]: ...
+
+
+class ToleranceShape(Protocol):
+    """Powers of many devices, shape (n,), their quantiles, limits, and for each key a bar and shares of the variance.
+
+    The values of ``sensitivity`` have ``first`` and ``total``, and ``first_error95`` and ``total_error95``.
+    """
+
+    @property
+    def engine(self) -> str: ...
+    @property
+    def unit_names(self) -> AnswerUnits: ...
+    @property
+    def spreads(self) -> Sequence[object]: ...
+    @property
+    def power(self) -> Floats: ...
+    @property
+    def quantiles(self) -> Mapping[float, IntervalShape]: ...
+    @property
+    def limits(self) -> Sequence[LimitShape]: ...
+    @property
+    def tornado(self) -> Sequence[TornadoShape]: ...
+    @property
+    def nominal(self) -> float | None: ...
+    @property
+    def sensitivity(self) -> Mapping[str, object]: ...

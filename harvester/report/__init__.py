@@ -3,5 +3,6 @@
 from harvester.report.answers import of_comparison, of_run
 from harvester.report.page import Page, html, write
 from harvester.report.studies import of_cost, of_paper, of_sweep
+from harvester.report.tolerances import of_tolerance
 
-__all__ = ["Page", "html", "of_comparison", "of_cost", "of_paper", "of_run", "of_sweep", "write"]
+__all__ = ["Page", "html", "of_comparison", "of_cost", "of_paper", "of_run", "of_sweep", "of_tolerance", "write"]

@@ -19,6 +19,7 @@ LESS = [
     ("harvester response", [], {":61": ":3"}),
     ("harvester cost", ["--budget", "3s"], {}),
     ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
+    ("harvester tolerance", ["--runs", "32", "--samples", "256", "--checks", "2"], {}),
     ("harvester compare", ["--within", "10%"], {}),
     ("--within 0.3%", ["--within", "2%"], {}),
     ("spice --within 1%", ["--within", "10%"], {}),

@@ -72,7 +72,8 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
 class Points:
     """The points of a sweep: all combinations of the axes' values, the last axis fastest, or a list (``listed``).
 
-    The n-th point of a list takes the n-th value of each axis.
+    The n-th point of a list takes the n-th value of each axis.  ``argument`` is the argument that the points come from,
+    where it is not that of a sweep.
 
     Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes of unequal length
     or none.
@@ -80,6 +81,7 @@ class Points:
 
     axes: tuple[Axis, ...]
     listed: bool = False
+    argument: str = ""
 
     def __post_init__(self) -> None:
         for key in self.keys:
@@ -93,7 +95,7 @@ class Points:
     @property
     def option(self) -> str:
         """The argument that the points come from, as errors name it."""
-        return "`points`" if self.listed else "`vary`"
+        return self.argument or ("`points`" if self.listed else "`vary`")
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -131,7 +133,7 @@ class Points:
                 Problem(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
             except InputError as error:
                 if self.listed:
-                    raise InputError(f"`points`, point {point + 1}: {error}") from None
+                    raise InputError(f"{self.option}, point {point + 1}: {error}") from None
                 raise
 
 

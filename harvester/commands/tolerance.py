@@ -1,0 +1,110 @@
+"""The command `harvester tolerance`."""
+
+from typing import Any
+
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.options import (
+    figure,
+    json_option,
+    percent,
+    scene_argument,
+    seed_option,
+    vector_needs_out,
+    vector_option,
+)
+from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.sweep import one_runner
+
+
+@command(
+    "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% --out spread",
+    'harvester tolerance mine.toml --vary stop.restitution=.94:.98 --limit "mean_power > 5 uW"',
+)
+@scene_argument
+@cloup.option_group(
+    "What scatters, and what must hold",
+    cloup.option(
+        "--vary",
+        "varied",
+        metavar="KEY=SPREAD",
+        multiple=True,
+        required=True,
+        help="Repeatable.  10% or LOW:HIGH: anywhere between; E24:5%: the nearest value of the series; normal:2% or "
+        "normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.",
+    ),
+    cloup.option(
+        "--limit",
+        "limits",
+        multiple=True,
+        metavar="TEXT",
+        help="What a good device has, such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
+    ),
+    cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Two keys that go together; repeatable."),
+)
+@cloup.option_group(
+    "What to compute",
+    cloup.option("--engine", help="Default: the cheapest whose own error is small against the spread."),
+    cloup.option("--samples", type=int, metavar="N", help="Devices in the distribution.  Default: 10000."),
+    cloup.option(
+        "--runs",
+        type=int,
+        metavar="N",
+        help="Of them that the engine computes; a polynomial through them stands for the others.  "
+        "Default: 512 by formulas, else 24 a key and 24 more.",
+    ),
+    cloup.option(
+        "--checks",
+        type=int,
+        metavar="N",
+        help="Samples that a dearer engine checks.  Default: 8, by ngspice 4; 0: none.",
+    ),
+    cloup.option(
+        "--within",
+        type=percent,
+        metavar="PERCENT",
+        help="Error of the engine that checks, or of one that samples.  Default: 0.5% of a check (ngspice: 2%).",
+    ),
+    seed_option,
+)
+@cloup.option_group(
+    "Output",
+    cloup.option(
+        "--out", help="Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps."
+    ),
+    vector_option,
+    report_option,
+    json_option,
+)
+@cloup.option_group(
+    "Who computes",
+    cloup.option("--resume", is_flag=True, help="Keep the samples that an earlier run of the same study finished."),
+    one_runner(
+        cloup.option("--workers", type=int, metavar="N", help="Processes.  Default: one a core."),
+        cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
+    ),
+)
+@vector_needs_out()
+def tolerance(
+    path: str,
+    varied: tuple[str, ...],
+    out: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """How power and voltage scatter over devices whose parts have tolerances: quantiles, yield, what matters."""
+    from harvester.commands.progress import Bar
+    from harvester.scene.toml import load
+    from harvester.studies.tolerance.tolerance import tolerance as study
+
+    scene, file = load(path), report_file(report, out)
+    with Bar("tolerance") as bar:
+        answer = study(scene, varied, out=out, vector=vector, tick=bar.tell, **options)
+    echo_answer(answer, as_json)
+    if out is not None and not as_json:
+        echo_written(out, "tolerance.csv", *figure("tolerance", vector), "provenance.json")
+    save_report(file, lambda report: report.of_tolerance(scene, answer, options["seed"]), quiet=as_json)

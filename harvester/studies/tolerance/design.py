@@ -1,0 +1,99 @@
+"""Which devices are computed: quasi-random samples of all spreads at once, and each key alone at its ends.
+
+Places are Sobol's scrambled sequence in the unit cube, which fills it more evenly than random ones.  Keys that go
+together are tied by a Gaussian copula: the places become normal numbers, get the correlation matrix C = L L^T by the
+factor L, and become places again,
+
+    u' = Phi(L Phi^-1(u)),
+
+so that each key keeps its own distribution.  A correlation is that of the normal numbers behind the keys; of uniform
+spreads it is within 0.02 of their own.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown, unknown
+from harvester.studies.sweep.points import Axis, Points
+from harvester.studies.tolerance.spreads import PartSpread
+
+LEAST, MOST = 16, 50_000  # samples
+INSIDE = 1e-12  # how near to 0 and 1 a place may come: a normal number has no end
+LOW, HIGH = 0.05, 0.95  # the places at which a key is shown alone
+
+
+def places(count: int, dimensions: int, seed: int) -> Floats:
+    """The first ``count`` places of Sobol's scrambled sequence in the unit cube, shape (count, dimensions)."""
+    from scipy.stats import qmc  # which takes a second to load
+
+    sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
+    found = sequence.random_base2(max(count - 1, 1).bit_length())[:count]
+    return np.asarray(np.clip(found, INSIDE, 1.0 - INSIDE))
+
+
+def correlation(some: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]) -> Floats | None:
+    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None where there are none.
+
+    Raises InputError for a text of another form, a key that is not varied, a number outside -1 to 1, and correlations
+    that cannot be true together.
+    """
+    pairs = dict(some) if isinstance(some, Mapping) else dict(_pair(text) for text in some)
+    if not pairs:
+        return None
+    matrix = np.eye(len(keys))
+    for (one, other), value in pairs.items():
+        for key in (one, other):
+            if key not in keys:
+                raise unknown("varied key of `correlate`", key, keys)
+        if one == other:
+            raise InputError(f"`correlate` must name two different keys, but names {one!r} twice")
+        if not -1.0 < value < 1.0:
+            raise invalid(f"the correlation of {one} and {other}", "be between -1 and 1", value)
+        a, b = keys.index(one), keys.index(other)
+        matrix[a, b] = matrix[b, a] = value
+    if np.linalg.eigvalsh(matrix).min() <= 1e-9:
+        raise InputError("`correlate` must give correlations that can be true together, but these cannot")
+    return matrix
+
+
+def _pair(text: str) -> tuple[tuple[str, str], float]:
+    names, equals, value = text.partition("=")
+    keys = [name.strip() for name in names.split(",")]
+    try:
+        if not equals or len(keys) != 2:
+            raise ValueError
+        return (keys[0], keys[1]), float(value)
+    except ValueError:
+        raise InputError(
+            f"`correlate` must be KEY,KEY=NUMBER, such as piezo.coupling,piezo.capacitance=.7, but is {shown(text)}"
+        ) from None
+
+
+def tied(u: Floats, matrix: Floats | None) -> Floats:
+    """Places with the correlations of a matrix, shape as ``u``; as they are where it is None."""
+    if matrix is None:
+        return u
+    from scipy.special import ndtr, ndtri
+
+    return np.asarray(ndtr(ndtri(u) @ np.linalg.cholesky(matrix).T))
+
+
+def values_at(spreads: Sequence[PartSpread], u: Floats) -> Floats:
+    """The values of the keys at places, both of shape (n, keys)."""
+    return np.stack([spread.at(u[:, k]) for k, spread in enumerate(spreads)], axis=1)
+
+
+def one_by_one(dimensions: int) -> Floats:
+    """The middle, then each key alone at `LOW` and at `HIGH`, shape (1 + 2 dimensions, dimensions)."""
+    found = np.full((1 + 2 * dimensions, dimensions), 0.5)
+    for k in range(dimensions):
+        found[1 + 2 * k, k], found[2 + 2 * k, k] = LOW, HIGH
+    return found
+
+
+def points(spreads: Sequence[PartSpread], values: Floats) -> Points:
+    """The list of points of a sweep that has these values of the keys."""
+    axes = (Axis(one.key, tuple(map(float, values[:, k]))) for k, one in enumerate(spreads))
+    return Points(tuple(axes), listed=True, argument="`vary`")

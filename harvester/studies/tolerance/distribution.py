@@ -1,0 +1,65 @@
+"""Quantiles of samples, and the share of them that meets limits, both with intervals.
+
+Quasi-random samples scatter less than random ones, for which the intervals hold: of a quantile the order statistics
+between which it lies with 95 % (binomial), of a share Wilson's.  The engine's own error, a share ``off`` of each value,
+moves all of them up or down together: the intervals hold both ends.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.studies.tolerance.limits import Limit
+from harvester.uncertainty.value import NORMAL_QUANTILE
+
+QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number and the ends of its 95 % interval, in one unit."""
+
+    value: float
+    low: float
+    high: float
+
+    def as_json(self) -> dict[str, float]:
+        """The object that ``--json`` prints."""
+        return dict(vars(self))
+
+
+def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
+    """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
+    from scipy.stats import binom
+
+    ordered, count = np.sort(values), len(values)
+    low, high = binom.ppf([0.025, 0.975], count, share)
+    ends = ordered[max(int(low) - 1, 0)], ordered[min(int(high), count - 1)]
+    size = off * np.abs(ends)
+    return Interval(float(np.quantile(ordered, share)), float(ends[0] - size[0]), float(ends[1] + size[1]))
+
+
+def wilson(met: float, count: int) -> tuple[float, float]:
+    """The ends of the 95 % interval of a share, of which ``met`` of ``count`` were found (Wilson, 1927)."""
+    share, z2 = met / count, NORMAL_QUANTILE**2
+    middle, width = share + 0.5 * z2 / count, np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2)
+    ends = (middle + np.array([-width, width])) / (1.0 + z2 / count)
+    return (0.0 if met == 0 else float(ends[0])), (1.0 if met == count else float(ends[1]))
+
+
+def share_met(
+    limits: Sequence[Limit], samples: Mapping[str, Floats], off: Mapping[str, float], failed: int = 0
+) -> Interval:
+    """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
+
+    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of each.
+    """
+    count = len(next(iter(samples.values()))) + failed
+
+    def met(side: int) -> int:
+        held = [one.met(samples[one.quantity] * (1.0 + side * one.sign * off.get(one.quantity, 0.0))) for one in limits]
+        return int(np.all(held, axis=0).sum())
+
+    return Interval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])

@@ -1,0 +1,53 @@
+"""Limits that a device must meet, such as ``mean_power > 5 uW``: read from a text, and which devices meet them."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown, unknown
+from harvester.scene.kinds import Kind, with_prefix
+
+POWER = Kind("a mean power (W)", "W", "'5 uW'")
+SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
+VOLTAGE = Kind("a voltage (V)", "V", "'2 V'")
+NUMBER = Kind("a number", "", "0.05")
+# What may be limited, with its kind in SI units.
+QUANTITIES = {"mean_power": POWER, "mean_square_voltage": SQUARE, "voltage_rms": VOLTAGE}
+_FORM = re.compile(r"\s*([\w.]+)\s*(>=|<=|>|<)\s*(.+?)\s*")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A ``quantity`` that must be above (``sign`` 1) or below (-1) a ``bound``, in SI units or nondimensional."""
+
+    quantity: str
+    sign: int
+    bound: float
+    written: str
+
+    def met(self, values: Floats) -> NDArray[np.bool_]:
+        """Which of the values, of any shape, meet it; a bound itself is met, and nan never is."""
+        return np.asarray(self.sign * (values - self.bound) >= 0.0)
+
+
+def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUANTITIES) -> Limit:
+    """The limit that a text such as ``mean_power > 5 uW`` describes; of a nondimensional scene without unit.
+
+    Raises InputError for a text of another form, a quantity that is not among ``quantities``, with the nearest match,
+    and a bound that is none of its values.
+    """
+    match = _FORM.fullmatch(text)
+    if match is None:
+        raise invalid("`limit`", "be QUANTITY > VALUE or QUANTITY < VALUE, such as 'mean_power > 5 uW'", text)
+    name, sign, bound = match[1], match[2], match[3]
+    if name not in quantities:
+        raise unknown("quantity of a limit", name, quantities)
+    try:
+        value = with_prefix(bound, quantities[name] if physical else NUMBER)
+    except ValueError as error:
+        raise InputError(f"the limit of {name} {error}, but is {shown(bound)}") from None
+    return Limit(name, 1 if sign[0] == ">" else -1, value, " ".join(text.split()))

@@ -1,0 +1,109 @@
+"""The runs of a study of tolerances: which samples an engine computes, which a dearer one, which a polynomial."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.protocol import Engine
+from harvester.studies.output_folder import OutputFolder
+from harvester.studies.sweep.compute import compute_table
+from harvester.studies.sweep.table import Table
+from harvester.studies.tolerance import design
+from harvester.studies.tolerance import samples as sampled
+from harvester.studies.tolerance.spreads import PartSpread
+from harvester.studies.tolerance.surface import Polynomial, fit
+
+FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
+RUNS = 24  # that an engine that samples computes, for each key and one more
+ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
+
+Tick = Callable[[float], None]  # called with the fraction that is done
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the runs of one engine gave: samples at keys' values ``x``, their surface, and the powers of the tornado."""
+
+    samples: sampled.Samples
+    x: Floats
+    surface: Polynomial
+    alone: Floats
+    failed: int
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Study:
+    """The runs of a study: sweeps over lists of points, each in a folder of its own."""
+
+    scene: Any
+    folder: OutputFolder | None
+    tick: Tick
+    options: dict[str, Any]
+    spreads: tuple[PartSpread, ...]
+    u: Floats
+    seed: int
+    runs: int | None
+
+    def run(self, engine: Engine, checks: int | None, within: float | None) -> Found:
+        """Compute samples by an engine, and some of them by a dearer one where there is one."""
+        runs = (FORMULAS if sampled.formulas(engine) else RUNS * (len(self.spreads) + 1)) if self.runs is None else 0
+        runs = min(self.runs or runs, len(self.u))
+        check = sampled.checker(engine, within, self.seed) if checks != 0 else None
+        number = 0 if check is None else min(checks or check[0], runs)
+        x = design.values_at(self.spreads, np.vstack([self.u[:runs], design.one_by_one(len(self.spreads))]))
+        whole = len(x) + number
+        table = self._sweep(engine, x, engine.NAME, 0, whole)
+        found = sampled.direct(engine, _first(table, runs))
+        ratio: sampled.Ratio | None = None
+        if check is not None:
+            served = np.flatnonzero(found.served)[:number]
+            dearer = self._sweep(check[1], x[served], "checks", len(x), whole)
+            ratio = sampled.compared(table, served.tolist(), dearer, engine, check[1])
+            found = sampled.corrected(found, ratio)
+        alone, warnings = sampled.column(table, "mean_power")[runs:] * found.ratio, _told(table)
+        own = x[:runs][found.served]
+        surface = fit(own, found.values["mean_power"])
+        rough = surface.scatter > ROUGH * found.values["mean_power"].std()
+        if rough and runs < len(self.u) and sampled.formulas(engine) and self.runs is None:
+            every, runs = design.values_at(self.spreads, self.u), len(self.u)
+            table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
+            found = sampled.direct(engine, table)
+            found = found if ratio is None else sampled.corrected(found, ratio)
+            own, warnings = every[found.served], _told(table)
+            surface = fit(own, found.values["mean_power"])
+        failed = int((~found.served).sum())
+        if runs < len(self.u):
+            many = design.values_at(self.spreads, self.u)
+            found, _ = sampled.interpolated(found, own, many)
+            return Found(found, many, surface, alone, round(failed / runs * len(many)), warnings)
+        return Found(found, own, surface, alone, failed, warnings)
+
+    def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> Table:
+        """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
+        told = [done]
+
+        def tick(_: str) -> None:
+            told[0] += 1
+            self.tick(told[0] / whole)
+
+        out = None if self.folder is None else self.folder.path / name
+        points = design.points(self.spreads, x)
+        return compute_table(self.scene, points, [engine], out, tick=tick, **self.options)
+
+
+def _first(table: Table, count: int) -> Table:
+    """The first rows of a table of one engine."""
+    return replace(table, rows=table.rows[:count], points=table.points[:count])
+
+
+def _told(table: Table) -> tuple[str, ...]:
+    """What went wrong at samples, and the first warning of the engine, with how many it concerns."""
+    failed = [row["error"] for row in table.rows if row["error"]]
+    warned = [row["warnings"] for row in table.rows if row["warnings"]]
+    found = [f"{len(failed)} of {len(table.rows)} samples have no answer, the first: {failed[0]}"] if failed else []
+    found += [f"at {len(warned)} of {len(table.rows)} samples: {warned[0]}"] if warned else []
+    return tuple(found)

@@ -1,0 +1,167 @@
+"""The power and voltage of many devices by one engine, and how far they are from those of a dearer engine.
+
+An engine computes some of the samples, all with the same noise where it has any, and a polynomial through them stands
+for the others.  A dearer engine computes a few of the samples again: with the ratios r of its answers to the cheap
+ones, samples are multiplied by mean(r), and another sample lies within
+
+    off = t s sqrt(1 + 1/K) + (the dearer engine's own bias)
+
+of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student's quantile of K - 1).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harvester.arrays import Floats
+from harvester.engines import Averaged, Ensemble, Exact, Ideal, Published, Spice
+from harvester.engines.protocol import Engine, Vectorised
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, InputError
+from harvester.studies.sweep.table import Table
+from harvester.studies.tolerance.surface import Polynomial, fit
+
+QUANTITIES = ("mean_power", "mean_square_voltage")
+DEARER: dict[type, type[Ensemble] | type[Spice]] = {Published: Ensemble, Averaged: Ensemble, Ideal: Spice}
+CHECKS: dict[type, tuple[int, float]] = {Ensemble: (8, 0.005), Spice: (4, 0.02)}  # runs, and their error
+SMALL = 0.5  # of the standard deviation of the powers: an error below is small against their spread
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What the samples of one engine are: their values, which of them have an answer, and the relative error.
+
+    ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative error at 95 % that
+    is common to all or within which each lies, None where it is not known; ``check`` says in words where it is
+    from; ``ratio`` is what the powers were multiplied by.
+    """
+
+    engine: str
+    values: dict[str, Floats]
+    served: NDArray[np.bool_]
+    off: dict[str, float | None]
+    check: str
+    ratio: float = 1.0
+
+    @property
+    def small(self) -> bool:
+        """Whether the error of the powers is known, and small against their spread."""
+        off, power = self.off["mean_power"], self.values["mean_power"]
+        return off is not None and off * abs(float(power.mean())) <= SMALL * float(power.std())
+
+
+def cheapest(problem: Problem) -> type[Any]:
+    """The kind of engine that serves a scene and costs least, whose own error can be measured or is none."""
+    kinds: list[type[Any]] = [Exact, Averaged, Ideal, Ensemble, Spice]
+    if problem.netlist is None:
+        kinds.remove(Ideal)
+    for kind in kinds:
+        if kind.refusal(problem):
+            continue
+        try:
+            if issubclass(kind, Exact | Averaged):
+                kind().run(problem)
+        except HarvesterError:  # of a formula that has no answer here
+            continue
+        return kind
+    raise InputError(f"`engine` must serve the scene, but none does: {Ensemble.refusal(problem)}")
+
+
+def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engine] | None:
+    """How many runs check an engine, and of which dearer engine; None where none is dearer and knows more."""
+    kind = DEARER.get(type(engine))
+    if kind is None:
+        return None
+    count, target = CHECKS[kind]
+    return count, kind(within=target if within is None else within, seed=seed)
+
+
+def column(table: Table, name: str) -> Floats:
+    """A column of all rows as numbers, in the order of the points; nan where there is none."""
+    return np.array([float(row[name]) if row[name] else math.nan for row in table.rows])
+
+
+def stated(table: Table, name: str) -> Floats | None:
+    """The engine's own relative error at 95 % of each row, shape (n,); None where it states none for a row."""
+    value, stderr = column(table, name), column(table, f"{name}_stderr")
+    bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
+    if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
+        return None
+    return np.asarray(np.nan_to_num(1.96 * stderr / np.abs(value)) + np.nan_to_num(bias))
+
+
+def direct(engine: Engine, table: Table) -> Samples:
+    """The samples of an engine that computed each of them, with the error that it states itself."""
+    found = {name: column(table, name) for name in QUANTITIES}
+    served = ~np.isnan(found["mean_power"])
+    off: dict[str, float | None] = {}
+    for name in QUANTITIES:
+        errors = stated(table, name)
+        off[name] = None if errors is None else float(np.median(errors[served]))
+    check = "the engine's own estimate" if off["mean_power"] is not None else "the engine states no error"
+    return Samples(engine.NAME, {name: v[served] for name, v in found.items()}, served, off, check)
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How the answers of a dearer engine compare: ``ratio`` and relative error ``off`` of each of `QUANTITIES`."""
+
+    ratio: dict[str, float]
+    off: dict[str, float]
+    check: str
+
+
+def compared(table: Table, checked: Sequence[int], dearer: Table, engine: Engine, by: Engine) -> Ratio:
+    """Compare the rows ``checked`` of a table by an ``engine`` with those of a ``dearer`` table.
+
+    Raises InputError where fewer than two of them have an answer by both.
+    """
+    from scipy.special import stdtrit
+
+    ratio: dict[str, float] = {}
+    off: dict[str, float] = {}
+    count = 0
+    for name in QUANTITIES:
+        ratios = column(dearer, name) / column(table, name)[list(checked)]
+        good = np.isfinite(ratios)
+        ratios, count = ratios[good], int(good.sum())
+        if count < 2:
+            raise InputError(f"`checks` must be more: {by.NAME!r} answered at {count} of {len(checked)} samples")
+        bias = np.nan_to_num(column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power")))[good]
+        width = float(stdtrit(count - 1, 0.975)) * float(ratios.std(ddof=1)) * math.sqrt(1.0 + 1.0 / count)
+        ratio[name], off[name] = float(ratios.mean()), width + float(np.median(bias))
+    power = ratio["mean_power"]
+    return Ratio(
+        ratio, off, f"{count} runs of {by.NAME!r}, whose powers are {power:.4g} times those of {engine.NAME!r}"
+    )
+
+
+def corrected(samples: Samples, ratio: Ratio) -> Samples:
+    """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
+    values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
+    off: dict[str, float | None] = dict(ratio.off)
+    return Samples(samples.engine, values, samples.served, off, ratio.check, ratio.ratio["mean_power"])
+
+
+def interpolated(computed: Samples, x: Floats, many: Floats) -> tuple[Samples, dict[str, Polynomial]]:
+    """The samples at keys' values ``many``, (m, keys), by polynomials through those ``computed`` at ``x``, (n, keys).
+
+    Two standard deviations of what a polynomial does not predict add to the error.
+    """
+    surfaces = {name: fit(x, values) for name, values in computed.values.items()}
+    off: dict[str, float | None] = {}
+    for name, surface in surfaces.items():
+        known = computed.off[name]
+        off[name] = None if known is None else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
+    values = {name: surface(many) for name, surface in surfaces.items()}
+    check = f"{computed.check}; a polynomial through {len(x)} runs stands for the others"
+    return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, check, computed.ratio), surfaces
+
+
+def formulas(engine: Engine) -> bool:
+    """Whether the engine computes each sample itself."""
+    return isinstance(engine, Vectorised)

@@ -1,0 +1,166 @@
+"""How a scene key scatters from device to device: the spreads that a user may write, and their inverse distributions.
+
+KEY=10%                 anywhere within 10 % of the scene's value (uniform)
+KEY=.94:.98             anywhere between two values (uniform)
+KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
+KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
+KEY=normal:MEAN:SD      normal, with both given
+KEY=triangular:10%      most often the scene's value, never beyond 10 % of it
+KEY=triangular:A:B:C    from A to C, most often B
+KEY=A,B,C,...           a list of values that were measured, each as likely as another
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown
+from harvester.scene.keys import read_value, split_key
+from harvester.scene.preferred import SERIES, nearest
+from harvester.scene.scene import Scene
+from harvester.scene.units import fraction
+
+FORMS = "10%, LOW:HIGH, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.006 % of it lies
+
+
+@dataclass(frozen=True)
+class PartSpread:
+    """A scene key and how its value scatters, in SI units.
+
+    ``kind`` is "uniform" with ``values`` (low, high), "normal" (mean, standard deviation; cut at `CUT` of them),
+    "triangular" (low, most likely, high) or "measured" (the values, sorted); ``written`` is what the user wrote.
+    """
+
+    key: str
+    kind: str
+    values: tuple[float, ...]
+    written: str
+
+    def at(self, u: Floats) -> Floats:
+        """The values at places ``u`` from 0 to 1 of the distribution, of any shape: its inverse."""
+        u = np.asarray(u, dtype=float)
+        if self.kind == "uniform":
+            low, high = self.values
+            return low + u * (high - low)
+        if self.kind == "normal":
+            from scipy.special import ndtr, ndtri
+
+            mean, deviation = self.values
+            return np.asarray(mean + deviation * ndtri(ndtr(-CUT) + u * (ndtr(CUT) - ndtr(-CUT))))
+        if self.kind == "triangular":
+            low, mode, high = self.values
+            rising = low + np.sqrt(u * (high - low) * (mode - low))
+            falling = high - np.sqrt((1.0 - u) * (high - low) * (high - mode))
+            return np.asarray(np.where(u * (high - low) < mode - low, rising, falling))
+        count = len(self.values)
+        return np.asarray(np.asarray(self.values)[np.minimum((u * count).astype(int), count - 1)])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The smallest and the largest value that it has."""
+        low, high = self.at(np.array([0.0, 1.0]))
+        return float(low), float(high)
+
+
+def parse(text: str, scene: Scene) -> PartSpread:
+    """The spread that a text such as ``piezo.capacitance=10%`` describes about the values of a scene.
+
+    Raises InputError for a key that no scene has, a text of another form, values that the key cannot take, ends or a
+    deviation that leave nothing between them, and a spread about a value that the scene does not have.
+    """
+    key, equals, written = text.partition("=")
+    if not equals:
+        raise invalid("`vary`", f"be KEY=SPREAD with a SPREAD such as {FORMS}", text)
+    return spread(key.strip(), written.strip(), scene)
+
+
+def spread(key: str, written: str, scene: Scene) -> PartSpread:
+    """The spread of one key; raises InputError as `parse`."""
+    split_key(key)
+    parts = [part.strip() for part in written.split(":")]
+    if "," in written:
+        return PartSpread(key, "measured", tuple(sorted(read_value(key, part) for part in written.split(","))), written)
+    if parts[0] in ("normal", "triangular"):
+        return _named(key, parts[0], parts[1:], written, scene)
+    if parts[0].upper() in SERIES and len(parts) == 2:
+        nominal = _nominal(key, scene)
+        if nominal <= 0.0:
+            raise invalid(f"{key} in the scene", f"be above 0 to have a value of the series {parts[0]}", nominal)
+        made = nearest(parts[0].upper(), nominal)
+        return _uniform(key, *_about(made, _share(key, parts[1])), written)
+    if len(parts) == 1 and written.endswith("%"):
+        return _uniform(key, *_about(_nominal(key, scene), _share(key, written)), written)
+    if len(parts) == 2:
+        return _uniform(key, read_value(key, parts[0]), read_value(key, parts[1]), written)
+    raise invalid(f"the spread of {key}", f"be {FORMS}", written)
+
+
+def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
+    """A normal or a triangular spread from what stands after its name."""
+    if len(parts) == 1 and parts[0].endswith("%"):
+        middle, share = _nominal(key, scene), _share(key, parts[0])
+        low, high = _about(middle, share)
+        values: tuple[float, ...] = (middle, abs(middle) * share) if kind == "normal" else (low, middle, high)
+    elif len(parts) == (2 if kind == "normal" else 3):
+        values = tuple(read_value(key, part) for part in parts)
+    else:
+        raise invalid(f"the spread of {key}", f"be {FORMS}", written)
+    if kind == "normal" and not values[1] > 0.0:
+        raise invalid(f"the standard deviation of {key}", "be above 0", values[1])
+    if kind == "triangular" and not (values[0] <= values[1] <= values[2] and values[0] < values[2]):
+        raise invalid(f"the spread of {key}", "be triangular:LOW:MODE:HIGH with LOW <= MODE <= HIGH", written)
+    return PartSpread(key, kind, values, written)
+
+
+def _uniform(key: str, low: float, high: float, written: str) -> PartSpread:
+    if not low < high:
+        raise invalid(f"the spread of {key}", "be LOW:HIGH with LOW below HIGH", written)
+    return PartSpread(key, "uniform", (low, high), written)
+
+
+def _about(middle: float, share: float) -> tuple[float, float]:
+    return middle - abs(middle) * share, middle + abs(middle) * share
+
+
+def _share(key: str, text: str) -> float:
+    try:
+        if not text.endswith("%"):
+            raise ValueError("must be a percentage between 0% and 100%, such as 5%")
+        return fraction(text)
+    except ValueError as error:
+        raise InputError(f"the spread of {key} {error}, but is {shown(text)}") from None
+
+
+def _nominal(key: str, scene: Scene) -> float:
+    """The scene's own value of a key."""
+    table, name = split_key(key)
+    found = scene.tables().get(table, {})
+    for part in name.split("."):
+        found = found.get(part) if isinstance(found, dict) else None
+    if isinstance(found, str):  # a netlist's parameter, written with its unit
+        found = read_value(key, found)
+    if not isinstance(found, int | float) or found == 0.0:
+        was = "missing" if found is None else "0"
+        raise InputError(f"{key} must have a value in the scene to be spread about, but is {was}: give LOW:HIGH")
+    return float(found)
+
+
+def spreads(some: Mapping[str, str] | Sequence[str], scene: Scene) -> tuple[PartSpread, ...]:
+    """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads.
+
+    Raises InputError as `parse`, for a key that is named twice, and where there is none.
+    """
+    if isinstance(some, Mapping):
+        found = tuple(spread(key, written, scene) for key, written in some.items())
+    else:
+        found = tuple(parse(text, scene) for text in some)
+    if not found:
+        raise InputError("`vary` must be given for one key or more, but is left out")
+    keys = [one.key for one in found]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"`vary` must name each key only once, but names {key!r} twice")
+    return found

@@ -1,0 +1,91 @@
+"""A polynomial through the samples, which says how much of their scatter it does not explain.
+
+    y(x) ~ sum_k c_k prod_j P_{e_kj}(x_j),   sum_j e_kj <= degree,
+
+with Legendre's polynomials P of the keys, each scaled to -1 to 1 over its samples.  Least squares give c; the degree is
+the one whose errors of leaving one sample out are smallest.  Such an error is r/(1 - h) with the residual r and the
+leverage h of the sample, the diagonal of the projection; their mean square over the variance of y is ``unexplained``
+(1 - Q^2, Blatman and Sudret, J. Comput. Phys. 230, 2011).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from harvester.arrays import Floats
+from harvester.errors import SimulationError
+from harvester.studies.optimum.response_surface import exponents
+
+HIGHEST = 10  # degree
+PER_TERM = 2.0  # samples that a coefficient needs
+MOST_TERMS = 600
+ENOUGH = 1e-8  # of the variance unexplained
+PATIENCE = 2
+_SINGULAR = 1e-10
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial through values y, shape (n,), at the keys' values x, shape (n, keys).
+
+    ``scatter`` is the standard deviation of what leaving a sample out predicts of it, in the unit of y, and
+    ``unexplained`` the share of the variance of y that this is.
+    """
+
+    middle: Floats
+    half: Floats
+    powers: Floats
+    coefficients: Floats
+    scatter: float
+    unexplained: float
+
+    def __call__(self, x: Floats) -> Floats:
+        """The values at keys' values, shape (m, keys); those beyond the samples count as at their edge."""
+        scaled = np.clip((x - self.middle) / self.half, -1.0, 1.0)
+        return np.asarray(_basis(scaled, self.powers) @ self.coefficients)
+
+
+def fit(x: Floats, y: Floats) -> Polynomial:
+    """The surface through values y, shape (n,), at x, shape (n, keys), of the degree that predicts best.
+
+    Raises SimulationError for fewer samples than a plane needs.
+    """
+    count, keys = x.shape
+    if count < PER_TERM * (keys + 1):
+        raise SimulationError(f"there are too few samples with an answer for a response surface: {count}")
+    middle, half = 0.5 * (x.max(axis=0) + x.min(axis=0)), 0.5 * np.ptp(x, axis=0)
+    half = np.where(half > 0.0, half, 1.0)
+    scaled, variance = (x - middle) / half, float(y.var())
+    best: Polynomial | None = None
+    worse = 0  # degrees in a row that predict no better: of an even function every other does
+    for degree in range(1, HIGHEST + 1):
+        powers = exponents(keys, degree)
+        if len(powers) > MOST_TERMS or PER_TERM * len(powers) > count:
+            break
+        left, sizes, right = np.linalg.svd(_basis(scaled, powers), full_matrices=False)
+        kept = sizes > _SINGULAR * sizes[0]  # of a key with few values, high powers are no new functions
+        left, sizes, right = left[:, kept], sizes[kept], right[kept]
+        coefficients = right.T @ ((left.T @ y) / sizes)
+        leverage = np.minimum((left**2).sum(axis=1), 1.0 - 1e-9)
+        errors = (y - left @ (left.T @ y)) / (1.0 - leverage)
+        scatter = float(np.sqrt(np.mean(errors**2)))
+        if best is None or scatter < 0.99 * best.scatter:
+            unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
+            best, worse = Polynomial(middle, half, powers, coefficients, scatter, unexplained), 0
+        else:
+            worse += 1
+        if best.unexplained < ENOUGH or worse == PATIENCE:
+            break
+    assert best is not None, "a plane was tried"
+    return best
+
+
+def _basis(scaled: Floats, powers: Floats) -> Floats:
+    """The products of Legendre's polynomials, shape (n, terms)."""
+    degree = int(powers.max())
+    each = legendre.legvander(scaled, degree)  # (n, keys, degree + 1)
+    found = np.ones((len(scaled), len(powers)))
+    for key in range(scaled.shape[1]):
+        found *= each[:, key, powers[:, key].astype(int)]
+    return found
