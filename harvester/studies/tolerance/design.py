@@ -16,6 +16,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown, unknown
+from harvester.scene.keys import full_key
 from harvester.studies.sweep.points import Axis, Points
 from harvester.studies.tolerance.spreads import PartSpread
 
@@ -43,7 +44,8 @@ def correlation(some: Sequence[str] | Mapping[tuple[str, str], float], keys: Seq
     if not pairs:
         return None
     matrix = np.eye(len(keys))
-    for (one, other), value in pairs.items():
+    for pair, value in pairs.items():
+        one, other = map(full_key, pair)
         for key in (one, other):
             if key not in keys:
                 raise unknown("varied key of `correlate`", key, keys)

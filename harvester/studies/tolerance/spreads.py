@@ -79,7 +79,7 @@ def parse(text: str, scene: Scene) -> PartSpread:
 
 def spread(key: str, written: str, scene: Scene) -> PartSpread:
     """The spread of one key; raises InputError as `parse`."""
-    split_key(key)
+    key = ".".join(split_key(key))  # which may be given without its table
     parts = [part.strip() for part in written.split(":")]
     if "," in written:
         return PartSpread(key, "measured", tuple(sorted(read_value(key, part) for part in written.split(","))), written)

@@ -43,6 +43,10 @@ def test_series_of_a_resistance_that_is_none_of_its_values():
     assert parse("load.resistance=E12:5%", PLATE.with_load(1.04e6)).ends == pytest.approx((0.95e6, 1.05e6))
 
 
+def test_key_without_its_table():
+    assert parse("resistance=5%", PLATE).key == "load.resistance"
+
+
 def test_preferred_values():
     """Values of IEC 60063 that a formula alone gets wrong, and how many each series has."""
     assert preferred.mantissas("E3") == (1.0, 2.2, 4.7)
