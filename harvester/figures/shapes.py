@@ -1,6 +1,7 @@
 """What each figure reads of the thing that it draws: the figures know these attributes, and none of the classes above.
 
 Arrays have the shape (n,) unless another is named; quantities are in the units of ``unit_names`` (`AnswerUnits`).
+Long because it is the one list of what figures read.
 """
 
 from collections.abc import Mapping, Sequence
