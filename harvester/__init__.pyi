@@ -29,6 +29,8 @@ from .studies.charging.answer import Charging as Charging
 from .studies.charging.charge import charge as charge
 from .studies.compare import Comparison as Comparison
 from .studies.compare import compare as compare
+from .studies.extremes.extremes import Extremes as Extremes
+from .studies.extremes.extremes import extremes as extremes
 from .studies.frequency_response.curve import Response as Response
 from .studies.frequency_response.response import response as response
 from .studies.motion import Motion as Motion

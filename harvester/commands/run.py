@@ -5,7 +5,7 @@ from typing import Any
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo_answer
+from harvester.commands.messages import echo, echo_answer, echo_json
 from harvester.commands.options import json_option, sampling, scene_argument
 from harvester.commands.reports import report_file, report_option, save_report
 
@@ -14,6 +14,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     "harvester run mine.toml",
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
+    "harvester run mine.toml --lifetime '5 years'",
 )
 @scene_argument
 @cloup.option_group(
@@ -24,20 +25,36 @@ from harvester.commands.reports import report_file, report_option, save_report
         "for a netlist, spice; with --within, the cheapest that is known to reach it.",
     ),
 )
+@cloup.option_group(
+    "Limits",
+    cloup.option(
+        "--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in that time: '5 years'."
+    ),
+)
 @sampling
 @cloup.option_group("Output", report_option, json_option)
-def run(path: str, engine: str | None, report: str | None, as_json: bool, **options: Any) -> None:
+def run(path: str, engine: str | None, report: str | None, as_json: bool, lifetime: str | None, **options: Any) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
     from harvester.scene.toml import load
+    from harvester.studies.extremes.extremes import extremes, read_lifetime
 
     scene = load(path)
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
     file = report_file(report, None)
+    if lifetime is not None:
+        read_lifetime(lifetime, scene.physical)
     with Bar(chosen.NAME) as bar:
         answer = chosen.run(scene, bar.tell)
-    echo_answer(answer, as_json)
+    if lifetime is None:
+        echo_answer(answer, as_json)
+    else:
+        largest = extremes(scene, lifetime, options["seed"])
+        if as_json:
+            echo_json(answer.as_json() | {"extremes": largest.as_json()})
+        else:
+            echo(f"{answer}\n{largest}")
     save_report(file, lambda report: report.of_run(scene, answer, options["seed"]), quiet=as_json)

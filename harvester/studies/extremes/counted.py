@@ -1,0 +1,94 @@
+"""The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
+
+The path is that of the exact RC update (`harvester.mechanics.kernels.path`).  A block is so long that its largest value
+tells nothing of the next block's: its length is doubled until their correlation is below `ALIKE`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.bounds import check_bounded
+from harvester.equations.coefficients import Equations
+from harvester.errors import SimulationError
+from harvester.uncertainty.value import Value, mean_and_error
+
+SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
+ALIKE = 0.2  # correlation of neighbours that is none, of 100 blocks or so
+LONGEST = 4_000_000  # kicks in one piece, which the memory holds
+READ = 0.05  # time between two readings of the path
+FEWEST = 64  # blocks that a tail needs
+
+
+@dataclass(frozen=True)
+class Counted:
+    """The largest |x|, |V| and impact speed of each block, shape (blocks,), and the impacts a unit of time.
+
+    Nondimensional; ``speed`` is None without a stop.  ``block`` is the length of a block, ``time`` that of all.
+    """
+
+    block: float
+    x: Floats
+    V: Floats
+    speed: Floats | None
+    impacts: Value | None
+
+    @property
+    def time(self) -> float:
+        """The length of the path that was counted."""
+        return self.block * len(self.x)
+
+
+def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
+    """Follow a path and count.
+
+    Raises SimulationError where the path is not finite, or where its largest values stay correlated.
+    """
+    from harvester.mechanics.kernels.noise import gaussian_grid
+    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+
+    check_bounded(eqs)
+    far = max(x * x for x in eqs.resting_places)
+    h = whole_steps(eqs, default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
+    stride = max(1, round(READ / h))
+    whole = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # kicks of a block
+    piece = max(LONGEST // whole, 1)
+    found: list[tuple[Floats, Floats, Floats, Floats]] = []
+    start: tuple[float, float, float] | None = None
+    left, sequence = blocks + blocks // 4, np.random.SeedSequence([seed, 11])  # the first fifth is left out
+    while left > 0:
+        some = min(piece, left)
+        path = trace(eqs, gaussian_grid(sequence.spawn(1)[0], some * whole), h, stride, start)
+        if not np.isfinite(path.readings[-1]).all():
+            raise SimulationError("the path is not finite: the response grows without bound, or the step is too long")
+        start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
+        number = np.minimum((path.impacts[:, 0] / (whole * h)).astype(int), some - 1)
+        speed, hits = np.zeros(some), np.bincount(number, minlength=some).astype(float)
+        np.maximum.at(speed, number, np.abs(path.impacts[:, 1]))
+        peaks = (np.abs(one).reshape(some, -1).max(axis=1) for one in (path.x, path.V))
+        found.append((*peaks, speed, hits))
+        left -= some
+    x, voltage, speed, hits = (np.concatenate(one)[-blocks:] for one in zip(*found, strict=True))
+    block = whole * h
+    while _alike(x) > ALIKE or _alike(voltage) > ALIKE:
+        if len(x) < 2 * FEWEST:
+            raise SimulationError(
+                "the largest values of the path stay correlated: it takes longer than was counted to forget them"
+            )
+        x, voltage, speed = (one[: len(one) // 2 * 2].reshape(-1, 2).max(axis=1) for one in (x, voltage, speed))
+        hits = 0.5 * hits[: len(hits) // 2 * 2].reshape(-1, 2).sum(axis=1)
+        block *= 2.0
+    if eqs.restitution is None and eqs.stop_stiffness is None:
+        return Counted(block, x, voltage, None, None)
+    mean, error = mean_and_error(hits)
+    return Counted(block, x, voltage, speed, Value(mean, error).scaled(1.0 / (whole * h)))
+
+
+def _alike(values: Floats) -> float:
+    """The correlation of each value with the next."""
+    if np.ptp(values) == 0.0:
+        return 0.0
+    return float(np.corrcoef(values[:-1], values[1:])[0, 1])

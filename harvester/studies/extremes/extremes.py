@@ -1,0 +1,147 @@
+"""The largest displacement, voltage and impact over a lifetime, and how that was found."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from harvester.engines.exact import Exact
+from harvester.engines.protocol import AnyScene, needs_resistance
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError, names_arguments, shown
+from harvester.printing.answer_units import AnswerUnits
+from harvester.printing.columns import columns
+from harvester.scene.units import Seconds, time
+from harvester.studies.extremes.counted import count
+from harvester.studies.extremes.tail import fit
+from harvester.uncertainty.value import Value, number
+
+SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
+RICE = "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone"
+LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
+
+
+@names_arguments
+@dataclass(frozen=True)
+class Extremes:
+    """The levels that a device's displacement, voltage and impacts stay below over a ``lifetime``, in `unit_names`.
+
+    ``levels`` map a quantity (peak_displacement, peak_voltage, peak_impact_speed) to the level for each of `SHARES`;
+    ``impact_rate`` is the mean number of impacts a unit of time, None without a stop; ``method`` says how it was found.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.extremes(scene, 1e6)
+    >>> f"{found.levels['peak_displacement'][0.5].value:.2f}"
+    '1.82'
+    """
+
+    lifetime: float
+    levels: dict[str, dict[float, Value]]
+    impact_rate: Value | None
+    method: str
+    physical: bool
+
+    @property
+    def unit_names(self) -> AnswerUnits:
+        """The units of its numbers."""
+        return AnswerUnits.of(self.physical)
+
+    def _unit(self, name: str) -> str:
+        units = self.unit_names
+        return {"peak_displacement": units.length, "peak_voltage": units.voltage}.get(name, units.speed)
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        return {
+            "lifetime": self.lifetime,
+            **{name: {f"{p:g}": number(one) for p, one in of.items()} for name, of in self.levels.items()},
+            "impact_rate": None if self.impact_rate is None else number(self.impact_rate),
+            "method": self.method,
+        }
+
+    def __str__(self) -> str:
+        rows = [["largest in the lifetime", *(f"below this in {p:.0%} of devices" for p in SHARES)]]
+        for name, of in self.levels.items():
+            rows.append([name, *(of[p].text(self._unit(name)) for p in SHARES)])
+        unit = self.unit_names.time
+        lines = [f"over {Value(self.lifetime).text('')} {unit}".rstrip() + ":", *(f"  {row}" for row in columns(rows))]
+        if self.impact_rate is not None:
+            lines.append(f"  impacts: {self.impact_rate.text(self.unit_names.rate)}")
+        return "\n".join([*lines, f"  note: {self.method}"])
+
+
+@names_arguments
+def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
+    """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
+
+    ``lifetime`` is in seconds (nondimensional scene: 1/w0) or a text such as "5 years".  A linear scene under white
+    noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.peaks`); else the largest values of
+    blocks of a long path are extrapolated (`harvester.studies.extremes.tail`).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.extremes(scene, 1e6).impact_rate is None
+    True
+
+    Raises
+    ------
+    InputError
+        for a lifetime that is none, or with a unit where the scene has none.
+    CannotServeError
+        for a netlist, and a scene that is not shaken by white noise alone.
+    SimulationError
+        where no stationary response exists.
+    """
+    problem = Problem.of(scene)
+    eqs, units = problem.equations, problem.units
+    seconds = read_lifetime(lifetime, problem.physical)
+    if reason := needs_resistance(problem, "ensemble"):
+        raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
+    if eqs.is_shaken_otherwise or not eqs.is_random:
+        raise CannotServeError(
+            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
+        )
+    span = seconds * units.frequency
+    scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
+    levels: dict[str, dict[float, Value]] = {}
+    if not Exact.refusal(problem) and eqs.n2 is None:
+        from harvester.linear.peaks import peaks
+
+        for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
+            found = {p: (one.largest(p, span), one.bound(p, span)) for p in SHARES}
+            levels[name] = {p: Value(low, model=high - low).scaled(factor) for p, (low, high) in found.items()}
+        return Extremes(seconds, levels, None, RICE, problem.physical)
+    counted = count(eqs, seed)
+    blocks = span / counted.block
+    if blocks < LEAST_TIMES:
+        raise InputError(
+            f"`lifetime` must be at least {counted.block / units.frequency:.3g}, which the motion takes to forget "
+            f"itself, but is {seconds:.3g}"
+        )
+    named = {"peak_displacement": counted.x, "peak_voltage": counted.V}
+    if counted.speed is not None:
+        named["peak_impact_speed"] = counted.speed
+        scales["peak_impact_speed"] = units.length * units.frequency
+    for name, maxima in named.items():
+        if maxima.max() > 0.0:
+            tail = fit(maxima, seed)
+            levels[name] = {p: tail.largest(p, blocks).scaled(scales[name]) for p in SHARES}
+    rate = None if counted.impacts is None else counted.impacts.scaled(units.frequency)
+    longer = f", {blocks / len(counted.x):.3g} times what was counted" if blocks > len(counted.x) else ""
+    method = (
+        f"extrapolated from the largest values of {len(counted.x)} blocks of a path of "
+        f"{counted.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
+    )
+    return Extremes(seconds, levels, rate, method, problem.physical)
+
+
+def read_lifetime(lifetime: float | str, physical: bool) -> float:
+    """A lifetime above 0, in seconds or in 1/w0; raises InputError for another."""
+    try:
+        found = time(lifetime) if isinstance(lifetime, str) else float(lifetime)
+        if not 0.0 < found < 1e30:
+            raise ValueError("must be a time above 0, such as '5 years'")
+    except ValueError as error:
+        raise InputError(f"`lifetime` {error}, but is {shown(lifetime)}") from None
+    if isinstance(found, Seconds) and not physical:
+        raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
+    return float(found)

@@ -1,0 +1,76 @@
+"""The largest values over a lifetime: extrapolated ones against Rice's of the same device, and the command."""
+
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.linear.peaks import peaks
+from harvester.studies.extremes.counted import count
+from harvester.studies.extremes.tail import fit
+from tests.support import systems
+from tests.support.paths import ROOT
+
+PLATE, STOP = (ROOT / "examples" / f"{name}.toml" for name in ("plate", "plate_with_stop"))
+EQS = systems.linear(0.5, 1.0, 0.1)
+
+
+def test_counting_agrees_with_rice():
+    """Blocks of a path of 50 cycles each, extrapolated 1,000 times: within four standard errors of the closed form."""
+    counted = count(EQS, blocks=512)
+    for maxima, one in zip((counted.x, counted.V), peaks(EQS), strict=True):
+        found = fit(maxima).largest(0.5, 512_000.0)
+        exact = one.largest(0.5, 512_000.0 * counted.block)
+        assert abs(found.value - exact) < 4.0 * found.stderr
+        assert found.stderr < 0.15 * exact
+
+
+def test_tail_of_a_known_law():
+    """Largest of n exponential squares: the level of N blocks is known, -log(1 - share^(1/(n N)))."""
+    rng = np.random.default_rng(5)
+    maxima = np.sqrt(rng.exponential(size=(2000, 100)).max(axis=1))
+    for share in (0.5, 0.95):
+        found = fit(maxima).largest(share, 1e4)
+        exact = np.sqrt(-np.log(-np.expm1(np.log(share) / 1e6)))
+        assert abs(found.value - exact) < 4.0 * found.stderr
+        assert found.stderr < 0.1 * exact
+
+
+def test_a_stop_is_hit():
+    """The mass hits its stop at rest once in each half of a free period, about w0/pi times a second."""
+    found = hv.extremes(STOP, "30 days")
+    assert found.impact_rate.value == pytest.approx(20.0 / np.pi, rel=0.05)
+    assert {*found.levels} == {"peak_displacement", "peak_voltage", "peak_impact_speed"}
+    for of in found.levels.values():
+        assert 0.0 < of[0.5].value < of[0.95].value
+        assert of[0.5].stderr < 0.25 * of[0.5].value
+    speed, far = (found.levels[name][0.5].value for name in ("peak_impact_speed", "peak_displacement"))
+    assert speed == pytest.approx(20.0 * far, rel=0.3)  # the energy of the farthest cycle
+
+
+def test_command(harvester):
+    status, out, err = harvester("run", PLATE, "--lifetime", "5 years", "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out)["extremes"]
+    assert found["peak_displacement"]["0.5"]["error95"] < 0.01 * found["peak_displacement"]["0.5"]["value"]
+    assert found["impact_rate"] is None
+    status, out, _ = harvester("run", PLATE, "--lifetime", "5 years")
+    assert status == 0 and "peak_voltage" in out
+
+
+@pytest.mark.parametrize(
+    ("path", "words", "error"),
+    [
+        ("plate", ["--lifetime", "5 ohm"], "--lifetime must be a time"),
+        ("plate", ["--lifetime", "-3"], "--lifetime must be a time"),
+        ("plate", ["--lifetime", "0"], "--lifetime must be a time"),
+        ("paper_figure3", ["--lifetime", "5 years", "--engine", "averaged"], "--lifetime must be a number of 1/w0"),
+        ("plate_harmonic", ["--lifetime", "5 years", "--engine", "exact"], "white noise alone"),
+        ("plate_with_stop", ["--lifetime", "1s", "--engine", "averaged"], "--lifetime must be at least"),
+    ],
+)
+def test_bad_input(harvester, path, words, error):
+    status, out, err = harvester("run", ROOT / "examples" / f"{path}.toml", *words)
+    assert (status, out) == (2, "") or (status, out) == (3, "")
+    assert error in err and len(err.splitlines()) == 1
