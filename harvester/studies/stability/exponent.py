@@ -23,7 +23,8 @@ class Stability:
 
     ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its
     estimated error (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
-    (None: the mass leaves the stop for good).
+    (None: the mass leaves the stop for good).  Where there is a stop and no noise, the step's part in the error of
+    ``ensemble`` is at least its distance from ``noiseless``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
@@ -52,7 +53,12 @@ class Stability:
         return {
             "published": self.published,
             "averaged": self.averaged,
-            "ensemble": {"value": value.value, "stderr": value.stderr, "step_bias": value.bias},
+            "ensemble": {
+                "value": value.value,
+                "stderr": value.stderr,
+                "step_bias": value.bias,
+                "error95": value.whole_error95,
+            },
             "averaged_model_bias": self.model,
             "noiseless": self.noiseless,
             "verdict": self.verdict,
@@ -129,14 +135,23 @@ def stability(
         warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
     doubts, quiet = formula.doubts(eqs), noiseless(eqs)
-    if eqs.n2 is None and eqs.restitution is not None and quiet is not None:
-        warnings.append("without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value")
+    bias, unknown = growth.bias, ""
+    if eqs.n2 is None and eqs.restitution is not None:
+        # All trajectories can come to one path whose impacts lock to the grid: neither their scatter nor a run of twice
+        # the step tells how far that is off.
+        if quiet is None:
+            unknown = "the step, as impacts can lock to its grid without noise"
+        else:
+            bias = max(bias, abs(growth.value - quiet))
+            warnings.append(
+                "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value"
+            )
     return Stability(
         physical=problem.physical,
         published=float(formula.published(eqs)) * unit,
         averaged=float(formula.averaged(eqs)) * unit,
         model=None if doubts.error is None else doubts.error * unit,
-        ensemble=Value(growth.value, growth.stderr, growth.bias).scaled(unit),
+        ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
         warnings=(*warnings, *doubts.texts),
     )
