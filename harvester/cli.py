@@ -56,7 +56,9 @@ A first session:
     epilog="""\b
 Exit status: 0 done; 2 bad input, one line on stderr says what must be what; 3 a named simulation error;
 130 interrupted.  Colours and progress are for terminals; NO_COLOR=1: no colours.
-A scene file's keys, with units and examples: harvester keys.  A command's options: harvester COMMAND --help.""",
+A scene file's keys, with units and examples: harvester keys.  A command's options: harvester COMMAND --help.
+"The paper" is: Stochastic Dynamics of Nonlinear Piezoelectric Vibration Energy Harvesting System with Inelastic
+Impact (L.L., L.T., M.S., H.Y.), Entropy, 1 April 2026.""",
 )
 @click.version_option(__version__, prog_name="harvester")
 def cli() -> None:

@@ -26,6 +26,8 @@ LESS = [
     ("harvester stability", ["--trajectories", "256"], {}),
     ("harvester paper", ["3"], {}),
     ("harvester charge", ["--trajectories", "256"], {}),
+    ("benchmarks/published.py", ["erturk_inman"], {}),
+    ("response examples/published", [], {":301": ":3"}),
 ]
 
 

@@ -49,9 +49,11 @@ def commands(text):
 
 
 def folder(path):
-    """What the commands need to be run from ``path``: copies of examples and netlists."""
+    """What the commands need to be run from ``path``: copies of examples and netlists, and the script of tables."""
     for name in ("examples", "netlists"):
         shutil.copytree(ROOT / name, path / name)
+    (path / "benchmarks").mkdir()
+    shutil.copy(ROOT / "benchmarks" / "published.py", path / "benchmarks")
     return path
 
 
