@@ -9,6 +9,7 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
+from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -227,31 +228,3 @@ def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bo
         f"{NORMAL_QUANTILE * error:.2%}, measured against twice the step on the same noise, and "
         f"{pair.duration / unit:.3g}{second} of {pair.trajectories.count} trajectories, for the spread of their means"
     )
-
-
-def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
-    """Power in less power out over power in, and its standard error; zeros where nothing gives power."""
-    from harvester.uncertainty.value import mean_and_error
-
-    if not (eqs.is_shaken or eqs.is_random):
-        return 0.0, 0.0
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = mean_and_error(moments.balance(eqs))
-    return found if np.isfinite(found).all() else (0.0, 0.0)
-
-
-def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
-    """Size of the step's part in the power balance: that of each of its terms, measured as those of the means, summed.
-
-    Strong impacts make most of it, as a drift meets the stop at a speed that is off by order h^2.  No number of
-    trajectories takes it away.  0 where nothing gives power.
-    """
-    if not (eqs.is_shaken or eqs.is_random):
-        return 0.0
-    n1, n2, n12 = eqs.n1 or 0.0, eqs.n2 or 0.0, eqs.n12 or 0.0
-    gained = {"x2": n2, "x": 2.0 * n12, "driven": 1.0}
-    lost = {"damped": 1.0, "V2": (eqs.beta or 0.0) * (eqs.mu or 0.0), "impact_loss": 1.0}
-    power_in = n1 + sum(factor * pair.mean(name)[0] for name, factor in gained.items() if factor)
-    terms = [*gained.items(), *((name, -factor) for name, factor in lost.items())]
-    bias = sum(factor * pair.bias(name)[0] for name, factor in terms if factor)
-    return abs(bias / power_in) if power_in else 0.0

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.ensemble import NO_NOISE, disagreement, power_balance
+from harvester.engines.ensemble import NO_NOISE, disagreement
 from harvester.engines.options import Sampled, number
+from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.runs import FEWEST, Runs
