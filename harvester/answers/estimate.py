@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from harvester import figures
+from harvester.answers.probes import ProbeMeans
 from harvester.arrays import Floats
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
@@ -17,7 +18,8 @@ class Estimate:
 
     Both are in `unit_names` (V^2 and W; nondimensional for a nondimensional scene); ``nondimensional`` holds both and
     beta and mu without units.  ``steps`` are trajectory-steps (ensemble) or accepted ngspice steps (spice);
-    ``seconds`` is the computation without compilation.  ``reason`` says why there is no sampling error, or what is
+    ``seconds`` is the computation without compilation; ``probes`` are other quantities of the circuit that were asked
+    for.  ``reason`` says why there is no sampling error, or what is
     known of the model's own.
 
     >>> import harvester as hv
@@ -38,6 +40,7 @@ class Estimate:
     reason: str = ""
     warnings: tuple[str, ...] = ()
     details: dict[str, float] = field(default_factory=dict)
+    probes: dict[str, ProbeMeans] = field(default_factory=dict)
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
@@ -64,7 +67,7 @@ class Estimate:
             "reason": self.reason,
             "warnings": list(self.warnings),
             "details": self.details,
-        }
+        } | ({"probes": {name: one.as_json() for name, one in self.probes.items()}} if self.probes else {})
 
     def __str__(self) -> str:
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
@@ -75,6 +78,7 @@ class Estimate:
             f"  effects              {', '.join(self.effects)}",
         ]
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
+        lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 

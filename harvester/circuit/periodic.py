@@ -16,6 +16,7 @@ from harvester.arrays import Floats
 from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
+from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
 from harvester.mechanics.kernels.compiled import interpreted
@@ -48,7 +49,8 @@ class PeriodicResponse:
 
     ``section`` is where it is at the part ``phase`` of the drive's period.  ``power`` (W) of Rload, ``square`` (V^2) of
     the terminals and ``ledger`` are means over whole periods; ``left`` is the part of power and square that settling
-    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.
+    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.  ``probed`` is as of
+    `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes.
     """
 
     section: CoupledState
@@ -60,6 +62,7 @@ class PeriodicResponse:
     left: Floats
     periods: float
     steps: int
+    probed: Floats | None = None
 
 
 class _Path:
@@ -129,7 +132,8 @@ class _Path:
         left = SURE * np.abs(settled.left(residual)[1]) / np.maximum(means, 1e-300)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         whole = self.phase, turns, power, square, ledger, left
-        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps)
+        probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
+        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, probed)
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""

@@ -4,11 +4,13 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
-from harvester.commands.options import figure, scene_argument, seed_option, time_of, vector_option
+from harvester.commands.options import figure, probe_option, scene_argument, seed_option, time_of, vector_option
 
 
 @command(
-    "harvester motion mine.toml --out motion", "harvester motion mine.toml --engine spice --duration 2 --out motion"
+    "harvester motion mine.toml --out motion",
+    "harvester motion mine.toml --engine spice --duration 2 --out motion",
+    "harvester motion bridge.toml --from-rest --duration 5s --probe store --probe 'v(a,b)' --out motion",
 )
 @scene_argument
 @cloup.option_group(
@@ -22,22 +24,39 @@ from harvester.commands.options import figure, scene_argument, seed_option, time
         metavar="TIME",
         help="Time that the plot shows, such as 2s (nondimensional scene: a number of 1/w0).",
     ),
+    cloup.option(
+        "--from-rest",
+        is_flag=True,
+        help="Show the beginning, from rest with empty capacitors.  Default: after four times the --duration.",
+    ),
+    probe_option,
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for motion.csv, motion.png and provenance.json."),
+    cloup.option("--out", required=True, help="Folder for motion.csv, motion.npz, motion.png and provenance.json."),
     vector_option,
 )
 @cloup.option_group("Accuracy", seed_option)
-def motion(path: str, engine: str | None, duration: float | None, out: str, seed: int, vector: tuple[str, ...]) -> None:
-    """One path of SCENE from rest: displacement and voltage over time, phase plane, density."""
+def motion(
+    path: str,
+    engine: str | None,
+    duration: float | None,
+    from_rest: bool,
+    probe: tuple[str, ...],
+    out: str,
+    seed: int,
+    vector: tuple[str, ...],
+) -> None:
+    """One path of SCENE: displacement, voltage and probes over time, phase plane, density."""
     from harvester.commands.progress import Bar
     from harvester.engines.selection import default_sampler
     from harvester.scene.toml import load
     from harvester.studies import motion as study
 
     scene = load(path)
+    if engine is None:
+        engine = "spice" if probe else default_sampler(scene)
     with Bar("motion", known=False):
-        answer = study.draw(scene, out, default_sampler(scene) if engine is None else engine, duration, seed, vector)
+        answer = study.draw(scene, out, engine, duration, seed, vector, from_rest, probe)
     echo(str(answer))
-    echo_written(out, "motion.csv", *figure("motion", vector), "provenance.json")
+    echo_written(out, "motion.csv", "motion.npz", *figure("motion", vector), "provenance.json")

@@ -46,6 +46,12 @@ scene_argument = cloup.argument("path", metavar="SCENE", help="A scene file: 'ha
 seed_option = cloup.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise."
 )
+probe_option = cloup.option(
+    "--probe",
+    multiple=True,
+    metavar="NAME",
+    help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist; repeatable.",
+)
 json_option = cloup.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 vector_option = cloup.option(
     "--vector", type=_form, multiple=True, metavar="FORM", help="svg or pdf: the figure in that form too; repeatable."

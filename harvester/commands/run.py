@@ -6,7 +6,7 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer, echo_json
-from harvester.commands.options import json_option, sampling, scene_argument
+from harvester.commands.options import json_option, probe_option, sampling, scene_argument
 from harvester.commands.reports import report_file, report_option, save_report
 
 
@@ -15,6 +15,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
     "harvester run mine.toml --lifetime '5 years'",
+    "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
 @scene_argument
 @cloup.option_group(
@@ -26,6 +27,11 @@ from harvester.commands.reports import report_file, report_option, save_report
     ),
 )
 @cloup.option_group(
+    "Inside the circuit (spice)",
+    probe_option,
+    cloup.option("--ledger", is_flag=True, default=None, help="What each element of the netlist takes, too."),
+)
+@cloup.option_group(
     "Limits",
     cloup.option(
         "--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in that time: '5 years'."
@@ -33,7 +39,15 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @sampling
 @cloup.option_group("Output", report_option, json_option)
-def run(path: str, engine: str | None, report: str | None, as_json: bool, lifetime: str | None, **options: Any) -> None:
+def run(
+    path: str,
+    engine: str | None,
+    probe: tuple[str, ...],
+    report: str | None,
+    as_json: bool,
+    lifetime: str | None,
+    **options: Any,
+) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
@@ -41,6 +55,7 @@ def run(path: str, engine: str | None, report: str | None, as_json: bool, lifeti
     from harvester.studies.extremes.extremes import extremes, read_lifetime
 
     scene = load(path)
+    options["probe"] = probe or None
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)

@@ -39,9 +39,13 @@ def serving(scene: AnyScene) -> list[str]:
 def default_engine(scene: AnyScene, **options: Any) -> str:
     """The engine where none is named: the cheapest to reach ``within``, else `Exact`, or one that samples.
 
+    `Spice` alone looks into the circuit, as ``probe`` and ``ledger`` ask for.
+
     That is where `Exact` does not serve the scene, or the ``options`` are those of sampling.
     """
     given = {name for name, value in options.items() if value is not None}
+    if given & {"probe", "ledger"}:
+        return Spice.NAME
     if "within" in given:
         return Cheapest.NAME
     problem = Problem.of(scene)

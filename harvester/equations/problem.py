@@ -35,6 +35,14 @@ class Problem:
             return scene
         return cls(scene if isinstance(scene, Scene) else load(scene))
 
+    def in_circuit(self, unit: str) -> float:
+        """What one of the scene's own units is in the circuit that runs, of a quantity in V, A, W or J."""
+        if self.physical:
+            return 1.0
+        s = self.scales
+        charge = s.coupling * s.length
+        return {"V": s.volts, "A": charge * s.frequency, "W": s.watts, "J": s.watts / s.frequency}[unit]
+
     @property
     def netlist(self) -> str | None:
         """Name or path of the load's netlist; None for a load resistance and for an open circuit."""

@@ -11,10 +11,11 @@ from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 _INK, _PALE = "#0072B2", "0.72"
 _STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, (5, 2))}
 _MOST = 4000  # points of a line
+_PROBES = 4  # that are drawn
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
-    """Draw displacement and voltage of the part shown, and phase plane and densities of the path; stops are dashed."""
+    """Draw displacement, voltage and probes of the part shown, phase plane and densities; stops are dashed lines."""
     end = float(path.t[-1])
     last, settled = path.t >= end - path.shown, path.t >= 0.25 * end
     few = path.t >= end - 0.15 * path.shown
@@ -23,12 +24,15 @@ def motion(path: MotionShape, title: str | None) -> Plot:
     units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
     names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
     names["t"] = "time"
+    probes = list(path.probes)[:_PROBES]
     values = {name: array for name in names if (array := getattr(path, name)) is not None}
+    values |= {name: path.probes[name] for name in probes}
+    names, units = names | {name: name for name in probes}, units | {name: path.probe_units[name] for name in probes}
     scales = {
         name: scale(names[name], units[name], [end] if name == "t" else array[last]) for name, array in values.items()
     }
     shown = {name: array / scales[name].factor for name, array in values.items()}
-    in_time = [name for name in ("x", "voltage", "acceleration") if name in values]
+    in_time = [*(name for name in ("x", "voltage", "acceleration") if name in values), *probes]
     stops = [stop / scales["x"].factor for stop in path.stops]
     with styled():
         figure, axes = new(len(in_time), 2, (WIDTH, 1.9 * len(in_time) + 0.5), width_ratios=[2.0, 1])
@@ -57,8 +61,9 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         for here in (plane, density):
             for stop in stops:
                 here.axvline(stop, **_STOP)
-        if len(in_time) == 3:
-            _density(axes[2, 1], shown["voltage"][settled], scales["voltage"].label)
+        others = probes if path.acceleration is None else ["voltage", *probes]
+        for here, name in zip(axes[2:, 1], others, strict=True):
+            _density(here, shown[name][settled], scales[name].label)
         entitle(figure, title, "One path")
         note = "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
         legend(figure, note)

@@ -45,7 +45,10 @@ class PathShape(Protocol):
 
 
 class MotionShape(Protocol):
-    """One path; rows of ``impacts``, shape (m, 2), are (time, speed), and ``shown`` is the length of its last part."""
+    """One path; rows of ``impacts``, shape (m, 2), are (time, speed), and ``shown`` is the length of its last part.
+
+    ``probes`` are further quantities of the circuit by name, with their units.
+    """
 
     @property
     def t(self) -> Floats: ...
@@ -65,6 +68,10 @@ class MotionShape(Protocol):
     def shown(self) -> float: ...
     @property
     def unit_names(self) -> AnswerUnits: ...
+    @property
+    def probes(self) -> Mapping[str, Floats]: ...
+    @property
+    def probe_units(self) -> Mapping[str, str]: ...
 
 
 class RangeShape(Protocol):

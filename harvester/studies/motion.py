@@ -1,14 +1,15 @@
-"""One path of a scene: displacement, velocity and voltage over time, to look at rather than to average.
+"""One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
 
 By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
 error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
 """
 
+import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path as File
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +19,8 @@ from harvester.engines import Ensemble, Spice
 from harvester.engines.options import check_time
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
-from harvester.errors import invalid, names_arguments, unknown
+from harvester.errors import InputError, invalid, names_arguments, unknown
+from harvester.netlists.probes import Probe, read_probes
 from harvester.printing.answer_units import AnswerUnits
 from harvester.scene.usual import unusual_values
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
@@ -36,7 +38,8 @@ MOST_STEPS = 5_000_000
 class Motion:
     """One path of a scene, in its units: arrays of shape (n,), one entry for each reading.
 
-    ``text()`` is the CSV file.  ``shown`` is the length of its last part, which a plot shows;
+    ``text()`` is the CSV file, ``packed()`` the NPZ file.  ``shown`` is the length of its last part, which a plot
+    shows; ``probes`` are further quantities of the circuit by name, ``probe_units`` their units;
     ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
     white noise alone.
 
@@ -59,6 +62,8 @@ class Motion:
     physical: bool
     engine: str
     warnings: tuple[str, ...] = ()
+    probes: dict[str, Floats] = field(default_factory=dict)
+    probe_units: dict[str, str] = field(default_factory=dict)
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -69,14 +74,29 @@ class Motion:
         """The path as a matplotlib figure."""
         return figures.motion(self, title)
 
+    def columns(self) -> dict[str, tuple[str, Floats]]:
+        """Every column of the files by name: its unit, and its values of shape (n,)."""
+        of = self.unit_names
+        found = {"time": (of.time, self.t), "displacement": (of.length, self.x), "velocity": (of.speed, self.v)}
+        found["voltage"] = of.voltage, self.voltage
+        if self.acceleration is not None:
+            found["base_acceleration"] = of.acceleration, self.acceleration
+        return found | {name: (self.probe_units[name], values) for name, values in self.probes.items()}
+
     def text(self) -> str:
         """The CSV file."""
-        names = ["time", "displacement", "velocity", "voltage", "base_acceleration"]
-        of = self.unit_names
-        units = [of.time, of.length, of.speed, of.voltage, of.acceleration]
-        columns = [self.t, self.x, self.v, self.voltage, *([] if self.acceleration is None else [self.acceleration])]
-        heads = [named(name, unit) for name, unit in zip(names, units, strict=True)]
-        return csv_text(heads[: len(columns)], zip(*columns, strict=True))
+        columns = self.columns()
+        heads = [named(name, unit) for name, (unit, _) in columns.items()]
+        return csv_text(heads, zip(*(values for _, values in columns.values()), strict=True))
+
+    def packed(self) -> bytes:
+        """The NPZ file (numpy.load): an array for each column, and ``units``, names and units of shape (columns, 2)."""
+        columns = self.columns()
+        units = np.array([[name, unit] for name, (unit, _) in columns.items()])
+        out = io.BytesIO()
+        arrays: dict[str, Any] = {name: values for name, (_, values) in columns.items()}
+        np.savez_compressed(out, units=units, **arrays)
+        return out.getvalue()
 
     def __str__(self) -> str:
         unit = f" {self.unit_names.time}".rstrip()
@@ -88,8 +108,19 @@ class Motion:
 
 
 @names_arguments
-def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = None, seed: int = 0) -> Motion:
+def motion(
+    scene: AnyScene,
+    engine: str = "ensemble",
+    duration: float | None = None,
+    seed: int = 0,
+    from_rest: bool = False,
+    probe: Sequence[str] = (),
+) -> Motion:
     """Compute one path from rest; a plot shows its last ``duration``, in seconds (nondimensional scene: 1/w0).
+
+    Four times as long goes before that, in which the response settles; ``from_rest`` leaves it out, and shows the
+    beginning.  ``probe`` names further quantities of the circuit, such as "store" or "v(a,b)"
+    (`harvester.netlists.probes`), for engine `spice`.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
@@ -116,16 +147,18 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
     unit = s.frequency
     shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
     h = _step(problem)
-    if not h < shown < MOST_STEPS * h / (1 + LEAD):
-        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + LEAD):.3g}", duration)
+    lead = 0 if from_rest else LEAD
+    if not h < shown < MOST_STEPS * h / (1 + lead):
+        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + lead):.3g}", duration)
+    probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
     sequence = np.random.SeedSequence([seed, 7])
-    noise = gaussian_grid(sequence, math.ceil((1 + LEAD) * shown / h))
+    noise = gaussian_grid(sequence, math.ceil((1 + lead) * shown / h))
     shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, round(0.05 / h))
     if engine == "ensemble":
-        path = trace(eqs, noise, h, stride, shaking=shaking)
+        path, seen = trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0))
     else:
-        path = _in_ngspice(problem, noise, h, stride, shaking)
+        path, seen = _in_ngspice(problem, noise, h, stride, shaking, probes)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     low, high = eqs.gap or 0.0, eqs.opposite_gap
     has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
@@ -145,7 +178,18 @@ def motion(scene: AnyScene, engine: str = "ensemble", duration: float | None = N
         problem.physical,
         engine,
         tuple(unusual_values(problem.scene)),
+        {one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
+        {one.name: one.unit if problem.physical else "" for one in probes},
     )
+
+
+def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe, ...]:
+    """The probes that texts name."""
+    if not texts:
+        return ()
+    if engine != Spice.NAME or problem.circuit is None:
+        raise InputError(f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}")
+    return read_probes(texts, problem.circuit)
 
 
 def _step(problem: Problem) -> float:
@@ -158,14 +202,17 @@ def _step(problem: Problem) -> float:
     return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
 
 
-def _in_ngspice(problem: Problem, noise: Floats, h: float, stride: int, shaking: Floats | None) -> "Path":
-    import dataclasses
+def _in_ngspice(
+    problem: Problem, noise: Floats, h: float, stride: int, shaking: Floats | None, probes: tuple[Probe, ...]
+) -> "tuple[Path, Floats]":
+    from harvester.circuit.charging import probed_path_in_worker
+    from harvester.circuit.ngspice.library import find_library
+    from harvester.circuit.runs import CoupledDevice
 
-    from harvester.circuit import runs as worker
-    from harvester.engines.spice.preparation import prepare
-
-    device = prepare(problem, Spice(dt=h / problem.units.frequency)).device
-    return worker.path_in_worker(dataclasses.replace(device, h=h, stride=stride), noise, shaking)
+    find_library()
+    assert problem.circuit is not None, "the engine refuses an open circuit"
+    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes)
+    return probed_path_in_worker(device, noise, shaking)
 
 
 def draw(
@@ -175,11 +222,18 @@ def draw(
     duration: float | None = None,
     seed: int = 0,
     vector: Sequence[str] = (),
+    from_rest: bool = False,
+    probe: Sequence[str] = (),
 ) -> Motion:
-    """Compute a `motion`, and write motion.csv, motion.png, its ``vector`` forms (svg, pdf) and provenance.json."""
+    """Compute a `motion`, and write its files.
+
+    These are motion.csv, motion.npz, motion.png, its ``vector`` forms (svg, pdf) and provenance.json.
+    """
     folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
-    found = motion(problem, engine, duration, seed)
-    about = provenance(problem, engine=engine, seed=seed, duration=found.shown, step=found.step)
+    found = motion(problem, engine, duration, seed, from_rest, probe)
+    asked = {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)}
+    about = provenance(problem, **asked, duration=found.shown, step=found.step)
+    folder.packed("motion", found.packed())
     folder.save("motion", found.text(), figures.motion(found, problem.scene.title), about)
     return found

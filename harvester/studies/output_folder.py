@@ -64,6 +64,10 @@ class OutputFolder:
         """Write ``name``.csv from its text or lines."""
         files.write(self.path / f"{name}.csv", lines if isinstance(lines, str) else (one.encode() for one in lines))
 
+    def packed(self, name: str, content: bytes) -> None:
+        """Write ``name``.npz from its bytes."""
+        files.write(self.path / f"{name}.npz", content)
+
     def figure(self, name: str, figure: "figures.Plot") -> None:
         """Write a figure as ``name``.png, and in the vector forms asked for."""
         figures.save(figure, self.path, name, self.vector)

@@ -60,6 +60,31 @@ def test_netlists_need_ngspice(tmp_path):
     assert np.abs(found.voltage).max() > 0.1
 
 
+@pytest.mark.ngspice
+def test_probes_from_rest(tmp_path, harvester):
+    """The store begins empty; it is v(a,b), Rload takes v^2/R, and both files have the same columns with units."""
+    words = ("motion", "examples/plate_bridge.toml", "--from-rest", "--duration", "2s", "--out", tmp_path)
+    status, _, wrong = harvester(*words, "--probe", "store", "--probe", "v(a,b)", "--probe", "p(load)")
+    assert (status, wrong) == (0, "")
+    with np.load(tmp_path / "motion.npz") as packed:
+        found = dict(packed)
+    assert found["time"][0] < 0.01
+    assert found["time"][-1] == pytest.approx(2.0, rel=0.01)
+    assert abs(found["store"][0]) < 1e-3
+    assert found["store"][-1] > 0.5
+    assert found["v(a,b)"] == pytest.approx(found["store"], abs=1e-9)
+    assert found["p(load)"] == pytest.approx(found["store"] ** 2 / 1.5e6, rel=1e-3, abs=1e-9)
+    with (tmp_path / "motion.csv").open() as file:
+        heads = next(csv.reader(file))
+    assert heads == [f"{name} ({unit})" for name, unit in found["units"]]
+    assert heads[-1] == "p(load) (W)"
+
+
+def test_probes_need_the_circuit():
+    with pytest.raises(InputError, match="`probe` must go with engine 'spice'"):
+        motion(scene(PAPER), duration=20.0, probe=["v(p)"])
+
+
 @pytest.mark.slow
 def test_files_and_command(tmp_path):
     arguments = ["motion", "examples/plate_recorded.toml", "--duration", "2", "--out", str(tmp_path)]

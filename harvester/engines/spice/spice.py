@@ -14,6 +14,7 @@ from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
+from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.engines.spice.steady import steady_estimate, steady_response
 from harvester.equations.problem import Problem
@@ -47,6 +48,10 @@ class Spice(Sampled):
         ngspice's relative tolerance, for a netlist.
     gaussian
         Gaussian noise in place of the three-point noise of the ensemble; only ``alone``.
+    probe
+        other quantities of the circuit to tell, such as "store" or "v(a,b)" (`harvester.netlists.probes`).
+    ledger
+        tell what each element of the circuit takes, too.
 
     Raises
     ------
@@ -63,6 +68,8 @@ class Spice(Sampled):
     alone: bool = False
     reltol: float = 1e-4
     gaussian: bool = False
+    probe: tuple[str, ...] = ()
+    ledger: bool = False
 
     NAME: ClassVar[str] = "spice"
     TRAJECTORIES: ClassVar[int] = 16
@@ -97,18 +104,21 @@ class Spice(Sampled):
         from harvester.circuit import runs as worker
 
         problem, sought = served(type(self), scene), ""
+        watch = watch_of(problem, tuple([self.probe] if isinstance(self.probe, str) else self.probe), self.ledger)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             begin = time.perf_counter()
-            steady = steady_response(self, problem, self.reltol, progress)
+            steady = steady_response(self, problem, self.reltol, progress, watch.all)
             if steady is not None:
                 seconds = time.perf_counter() - begin - steady.warm_up_seconds
-                return steady_estimate(self, self.NAME, problem, steady, seconds)
+                answer = steady_estimate(self, self.NAME, problem, steady, seconds)
+                return with_steady_probes(answer, problem, watch, steady)
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         code = machine_code()
         ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
         noisy = eqs.is_random
+        ready = dataclasses.replace(ready, device=dataclasses.replace(ready.device, probes=watch.all))
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
@@ -164,6 +174,7 @@ class Spice(Sampled):
             details,
             moments.V2,
         )
+        answer = with_sampled_probes(answer, problem, watch, [one.probed for one in runs.done])
         return answer if ready.resistive else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
 
     def _first_round(

@@ -21,6 +21,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
 from harvester.machine.folders import machine_code
+from harvester.netlists.probes import Probe
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
@@ -122,7 +123,9 @@ class Steady:
         return True
 
 
-def steady_response(options: Sampled, problem: Problem, reltol: float, progress: Progress | None) -> Steady | None:
+def steady_response(
+    options: Sampled, problem: Problem, reltol: float, progress: Progress | None, probes: tuple[Probe, ...] = ()
+) -> Steady | None:
     """The response from rest to a steady drive, and its errors; None where it does not come back.
 
     It goes on to smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
@@ -136,7 +139,7 @@ def steady_response(options: Sampled, problem: Problem, reltol: float, progress:
     eqs, circuit, budget, within = problem.equations, problem.circuit, number(options.budget), number(options.within)
     assert circuit is not None, "the engine refuses an open circuit"
     h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
-    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol)
+    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes)
     code, warm = machine_code(), warm_up_workers(device)
     start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
     deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)

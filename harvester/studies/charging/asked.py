@@ -52,14 +52,6 @@ def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
         raise refused("`to`", error, to) from None
 
 
-def scale_of(probe: Probe, problem: Problem) -> float:
-    """What one unit of the scene is in V, A or W of the device that runs; 1 for a physical scene."""
-    if problem.physical:
-        return 1.0
-    s = problem.scales
-    return {"V": s.volts, "W": s.watts, "A": s.coupling * s.length * s.frequency}[probe.unit]
-
-
 def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:
     """How many runs there are."""
     if trajectories is None:

@@ -24,7 +24,6 @@ from harvester.studies.charging.asked import (
     count_of_runs,
     read_step,
     read_target,
-    scale_of,
     time_watched,
 )
 from harvester.studies.charging.by_ideal import charge_ideal
@@ -81,7 +80,7 @@ def charge(
     check_anywhere(anywhere, problem)
     watched, chosen = time_watched(duration, problem)
     h = read_step(dt, problem)
-    scale = scale_of(seen, problem)
+    scale = problem.in_circuit(seen.unit)
     levels = target / scale * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
     if name == Ideal.NAME:
@@ -98,7 +97,7 @@ def _answer(
 ) -> Charging:
     """The answer in the scene's units; arguments as of `Charging`, ``by_default``: nobody chose the duration."""
     s, units = problem.scales, problem.units
-    clock, scale, watts = s.frequency / units.frequency, scale_of(probe, problem), units.watts / s.watts
+    clock, scale, watts = s.frequency / units.frequency, problem.in_circuit(probe.unit), units.watts / s.watts
     curves = passages.curves / scale
     runs = len(curves)
     stored = probe.name == STORE and passages.capacitance > 0.0

@@ -1,0 +1,115 @@
+"""Other quantities of the circuit beside the power: probes that a user names, and what each element takes."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.answers.probes import ProbeMeans
+from harvester.arrays import Floats
+from harvester.equations.problem import Problem
+from harvester.netlists.probes import Probe, element_powers, read_probes
+from harvester.uncertainty.richardson import limit
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.engines.spice.steady import Steady
+
+MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
+UNKNOWN = "the step and ngspice's tolerance"
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is looked at: the ``probes`` that were asked for, and for the ledger the circuit's ``parts`` by name."""
+
+    probes: tuple[Probe, ...] = ()
+    parts: tuple[tuple[str, tuple[Probe, ...]], ...] = ()
+
+    @property
+    def all(self) -> tuple[Probe, ...]:
+        """Every probe, in the order in which the runs hand back their means."""
+        return (*self.probes, *(probe for _, some in self.parts for probe in some))
+
+
+def watch_of(problem: Problem, probe: tuple[str, ...], ledger: bool) -> Watch:
+    """What is to be looked at in the circuit of a problem; InputError for what is not there."""
+    assert problem.circuit is not None, "the engine refuses an open circuit"
+    parts = element_powers(problem.circuit) if ledger else {}
+    found = tuple((name, tuple(some)) for name, some in parts.items())
+    return Watch(read_probes(probe, problem.circuit) if probe else (), found)
+
+
+def _with_probes(
+    answer: Estimate, problem: Problem, watch: Watch, columns: list[list[Value]], window: float
+) -> Estimate:
+    """An answer with what the probes say; ``columns`` has mean, mean square, least and largest of each, in SI units.
+
+    ``window`` is the time that they cover, in the scene's unit.
+    """
+    if not watch.all:
+        return answer
+    probes, details, places = {}, dict(answer.details), iter(columns)
+    for probe in watch.probes:
+        scale, found = 1.0 / problem.in_circuit(probe.unit), next(places)
+        unit = probe.unit if problem.physical else ""
+        mean, least, largest = (found[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
+        probes[probe.name] = ProbeMeans(unit, window, mean, _root(found[SQUARE]).scaled(scale), least, largest)
+    watts, taken = problem.in_circuit("W"), 0.0
+    for name, some in watch.parts:
+        value = sum(next(places)[MEAN].value for _ in some) / watts
+        details[f"ledger_circuit_{name}"] = value
+        taken += value
+    if watch.parts and "ledger_circuit" in details:
+        details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
+    return dataclasses.replace(answer, details=details, probes=probes)
+
+
+def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, probed: list[Floats | None]) -> Estimate:
+    """An answer with the means over independent runs, of shape (probes, 4) each; errors of the step are not known."""
+    rows = np.array([one for one in probed if one is not None])
+    freedom = len(rows) - 1.0
+    columns = [
+        [Value(*mean_and_error(rows[:, k, j]), freedom=freedom, unknown=UNKNOWN) for j in range(4)]
+        for k in range(len(watch.all))
+    ]
+    return _with_probes(answer, problem, watch, columns, answer.details["duration"])
+
+
+def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady: "Steady") -> Estimate:
+    """An answer with the means of a periodic response, and errors of step, tolerance and settling where known."""
+    from harvester.circuit.periodic import MEASURED
+
+    columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]
+    period = (problem.equations.shaking_period or 0.0) / problem.units.frequency
+    return _with_probes(answer, problem, watch, columns, MEASURED * steady.last.turns * period)
+
+
+def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
+    """One number of a periodic response; see `harvester.engines.spice.steady.Steady.errors`."""
+
+    def at(halvings: int, tenths: int) -> float | None:
+        found = steady.found.get((halvings, tenths))
+        return None if found is None or found.probed is None else float(found.probed[probe, column])
+
+    finest, tenths = steady.finest, steady.tenths
+    values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]
+    if steady.unknown or len(values) < 3:
+        return Value(values[-1], unknown=UNKNOWN)
+    value, step = limit(values)
+    tighter = at(finest, tenths + 1)
+    change = 0.0 if tighter is None else tighter - values[-1]
+    settling = float(np.max(steady.last.left)) * abs(values[-1])
+    return Value(value + change, bias=step + abs(change) + settling)
+
+
+def _root(square: Value) -> Value:
+    """The square root of a mean square, with its errors to first order."""
+    if square.value <= 0.0:
+        return Value(0.0, unknown=square.unknown)
+    root = math.sqrt(square.value)
+    found = square.scaled(0.5 / root)
+    return dataclasses.replace(found, value=root)
