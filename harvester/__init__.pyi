@@ -37,6 +37,8 @@ from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
 from .studies.optimum.answer import Optimum as Optimum
 from .studies.optimum.optimise import optimise as optimise
+from .studies.robust.optimise import RobustOptimum as RobustOptimum
+from .studies.robust.optimise import optimise_robust as optimise_robust
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep

@@ -12,15 +12,29 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
 @command(
     "harvester optimise mine.toml --over load.resistance=1k:10M",
     "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
+    "harvester optimise mine.toml --over load.resistance=E24:100k:1M --vary piezo.capacitance=10% --for 5%",
+    'harvester optimise mine.toml --over load.resistance=1k:10M --limit "voltage_rms < 2 V"',
 )
 @scene_argument
 @cloup.option_group(
     "What to compute",
-    cloup.option("--over", multiple=True, required=True, help="KEY=LOW:HIGH, a range to search; up to 4 keys."),
+    cloup.option(
+        "--over", multiple=True, required=True, help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys."
+    ),
     cloup.option(
         "--engine",
         help="exact, published, averaged, ensemble, ideal or spice.  Default: exact for a linear scene, else ensemble; "
         "for a netlist, spice.",
+    ),
+)
+@cloup.option_group(
+    "Limits, and parts that scatter (engines of formulas)",
+    cloup.option(
+        "--limit", "limits", multiple=True, metavar="TEXT", help="Such as 'voltage_rms < 3 V'; see tolerance."
+    ),
+    cloup.option("--vary", "varied", multiple=True, metavar="KEY=SPREAD", help="As in tolerance; about each value."),
+    cloup.option(
+        "--for", "share", metavar="PERCENT", help="Power that all but so many devices exceed.  Default: the mean."
     ),
 )
 @sampling
@@ -34,6 +48,9 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
 def optimise(
     path: str,
     over: tuple[str, ...],
+    limits: tuple[str, ...],
+    varied: tuple[str, ...],
+    share: str | None,
     engine: str | None,
     within: float | None,
     budget: float | None,
@@ -47,12 +64,25 @@ def optimise(
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
     from harvester.commands.progress import Bar
-    from harvester.engines import selection
+    from harvester.engines import Exact, selection
+    from harvester.equations.problem import Problem
     from harvester.scene.toml import load
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import parse
+    from harvester.studies.robust.optimise import optimise_robust
 
     scene, ranges = load(path), [parse(text) for text in over]
+    if limits or varied or share is not None or any(one.steps for one in ranges):
+        formula = "averaged" if Exact.refusal(Problem(scene)) else "exact"
+        inner = selection.engine(engine or formula, within=within, **options)
+        with Bar("optimise", at_most=True) as bar:
+            files: Any = {"out": out, "vector": vector, "tick": bar.tell, "within": within or 0.01}
+            files["budget"] = budget or 60.0
+            best = optimise_robust(scene, ranges, varied, share, limits, inner, **files)
+        echo_answer(best, as_json)
+        if out is not None and not as_json:
+            echo_written(out, "optimise.csv", *figure("optimise", vector), "provenance.json")
+        return
     chosen = selection.engine(selection.default_engine(scene, **options) if engine is None else engine, **options)
     with Bar("optimise", at_most=True) as bar:
         answer = study.optimise(scene, ranges, chosen, within or 0.01, budget or 60.0, out, bar.tell, vector)

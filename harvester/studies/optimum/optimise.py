@@ -69,6 +69,8 @@ def optimise(
     engine = engine_of(default_engine(problem) if engine is None else engine)
     if isinstance(engine, Cheapest):
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
+    if any(r.steps for r in found_ranges) and not isinstance(engine, Vectorised):
+        raise InputError(f"`engine` must be one of formulas for the values of a series, but is {engine.NAME!r}")
     asked = Asked(within=within, budget=budget)
     if asked.within is None or asked.budget is None:
         raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")

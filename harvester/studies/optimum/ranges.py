@@ -10,6 +10,7 @@ from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid
 from harvester.scene.keys import read_value, split_key
+from harvester.scene.preferred import SERIES, between
 from harvester.scene.scene import Scene
 
 MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for that
@@ -17,11 +18,12 @@ MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for
 
 @dataclass(frozen=True)
 class Range:
-    """A scene key and the ends that it is searched between, in SI units."""
+    """A scene key and the ends that it is searched between, in SI units; ``steps`` are all values that it may have."""
 
     key: str
     low: float
     high: float
+    steps: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         split_key(self.key)
@@ -35,6 +37,8 @@ class Range:
 
     def value(self, u: float) -> float:
         """The key's value at a place from 0 to 1."""
+        if self.steps:
+            return self.steps[min(int(u * len(self.steps)), len(self.steps) - 1)]
         if u in (0.0, 1.0):  # to the last digit: a value beyond the end may be one that the key cannot take
             return self.high if u else self.low
         if self.logarithmic:
@@ -43,16 +47,23 @@ class Range:
 
 
 def parse(text: str) -> Range:
-    """The range that a text describes, such as ``load.resistance=1k:10M``.
+    """The range that a text describes, such as ``load.resistance=1k:10M``, or the values of a series: E24:1k:10M.
 
     Raises InputError for a key that no scene has, or ends that it cannot take.
     """
     key, equals, ends = text.partition("=")
-    if not equals or ends.count(":") != 1:
-        raise invalid("`over`", "be KEY=LOW:HIGH", text)
+    series, _, rest = ends.partition(":")
+    stepped = series.strip().upper() in SERIES
+    if not equals or (rest if stepped else ends).count(":") != 1:
+        raise invalid("`over`", f"be KEY={series.strip().upper()}:LOW:HIGH" if stepped else "be KEY=LOW:HIGH", text)
     key = ".".join(split_key(key))
-    low, high = (read_value(key, end) for end in ends.split(":"))
-    return Range(key, low, high)
+    low, high = (read_value(key, end) for end in (rest if stepped else ends).split(":"))
+    if not stepped:
+        return Range(key, low, high)
+    values = between(series.strip().upper(), low, high) if low < high else ()
+    if len(values) < 2:
+        raise invalid("`over`", f"hold two values of {series} or more", text)
+    return Range(key, values[0], values[-1], values)
 
 
 def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]) -> tuple[Range, ...]:

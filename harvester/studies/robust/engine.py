@@ -1,0 +1,163 @@
+"""An engine around an engine of formulas: its power is that of the worst few per cent of devices, under limits.
+
+Each place of a search stands for many devices, whose parts scatter about the values there.  The engine computes a few
+of them, the same places of the spreads everywhere, and a polynomial through these gives the quantile of many.  A place
+that breaks limits has its power multiplied by exp(-`PENALTY` v), v being how far it breaks them, relatively: the search
+comes to the edge of what is allowed, and stays there where the power grows beyond.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines.formula import Formula
+from harvester.engines.protocol import AnyScene, Progress
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, SimulationError
+from harvester.scene.scene import Scene
+from harvester.studies.tolerance import design
+from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.spreads import spread
+from harvester.studies.tolerance.surface import fit
+from harvester.uncertainty.value import Value
+
+DEVICES = 2048  # that a quantile is taken of
+PENALTY = 100.0  # relative loss of power for a relative break of a limit
+BINDS = 0.005  # how near to its bound, relatively, a limit is felt
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a place gives: the ``aim`` (power, before any penalty), limited quantities, and how far limits are broken.
+
+    ``off`` is the relative error of the engine and of the polynomial there, None where it is not known;
+    ``quantities`` are those of each limit, in its order.
+    """
+
+    aim: float
+    off: float | None
+    quantities: tuple[float, ...]
+    broken: float
+
+
+@dataclass(frozen=True)
+class Robust:
+    """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
+
+    ``vary`` are pairs of a key and its spread, about the values of each place; none: the device as it stands.  Of a
+    limit the value counts that all but the ``share`` of devices keep.
+    """
+
+    engine: Formula
+    vary: tuple[tuple[str, str], ...] = ()
+    share: float | None = None
+    limits: tuple[Limit, ...] = ()
+
+    NAME: ClassVar[str] = "robust"
+
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Empty: the engine inside says what it cannot serve."""
+        return ""
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+        """The power of a place, as `run_many`."""
+        answer = self.run_many([scene])[0]
+        if isinstance(answer, HarvesterError):
+            raise answer
+        return answer
+
+    def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+        """For each scene the estimate of the device as it stands, with the power of `Place` in place of its own."""
+        return [self._estimate(scene) for scene in scenes]
+
+    def place(self, scene: AnyScene) -> tuple[Estimate, Place]:
+        """The estimate of the scene as it stands, and what its devices give.
+
+        Raises HarvesterError where the engine has no answer for it, or for one of its devices.
+        """
+        whole = Problem.of(scene).scene
+        key = whole.to_toml()
+        if key not in self._known:  # the values of a series come again and again
+            self._known[key] = self._computed(whole)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[str, tuple[Estimate, Place]]:
+        """What places gave, by their scenes."""
+        return {}
+
+    def _computed(self, whole: Scene) -> tuple[Estimate, Place]:
+        """What `place` says, computed."""
+        devices, x, many = self._devices(whole)
+        answers = self.engine.run_many([whole, *devices])
+        first = answers[0]
+        if isinstance(first, HarvesterError):
+            raise first
+        if not devices:
+            power, square = (np.array([one.value]) for one in (first.mean_power, first.mean_square_voltage))
+            return first, self._summed(power, square, _off(first.mean_power))
+        served = [one for one in answers[1:] if isinstance(one, Estimate)]
+        if len(served) < len(devices):
+            failed = next(one for one in answers[1:] if isinstance(one, HarvesterError))
+            raise SimulationError(f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}")
+        powers = fit(x, np.array([one.mean_power.value for one in served]))
+        squares = fit(x, np.array([one.mean_square_voltage.value for one in served]))
+        off = _off(first.mean_power)
+        off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
+        return first, self._summed(powers(many), np.maximum(squares(many), 0.0), off)
+
+    def _estimate(self, scene: AnyScene) -> Estimate | HarvesterError:
+        try:
+            first, found = self.place(scene)
+        except HarvesterError as error:
+            return error
+        aim = found.aim * math.exp(-PENALTY * found.broken)
+        model = None if found.off is None else found.off * abs(aim)
+        return dataclasses.replace(first, mean_power=Value(aim, model=model), power_samples=None)
+
+    def _summed(self, power: Floats, square: Floats, off: float | None) -> Place:
+        """The place whose devices have these powers and mean square voltages, each of shape (n,)."""
+        values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
+        aim = self._kept(power, 1)
+        kept = tuple(self._kept(values[one.quantity], one.sign) for one in self.limits)
+        breaks = [
+            max(one.sign * (one.bound - value), 0.0) / (abs(one.bound) or 1.0)
+            for one, value in zip(self.limits, kept, strict=True)
+        ]
+        return Place(aim, off, kept, sum(breaks))
+
+    def _kept(self, values: Floats, sign: int) -> float:
+        """The value that all but the share of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""
+        if self.share is None:
+            return float(values.mean())
+        return float(np.quantile(values, self.share if sign > 0 else 1.0 - self.share))
+
+    @cached_property
+    def _places(self) -> tuple[Floats, Floats]:
+        """The places of the devices that are computed, and of those that the polynomial stands for."""
+        keys = len(self.vary)
+        return design.places(2 * (keys + 1) * (keys + 2) + 1, keys, 0), design.places(DEVICES, keys, 1)
+
+    def _devices(self, scene: Scene) -> tuple[list[AnyScene], Floats, Floats]:
+        """The devices that are computed, and the keys' values of these and of the many."""
+        if not self.vary:
+            return [], np.empty((0, 0)), np.empty((0, 0))
+        spreads = [spread(key, written, scene) for key, written in self.vary]
+        x, many = (design.values_at(spreads, u) for u in self._places)
+        keys = [one.key for one in spreads]
+        devices: list[Any] = [scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x]
+        return devices, x, many
+
+
+def _off(power: Value) -> float | None:
+    """The relative error of a power; None where it is not known."""
+    error = power.whole_error95
+    return None if error is None or power.value == 0.0 else error / abs(power.value)

@@ -1,0 +1,181 @@
+"""The largest power for most of the devices and under limits: the search for an optimum, by the engine `Robust`."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harvester import figures
+from harvester.engines import Averaged, Exact
+from harvester.engines.formula import Formula
+from harvester.engines.protocol import AnyScene
+from harvester.engines.selection import Named
+from harvester.engines.selection import engine as engine_of
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, invalid, names_arguments
+from harvester.scene.scene import Scene
+from harvester.scene.units import fraction
+from harvester.studies.optimum.answer import Optimum
+from harvester.studies.optimum.evaluations import Tick
+from harvester.studies.optimum.optimise import optimise
+from harvester.studies.optimum.ranges import Range, ranges
+from harvester.studies.robust.engine import BINDS, Place, Robust
+from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.limits import parse as read_limit
+from harvester.studies.tolerance.spreads import spreads
+
+
+@names_arguments
+@dataclass(frozen=True)
+class RobustOptimum:
+    """The best design for most of the devices, and under limits.
+
+    ``optimum`` is the search, its power that of the ``share`` (None: the mean); ``place`` what the devices give there;
+    ``binds`` are the limits that keep the power from growing.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> over = {"nondimensional.mu": (0.1, 10.0)}
+    >>> best = hv.optimise_robust(scene, over, limits=["mean_square_voltage < 0.05"], engine="exact")
+    >>> [limit.quantity for limit in best.binds]
+    ['mean_square_voltage']
+    """
+
+    optimum: Optimum
+    engine: str
+    share: float | None
+    limits: tuple[Limit, ...]
+    place: Place
+    binds: tuple[Limit, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether all limits are met."""
+        return self.place.broken <= BINDS
+
+    @property
+    def aim(self) -> str:
+        """What was made as large as it can be, in words."""
+        if self.share is None:
+            return "the mean power"
+        return f"what all but {100.0 * self.share:.3g} % of the devices exceed"
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The evaluations and the optimum as a matplotlib figure."""
+        return self.optimum.plot(title)
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        return self.optimum.as_json() | {
+            "engine": self.engine,
+            "for": self.share,
+            "limits": {one.written: value for one, value in zip(self.limits, self.place.quantities, strict=True)},
+            "binds": [one.written for one in self.binds],
+            "met": self.met,
+        }
+
+    def __str__(self) -> str:
+        lines = [f"by {self.engine}; the power is {self.aim}", str(self.optimum)]
+        for one, value in zip(self.limits, self.place.quantities, strict=True):
+            word = ", it binds" if one in self.binds else "" if _spare(one, value) > 0.0 else ", it is broken"
+            lines.append(f"  {one.written}: {value:.5g}{word}")
+        return "\n".join(lines)
+
+
+@names_arguments
+def optimise_robust(
+    scene: AnyScene,
+    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
+    vary: Mapping[str, str] | Sequence[str] = (),
+    share: float | str | None = None,
+    limits: Sequence[str] = (),
+    engine: Named | None = None,
+    *,
+    within: float | str = 0.01,
+    budget: float | str = 60.0,
+    out: str | Path | None = None,
+    tick: Tick | None = None,
+    vector: Sequence[str] = (),
+) -> RobustOptimum:
+    """Find the values of keys with the largest power of most devices, under limits.
+
+    ``over``, ``within``, ``budget``, ``out``, ``tick`` and ``vector`` are those of `harvester.optimise`; ``vary`` and
+    ``limits`` those of `harvester.tolerance`, a percentage being of the values of each place.  ``share`` such as "5%"
+    makes the power that of which only 5 % of the devices have less; None: the mean of all.  Of a limited quantity the
+    value counts that all but this share keep.  ``engine`` is one of formulas: by default `Exact` where it serves, else
+    `Averaged`.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> over, vary = {"nondimensional.mu": (0.1, 10.0)}, {"nondimensional.mu": "40%"}
+    >>> best = hv.optimise_robust(scene, over, vary, "5%", budget=3)
+    >>> best.engine, best.met
+    ('exact', True)
+
+    Raises
+    ------
+    InputError
+        for a spread, limit, share or range that cannot be, a share without ``vary``, and an engine that samples.
+    HarvesterError
+        where the engine fails everywhere, the last error.
+    """
+    problem, found = Problem.of(scene), ranges(over)
+    inner = engine_of((Averaged if Exact.refusal(problem) else Exact)() if engine is None else engine)
+    if not isinstance(inner, Formula):
+        raise InputError(
+            "`engine` must be one of formulas, such as 'averaged', where `vary`, `limit` or a series is given, "
+            f"but is {inner.NAME!r}"
+        )
+    if reason := inner.refusal(problem):
+        raise InputError(reason)
+    part = read_share(share)
+    start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
+    parts = spreads(vary, start) if vary else ()
+    if part is not None and not parts:
+        raise InputError("`for` must go with `vary`, which makes devices differ, but there is none")
+    robust = Robust(
+        inner,
+        tuple((one.key, one.written) for one in parts),
+        part,
+        tuple(read_limit(text, problem.physical) for text in ([limits] if isinstance(limits, str) else limits)),
+    )
+    best = optimise(problem, found, robust, within, budget, out, tick, vector)
+    there = problem.scene.varied({key.range.key: key.value for key in best.keys})
+    place = robust.place(there)[1]
+    answer = RobustOptimum(best, inner.NAME, part, robust.limits, place, _binding(robust, best, there, place))
+    if answer.met:
+        return answer
+    word = f"no place in the range meets all limits: this one breaks them by {answer.place.broken:.2g} relatively"
+    return dataclasses.replace(answer, optimum=dataclasses.replace(best, warnings=(*best.warnings, word)))
+
+
+def _binding(robust: Robust, best: Optimum, there: Scene, place: Place) -> tuple[Limit, ...]:
+    """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
+    found = {k for k, one in enumerate(robust.limits) if _spare(one, place.quantities[k]) <= BINDS}
+    for key in best.keys:
+        steps = key.range.steps
+        at = steps.index(key.value) if key.value in steps else 0
+        for value in steps[max(at - 1, 0) : at + 2] if steps else ():
+            beside = robust.place(there.vary(key.range.key, value))[1]
+            if beside.aim > place.aim:
+                found |= {k for k, one in enumerate(robust.limits) if _spare(one, beside.quantities[k]) < 0.0}
+    return tuple(robust.limits[k] for k in sorted(found))
+
+
+def _spare(limit: Limit, value: float) -> float:
+    """How far a value is within a limit, relatively; below 0 beyond it."""
+    return limit.sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
+
+
+def read_share(share: float | str | None) -> float | None:
+    """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
+    if share is None:
+        return None
+    try:
+        found = fraction(share) if isinstance(share, str) else float(share)
+    except ValueError as error:
+        raise InputError(f"`for` {error}, but is {share!r}") from None
+    if not 0.001 <= found <= 0.5:
+        raise invalid("`for`", "be a share of devices between 0.1% and 50%", share)
+    return found

@@ -1,0 +1,116 @@
+"""The best design for most of the devices and under limits: closed forms, the plate with a stop, series, command."""
+
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.scene import preferred
+from harvester.studies.optimum.ranges import parse
+from harvester.studies.robust.engine import Robust
+from tests.support import systems
+from tests.support.paths import ROOT
+
+STOP = ROOT / "examples" / "plate_with_stop.toml"
+PLATE = ROOT / "examples" / "plate.toml"
+BETA, DAMPING = 0.5, 0.05
+LINEAR = systems.scene(systems.linear(BETA, 1.0, DAMPING))
+MU = {"nondimensional.mu": (0.05, 20.0)}
+
+
+def linear_power(mu):
+    return BETA * mu * systems.linear_v2(systems.linear(BETA, mu, DAMPING))
+
+
+def test_quantile_of_a_known_function():
+    """mu anywhere within 40 %: the worst 5 % are at the ends, and the best mu is where the ends are equally bad."""
+    best = hv.optimise_robust(LINEAR, [parse("nondimensional.mu=E48:.5:5")], {"nondimensional.mu": "40%"}, "5%")
+    grid = np.geomspace(0.5, 5.0, 2001)
+    u = (np.arange(400) + 0.5) / 400
+    table = np.array([[linear_power(mu * (0.6 + 0.8 * one)) for one in u[::8]] for mu in grid[::10]])
+    worst = np.quantile(table, 0.05, axis=1)
+    found = best.optimum.keys[0].value
+    assert found == pytest.approx(grid[::10][worst.argmax()], rel=0.1)
+    assert best.optimum.mean_power.value == pytest.approx(worst.max(), rel=0.01)
+    assert best.binds == () and best.met
+
+
+def test_limit_binds_where_it_should():
+    """E[V^2] falls with mu: below its unlimited optimum a limit keeps mu at the place that the closed form names."""
+    free = hv.optimise(LINEAR, MU, "exact").keys[0].value
+    bound = systems.linear_v2(systems.linear(BETA, 2.0 * free, DAMPING))
+    best = hv.optimise_robust(LINEAR, MU, limits=[f"mean_square_voltage < {bound}", "mean_power > 1e-9"])
+    assert best.optimum.keys[0].value == pytest.approx(2.0 * free, rel=0.01)
+    assert [one.quantity for one in best.binds] == ["mean_square_voltage"] and best.met
+
+
+def test_limits_that_no_place_meets():
+    best = hv.optimise_robust(LINEAR, MU, limits=["mean_power > 1e9"])
+    assert not best.met
+    assert "no place in the range meets all limits" in best.optimum.warnings[-1]
+
+
+def test_the_plate_with_a_stop():
+    """The optimum for the 5 % quantile has a higher quantile than that for the mean, also by `tolerance` itself."""
+    over = [parse("load.resistance=E24:200k:1M")]
+    vary = {"load.resistance": "50%", "piezo.capacitance": "30%"}
+    worst, mean = (hv.optimise_robust(STOP, over, vary, share) for share in ("5%", None))
+    loads = [one.optimum.keys[0].value for one in (worst, mean)]
+    assert loads[0] != loads[1] and {*loads} < {*preferred.between("E24", 2e5, 1e6)}
+    quantiles, means = [], []
+    for load in loads:
+        scene = hv.load(STOP).with_load(load)
+        found = hv.tolerance(scene, vary, engine="averaged", checks=0, runs=32, samples=4096)
+        quantiles.append(found.quantiles[0.05].value)
+        means.append(found.power.mean())
+    assert quantiles[0] > quantiles[1]
+    assert means[1] > means[0]
+    assert worst.optimum.mean_power.value == pytest.approx(quantiles[0], rel=0.005)
+
+
+def test_next_value_of_a_series_breaks_the_limit():
+    """The limit is named though the best value of the series has something to spare."""
+    best = hv.optimise_robust(PLATE, [parse("load.resistance=E6:10k:10M")], limits=["voltage_rms < 2 V"])
+    assert best.optimum.keys[0].value == 330e3
+    assert [one.quantity for one in best.binds] == ["voltage_rms"]
+    assert best.place.quantities[0] < 1.95
+
+
+def test_devices_without_an_answer():
+    robust = Robust(hv.Exact(), (("oscillator.damping", "-5:5"),))
+    with pytest.raises(hv.SimulationError, match="devices have no answer"):
+        robust.run(PLATE)
+
+
+def test_command(harvester, tmp_path):
+    words = ["optimise", PLATE, "--over", "load.resistance=E12:100k:10M", "--vary", "piezo.capacitance=10%", "--for"]
+    words += ["5%", "--limit", "voltage_rms < 2.5 V", "--out", tmp_path / "best", "--json"]
+    status, out, err = harvester(*words)
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert (found["engine"], found["for"], found["met"]) == ("exact", 0.05, True)
+    assert found["binds"] == ["voltage_rms < 2.5 V"]
+    assert {path.name for path in (tmp_path / "best").iterdir()} == {"optimise.csv", "optimise.png", "provenance.json"}
+    status, out, _ = harvester(*words[:-3])
+    assert status == 0 and "it binds" in out and "all but 5 % of the devices" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["--over", "load.resistance=1k:1M", "--for", "5%"], "--for must go with --vary"),
+        (["--over", "load.resistance=1k:1M", "--vary", "piezo.capacitance=10%", "--for", "70%"], "--for must be"),
+        (["--over", "load.resistance=1k:1M", "--vary", "piezo.capacitance=10%", "--for", "x"], "--for must be"),
+        (["--over", "load.resistance=1k:1M", "--limit", "voltage > 3"], "voltage_rms"),
+        (["--over", "load.resistance=1k:1M", "--limit", "voltage_rms<3V", "--engine", "ensemble"], "one of formulas"),
+        (["--over", "load.resistance=E24:1M:1M"], "two values of E24"),
+        (["--over", "load.resistance=E24:1k"], "KEY=E24:LOW:HIGH"),
+        (["--over", "load.resistance=E25:1k:1M"], "KEY=LOW:HIGH"),
+        (["--over", "load.resistance=1k:1M", "--limit", "voltage_rms<3V", "--trajectories", "5"], "--trajectories"),
+    ],
+)
+def test_bad_input(harvester, words, error):
+    status, out, err = harvester("optimise", PLATE, *words)
+    assert (status, out) == (2, "")
+    assert error in err and len(err.splitlines()) == 1
