@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from harvester.errors import InputError
 from harvester.scene.physical import Excitation
-from harvester.scene.records import Record, TabulatedDensity, read_density, read_record
+from harvester.scene.record_files import read_density, read_record
+from harvester.scene.records import Record, TabulatedDensity
 from harvester.scene.scene import Scene
 from harvester.scene.units import LARGEST, SMALLEST
 

@@ -1,34 +1,22 @@
-"""Recorded shaking: an acceleration over time, or a table of its density over frequency, from CSV files.
+"""Recorded shaking: an acceleration over time, or a table of its density over frequency.
 
-The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal steps of time, or
-``frequency (Hz),psd (g^2/Hz)``, one-sided.  Between its points a density is a straight line in log-log; beside
+`harvester.scene.record_files` reads them.  Between its points a density is a straight line in log-log; beside
 a 0, which has no logarithm, it is one in the density itself.
 
 A record is repeated for ever.  Its end is joined to its beginning by a cubic over `BRIDGE` steps; between its samples
 it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing is folded back.
 """
 
-import csv
-import io
 import math
-import re
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, invalid, shown
-from harvester.machine import files
-from harvester.scene.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
-from harvester.scene.units import LARGEST
+from harvester.errors import InputError
 
 BRIDGE = 4  # steps
-FEWEST = 16  # rows of a record
-MOST_BYTES = 64_000_000
-UNEVEN = 0.01  # of a step: how far a time may be off an even grid
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
 MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
@@ -161,38 +149,6 @@ class TabulatedDensity:
         return Record(h, np.asarray(irfft(series, count)))
 
 
-def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge`.
-
-    Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
-    equal steps, values that are no finite numbers, or too few of them.
-    """
-    time, values = _columns_of(path, "acceleration_file", ("time", TIME), ("acceleration", ACCELERATION))
-    key, steps = "excitation.acceleration_file", np.diff(time)
-    if len(time) < FEWEST:
-        raise invalid(key, f"have at least {FEWEST} rows", len(time))
-    if not (steps > 0.0).all():
-        raise InputError(f"{key} must have ascending times, but row {int(np.argmin(steps > 0.0)) + 2} does not")
-    spacing = float(time[-1] - time[0]) / len(steps)
-    off = np.abs(time - time[0] - spacing * np.arange(len(time)))
-    if off.max() > UNEVEN * spacing:
-        raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off")
-    if not values.any():
-        raise invalid(key, "have accelerations other than 0", 0.0)
-    return Record(spacing, np.append(values, bridge(values)))
-
-
-def read_density(path: str) -> TabulatedDensity:
-    """Read the density of a CSV file, in SI units; InputError as for `read_record`."""
-    f, values = _columns_of(path, "acceleration_psd_file", ("frequency", FREQUENCY), ("psd", ACCELERATION_PSD))
-    key = "excitation.acceleration_psd_file"
-    if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
-        raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
-    if not (values >= 0.0).all() or not values.any():
-        raise InputError(f"{key} must have densities of at least 0, and some above, but has not")
-    return TabulatedDensity(f, values)
-
-
 def bridge(values: Floats) -> Floats:
     """The samples between the last and the first, `BRIDGE` steps later: a cubic with the slopes of both ends."""
     before = 1.5 * values[-1] - 2.0 * values[-2] + 0.5 * values[-3]
@@ -200,51 +156,3 @@ def bridge(values: Floats) -> Floats:
     s = np.arange(1, BRIDGE) / BRIDGE
     ends = values[-1] * (1 + 2 * s) * (1 - s) ** 2 + values[0] * s**2 * (3 - 2 * s)
     return np.asarray(ends + BRIDGE * (before * s * (1 - s) ** 2 - after * s**2 * (1 - s)))
-
-
-def _columns_of(path: str, name: str, *columns: tuple[str, Kind]) -> tuple[Floats, ...]:
-    """The columns of a file, by their names, in SI units; a file that did not change is read once."""
-    try:
-        state = Path(path).stat()
-    except (OSError, ValueError):  # `_read` says why
-        return _read(path, name, columns, None)
-    return _read(path, name, columns, (state.st_mtime_ns, state.st_size))
-
-
-@lru_cache(8)
-def _read(
-    path: str, name: str, columns: tuple[tuple[str, Kind], ...], _state: tuple[int, int] | None
-) -> tuple[Floats, ...]:
-    key = f"excitation.{name}"
-    text = files.read(path, key, MOST_BYTES)
-    try:
-        rows = list(csv.reader(io.StringIO(text.decode("utf-8-sig"), newline=None)))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{key} must be a CSV file in UTF-8, but {shown(path)} is not: {error}") from None
-    rows = [row for row in rows if row and not row[0].lstrip().startswith("#")]
-    heads = rows[0] if rows else []
-    return tuple(_column(rows[1:], heads, key, *column) for column in columns)
-
-
-def _column(rows: list[list[str]], heads: list[str], key: str, name: str, kind: Kind) -> Floats:
-    matches = [re.fullmatch(rf"\s*{name}\s*\((.+)\)\s*", head) for head in heads]
-    place = next((k for k, one in enumerate(matches) if one), None)
-    if place is None:
-        has = shown(",".join(heads)) if not heads or "(" in "".join(heads) else "none with a unit"  # but any text
-        raise InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}")
-    unit = matches[place]
-    assert unit is not None
-    try:
-        factor = kind.read(f"1 {unit[1]}")
-    except ValueError:
-        raise invalid(f"{key} column {name!r}", f"have a unit such as {kind.unit}", unit[1]) from None
-    values = np.empty(len(rows))
-    for k, row in enumerate(rows):
-        try:
-            values[k] = float(row[place])
-        except (ValueError, IndexError):
-            values[k] = math.nan
-        if not abs(values[k] * factor) <= LARGEST:
-            got = row[place] if place < len(row) else ""
-            raise invalid(f"{key} column {name!r} row {k + 1}", f"be a number of at most {LARGEST:g} in size", got)
-    return values * factor

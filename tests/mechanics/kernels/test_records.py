@@ -19,7 +19,8 @@ from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import samples_of
-from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge, read_density, read_record
+from harvester.scene.record_files import read_density, read_record
+from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge
 from tests.support.lockstep import device, rms_difference
 from tests.support.systems import PAPER, changed, linear_v2, z
 from tests.support.to_scene import equations
@@ -208,11 +209,18 @@ GOOD = "time (s),acceleration (g)\n" + "".join(f"{0.01 * k:.2f},{math.sin(k):.3f
 @pytest.mark.parametrize(
     "text, line",
     [
-        ("", "must have a column 'time (s)', but has ''"),
-        ("root:sesame\n", "must have a column 'time (s)', but has none with a unit"),
+        ("", "must have rows of numbers below"),
+        ("root:sesame\n", "must have rows of numbers below the names of its columns (CSV)"),
+        ("root:x:0\n1,2\n3,4\n", "must have a column 'time (s)', but has none with a unit"),
         (GOOD.replace("acceleration", "speed"), "must have a column 'acceleration (m/s^2)', but has"),
         (GOOD.replace("(g)", "(kg)"), "column 'acceleration' must have a unit such as m/s^2, but is 'kg'"),
-        (GOOD.replace("(s)", ""), "must have a column 'time (s)'"),
+        (GOOD.replace("(s)", "(kg)"), "column 'time' must have a unit such as s, but is 'kg'"),
+        (
+            GOOD.replace("(g)", ""),
+            "column 'acceleration' must have a unit, such as 'acceleration (m/s^2)', but has none",
+        ),
+        (GOOD.replace("time (s)", "no"), "but has 'no,acceleration (g)': or 'harvester record FILE --rate HZ' adds"),
+        (re.sub(r",(.*)\n", r",\1,\1\n", GOOD), "'harvester record FILE --axis z --out clean.csv' takes"),
         (GOOD.replace("0.05,", "0.02,"), "must have ascending times, but row 6 does not"),
         (GOOD.replace("0.05,", "0.055,"), "must have equal steps of time, but row 6 is off"),
         (

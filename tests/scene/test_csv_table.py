@@ -1,0 +1,87 @@
+"""CSV files as loggers, analysers and spreadsheets write them: read alike, or refused with the remedy."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harvester.errors import InputError
+from harvester.scene.csv_table import read_table
+from harvester.scene.kinds import ACCELERATION
+from harvester.scene.record_files import read_density, read_record
+
+G = 9.80665
+ROWS = [(0.01 * k, round(math.sin(k), 3)) for k in range(40)]
+
+
+def body(sep=",", sign=".", time="{:.3f}", factor=1.0, scale=1.0):
+    """The rows, with the delimiter, the decimal sign and the form of the times."""
+    lines = ((time.format(t * factor).replace(".", sign), f"{a * scale:.3f}".replace(".", sign)) for t, a in ROWS)
+    return "".join(sep.join(line) + "\n" for line in lines)
+
+
+RECORDS = {
+    "Time,Acceleration (g)\n" + body(): G,
+    "t [s],a [m/s^2]\n" + body(): 1.0,
+    "Time (ms),X (mg)\n" + body(time="{:.0f}", factor=1e3, scale=1e3): G,
+    "Zeit [s];Beschleunigung [g]\n" + body(";", ","): G,
+    "Time (s)\tAccel (G)\n" + body("\t"): G,
+    "Time,Accel\ns,g\n" + body(): G,
+    "Time,Accel\n(s),(m/s²)\n" + body(): 1.0,
+    "timestamp,acc_z_mg\n" + body(time="2024-05-01T12:00:{:06.3f}", scale=1e3): G,
+    "Time,acc z (g)\n" + body(time="23:59:{:06.3f}"): G,
+    "time_s,acceleration_g\n" + body(): G,
+    "Time / s,Acceleration / g\n" + body(): G,
+    "Logger 3000\nSerial: 12\n\nTime (s),Acc (g)\n" + body(): G,
+    "# time (s),acceleration (g)\n" + body(): G,
+    "t(s) a(g)\n" + body(" "): G,
+    '"Time (s)","Acceleration (m/s²)"\r\n' + body(): 1.0,
+    "Time (s),Acc_m_s2\n" + body(): 1.0,
+    "Sample,Time (s),Z (g)\n" + "".join(f"{k},{t},{a}\n" for k, (t, a) in enumerate(ROWS)): G,
+}
+
+
+@pytest.mark.parametrize("text", RECORDS, ids=lambda text: text[:30])
+def test_records_of_many_loggers(tmp_path, text):
+    """One shaking, written in seventeen ways."""
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    record = read_record(str(path))
+    assert record.spacing == pytest.approx(0.01)
+    np.testing.assert_allclose(record.values[:40], [RECORDS[text] * a for _, a in ROWS], atol=1e-12)
+
+
+@pytest.mark.parametrize("code", ["cp1252", "utf-16", "utf-8-sig"])
+def test_letters_of_other_systems(tmp_path, code):
+    path = tmp_path / "a.csv"
+    path.write_bytes(("Time (s);Acc (m/s²)\n" + body(";", ",")).encode(code))
+    assert read_record(str(path)).values[1] == pytest.approx(0.841)
+
+
+@pytest.mark.parametrize(
+    ("text", "factor"),
+    [
+        ("Frequency (Hz),PSD (g2/Hz)\n5,0.01\n100,0.02\n", G**2),
+        ("f [Hz];PSD [(m/s²)²/Hz]\n5;0,01\n100;0,02\n", 1.0),
+        ("Freq,PSD\nHz,g^2/Hz\n5,0.01\n100,0.02\n", G**2),
+        ("Frequency_Hz,g2/Hz\n5,0.01\n100,0.02\n", G**2),
+    ],
+)
+def test_densities(tmp_path, text, factor):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    found = read_density(str(path))
+    np.testing.assert_allclose(found.frequencies, [5.0, 100.0])
+    np.testing.assert_allclose(found.values, [0.01 * factor, 0.02 * factor])
+    path.write_text("freq,asd (mg/rtHz)\n5,10\n100,20\n")  # the root of a density is squared
+    np.testing.assert_allclose(read_density(str(path)).values, [(0.01 * G) ** 2, (0.02 * G) ** 2])
+
+
+def test_a_prefix_is_no_unit_of_a_column(tmp_path):
+    """A column named M would be taken for mega, and T for tera."""
+    path = tmp_path / "a.csv"
+    path.write_text("T,acc_M\n" + body())
+    column = read_table(path, "FILE").columns[1]
+    assert column.scale(ACCELERATION) is None
+    with pytest.raises(InputError, match="column 'acc_M' must have a unit"):
+        read_record(str(path))
