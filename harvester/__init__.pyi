@@ -12,6 +12,8 @@ from .errors import HarvesterError as HarvesterError
 from .errors import InputError as InputError
 from .errors import MissingProgramError as MissingProgramError
 from .errors import SimulationError as SimulationError
+from .identification.answer import Identified as Identified
+from .identification.identify import identify as identify
 from .scene.load import Load as Load
 from .scene.load import Netlist as Netlist
 from .scene.nondimensional import Nondimensional as Nondimensional

@@ -15,6 +15,7 @@ from harvester.commands.compare import compare
 from harvester.commands.cost import cost
 from harvester.commands.doctor import doctor
 from harvester.commands.help import SETTINGS
+from harvester.commands.identify import identify
 from harvester.commands.keys import keys
 from harvester.commands.messages import coloured, complain
 from harvester.commands.motion import motion
@@ -47,7 +48,7 @@ A first session:
 @cloup.group(
     help=HELP,
     sections=[
-        cloup.Section("Your device", [new, keys]),
+        cloup.Section("Your device", [new, keys, identify]),
         cloup.Section("Its power", [run, sweep, optimise, tolerance, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability]),
         cloup.Section("The paper, this machine", [paper, doctor]),

@@ -36,7 +36,7 @@ def text(tables: Tables) -> str:
     for table, word in TABLES.items():
         entries = tables[table]
         lines += ["", _commented(f"[{table}]" if entries else f"# [{table}]", word)]
-        lines += [_line(entry) for entry in entries] or [f"# {example}" for example in EXAMPLES[table]]
+        lines += [_line(entry) for entry in entries] or [f"# {example}" for example in EXAMPLES.get(table, [])]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 
 

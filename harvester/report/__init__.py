@@ -1,8 +1,20 @@
 """Reports: what a command found, in one HTML file with all that is needed to trust it and to do it again."""
 
 from harvester.report.answers import of_comparison, of_run
+from harvester.report.identification import of_identification
 from harvester.report.page import Page, html, write
 from harvester.report.studies import of_cost, of_paper, of_sweep
 from harvester.report.tolerances import of_tolerance
 
-__all__ = ["Page", "html", "of_comparison", "of_cost", "of_paper", "of_run", "of_sweep", "of_tolerance", "write"]
+__all__ = [
+    "Page",
+    "html",
+    "of_comparison",
+    "of_cost",
+    "of_identification",
+    "of_paper",
+    "of_run",
+    "of_sweep",
+    "of_tolerance",
+    "write",
+]

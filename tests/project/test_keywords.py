@@ -11,6 +11,7 @@ from tests.support.paths import EXAMPLES
 SCENE = hv.load(EXAMPLES / "plate_with_stop.toml")
 REQUIRED = {
     "compare": (SCENE,),
+    "identify": ("a.csv",),
     "linspace": (1.0, 2.0, 3),
     "load": (EXAMPLES / "plate.toml",),
     "loads": ((EXAMPLES / "plate.toml").read_text(),),

@@ -1,0 +1,45 @@
+"""How often the intervals of `harvester identify` hold the truth: 100 synthetic measurements of each kind.
+
+python benchmarks/identify.py [--count 100] [KIND ...]
+"""
+
+import argparse
+import collections
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import harvester as hv
+from tests.support.bench import KINDS
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kinds", nargs="*", choices=[[], *KINDS], default=[])
+    parser.add_argument("--count", type=int, default=100)
+    asked = parser.parse_args()
+    for kind in asked.kinds or KINDS:
+        held, open_, off = collections.Counter(), collections.Counter(), collections.defaultdict(list)
+        begin = time.perf_counter()
+        for seed in range(asked.count):
+            with tempfile.TemporaryDirectory() as folder:
+                names, truth = KINDS[kind](np.random.default_rng([22, seed]), Path(folder))
+                found = {one.key: one for one in hv.identify(names).parameters}
+            for key, value in truth.items():
+                if key not in found:
+                    open_[key] += 1
+                    continue
+                held[key] += found[key].low <= value <= found[key].high
+                off[key].append(abs(found[key].value - value) / value)
+        seconds = (time.perf_counter() - begin) / asked.count
+        print(f"{kind}: {asked.count} devices, {seconds:.2f} s each")
+        for key in truth:
+            missing = f", not determined in {open_[key]}" if open_[key] else ""
+            print(f"  {key:<26} held by {held[key]:3d}, median error {100 * np.median(off[key]):.3g} %, "
+                  f"largest {100 * max(off[key], default=0):.3g} %{missing}")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""The command `harvester identify`."""
+
+from pathlib import Path
+
+import click
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo, echo_answer
+from harvester.commands.options import json_option
+from harvester.commands.reports import report_file, report_option, save_report
+from harvester.errors import InputError, invalid, shown
+
+
+@command(
+    "harvester identify impedance.csv frf.csv@100k --out mine.toml --report",
+    "harvester identify impedance.csv --known mass='12 g' --out mine.toml",
+    "harvester identify short.csv@short open.csv@open bounce.csv --json",
+)
+@cloup.argument(
+    "names",
+    nargs=-1,
+    required=True,
+    metavar="FILE...",
+    help="CSV files with named columns, each with its state behind an @ where it needs one: FILE@100k, @short, @open, "
+    "@clamped.",
+)
+@cloup.option_group(
+    "What to compute",
+    cloup.option(
+        "--known", multiple=True, metavar="KEY=VALUE", help="A key that is known, such as mass='12 g'; repeatable."
+    ),
+)
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", metavar="SCENE", help="Scene file to write, such as mine.toml; mine_fit.png beside it."),
+    cloup.option("--force", is_flag=True, help="Overwrite the scene file."),
+    report_option,
+    json_option,
+)
+def identify(
+    names: tuple[str, ...], known: tuple[str, ...], out: str | None, force: bool, report: str | None, as_json: bool
+) -> None:
+    """The parameters of a device from measurements in FILEs: impedance, response per g, ring-down, with intervals.
+
+    A file holds frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; or
+    time with a voltage or displacement.  Files are fitted jointly; a ring-down that bounces gives the stop.
+    """
+    from harvester.devices.scene_file import check
+    from harvester.identification import scene_file
+    from harvester.identification.identify import identify as study
+    from harvester.machine.files import folder
+
+    path = None if out is None else Path(out)
+    if force and path is None:
+        raise InputError("--force must go with --out, the scene file to overwrite, but --out is left out")
+    if path is not None:
+        if path.suffix != ".toml":
+            raise invalid("--out", "be a scene file that ends in .toml", out)
+        folder(path.parent)
+        check(path, force)
+    page = report_file(report, None if path is None else str(path.parent))
+    found = study(names, _known(known))
+    title = "Identified from " + ", ".join(Path(name).name for name in names)
+    echo_answer(found, as_json)
+    if path is not None:
+        from harvester import figures
+
+        scene_file.write(path, found, title, force)
+        figures.save(found.plot(title), path.parent, f"{path.stem}_fit")
+        if not as_json:
+            whole = scene_file.is_whole(found)
+            click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}")
+            echo(f"next: harvester run {path}   (after its shaking and load)" if whole else _unfinished(names))
+    save_report(page, lambda report: report.of_identification(found, title), quiet=as_json)
+
+
+def _unfinished(names: tuple[str, ...]) -> str:
+    """What to type where the scene misses what no measurement told."""
+    return (
+        "note: the scene file is not whole yet, its comments say what is missing; with a known mass: "
+        f"harvester identify {' '.join(names)} --known mass='12 g' --out ..."
+    )
+
+
+def _known(pairs: tuple[str, ...]) -> dict[str, str]:
+    found = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not (key.strip() and equals and value.strip()):
+            raise invalid("--known", "be KEY=VALUE, such as mass='12 g'", pair)
+        if key.strip() in found:
+            raise InputError(f"--known must name each key only once, but names {shown(key.strip())} twice")
+        found[key.strip()] = value.strip()
+    return found

@@ -1,0 +1,52 @@
+"""The figure of an identification: each measurement with its fit, and the residuals below."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from harvester.figures.shapes import IdentifiedShape
+from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+
+_POINTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "color": "#0072B2"}
+_OUT: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5, "color": "#D55E00"}
+_LINE: dict[str, Any] = {"linewidth": 1.0, "color": "0.1"}
+MOST = 6  # measurements that are drawn
+
+
+def identification(found: IdentifiedShape, title: str | None) -> Plot:
+    """Draw sizes, phases and ring-downs with their fits, and each one's residual over its noise."""
+    curves = found.curves()[: 2 * MOST]
+    across = 2 if len(curves) > 1 else 1
+    down = -(-len(curves) // across)
+    with styled():
+        figure, grid = new(
+            2 * down, across, (WIDTH, 1.0 + 2.4 * down), squeeze=False, gridspec_kw={"height_ratios": [2.4, 1.0] * down}
+        )
+        for n, curve in enumerate(curves):
+            top, low = grid[2 * (n // across)][n % across], grid[2 * (n // across) + 1][n % across]
+            kept = curve.kept > 0.0
+            top.plot(curve.x[kept], curve.measured[kept], **_POINTS, label="measured")
+            if not kept.all():
+                top.plot(curve.x[~kept], curve.measured[~kept], **_OUT, label="left out as an outlier")
+            order = np.argsort(curve.x)
+            top.plot(curve.x[order], curve.fitted[order], **_LINE, label="fit")
+            if curve.logarithmic:
+                top.set_yscale("log")
+                top.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
+                top.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
+                top.yaxis.set_minor_formatter(NullFormatter())
+            top.set_ylabel(curve.label)
+            top.set_title(curve.name, fontsize=8, loc="left")
+            top.tick_params(labelbottom=False)
+            low.plot(curve.x[kept], curve.residual[kept], **_POINTS)
+            low.axhline(0.0, color="0.1", linewidth=0.6)
+            low.set_ylim(-5.0, 5.0)
+            low.set_ylabel("residual/noise")
+            low.set_xlabel(curve.x_label)
+        for spare in range(len(curves), across * down):
+            for row in (0, 1):
+                grid[2 * (spare // across) + row][spare % across].set_axis_off()
+        entitle(figure, title, "Identification")
+        legend(figure, "Residuals of one noise's size without a pattern: the model fits.")
+    return figure

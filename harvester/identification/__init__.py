@@ -1,0 +1,1 @@
+"""From measurements at the bench to the parameters of a device, with intervals that hold them."""

@@ -1,0 +1,242 @@
+"""Least squares of all measurements at once, in the logarithms of what is above 0; outliers are left out.
+
+A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its residuals tell: the
+fit is repeated with them as weights, first with a loss that outliers hardly pull (soft L1), then without the points
+beyond `OUTLIER` times the noise, by plain least squares (SciPy).
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError
+from harvester.identification import bounce
+from harvester.identification.measurement import BaseResponse, Impedance, Measurement
+from harvester.identification.models import Device, base_response, decay, impedance
+
+OUTLIER = 5.0  # times a channel's noise
+WEAK = 30.0  # how far, in its logarithm, a parameter that nothing determines may wander: a ridge holds it there
+LINEAR = ("loss", "restitution", "gap", "x0", "v0", "zero")  # parameters that may be 0 or below; all others are in logs
+DEVICE = tuple(field.name for field in dataclasses.fields(Device))
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Residuals of one quantity: ``values`` of the measurement, and of the model from the parameters by name."""
+
+    source: Measurement
+    name: str
+    x: Floats
+    values: Floats
+    model: Callable[[dict[str, float], Floats], Floats]
+    turns: bool = False  # an angle, whose residual is within half a turn
+    signless: bool = False  # an angle of a sensor with unknown sign
+
+    def residuals(self, values: dict[str, float], kept: Floats) -> Floats:
+        """Measurement minus model at all points, shape (n,); ``kept`` is 0 where a point is left out."""
+        off = self.values - self.model(values, kept)
+        if self.signless and abs(np.mean(np.exp(1j * off)[kept > 0.0]).real) > 0.0:
+            off = off - (math.pi if np.mean(np.cos(off[kept > 0.0])) < 0.0 else 0.0)
+        return np.asarray((off + math.pi) % (2.0 * math.pi) - math.pi if self.turns else off)
+
+
+@dataclass(frozen=True)
+class DeviceFit:
+    """The best parameters: ``p`` of ``names``, shape (m,), with the weighted residuals' Jacobian, shape (n, m).
+
+    ``kept`` has a 0 for each point of a channel that is an outlier; ``noise`` is each channel's.
+    """
+
+    names: tuple[str, ...]
+    p: Floats
+    fixed: dict[str, float]
+    channels: tuple[Channel, ...]
+    kept: tuple[Floats, ...]
+    noise: tuple[float, ...]
+    jacobian: Floats
+    residual: Floats
+
+    def values(self, p: Floats | None = None) -> dict[str, float]:
+        """The parameters by name."""
+        return by_name(self.names, self.p if p is None else p, self.fixed)
+
+    def weighted(self, p: Floats) -> Floats:
+        """Weighted residuals of all points that are kept, shape (n,)."""
+        return _weighted(by_name(self.names, p, self.fixed), self.channels, self.kept, self.noise)
+
+    @property
+    def left_out(self) -> int:
+        """How many points are outliers."""
+        return int(sum((k == 0.0).sum() for k in self.kept))
+
+    @property
+    def freedom(self) -> int:
+        """Points minus parameters."""
+        return max(len(self.residual) - len(self.p), 1)
+
+
+def by_name(names: Sequence[str], p: Floats, fixed: dict[str, float]) -> dict[str, float]:
+    """The parameters by name, out of their logarithms."""
+    found = dict(fixed)
+    for name, value in zip(names, p, strict=True):
+        found[name] = float(value) if name in LINEAR else math.exp(min(max(float(value), -300.0), 300.0))
+    return found
+
+
+def logs(names: Sequence[str], values: dict[str, float]) -> Floats:
+    """The numbers that are fitted, from the parameters by name."""
+    return np.array([values[name] if name in LINEAR else math.log(values[name]) for name in names])
+
+
+def device(values: dict[str, float]) -> Device:
+    """The device of parameters by name; a known mass gives psi = theta/C."""
+    found = Device(**{name: values[name] for name in DEVICE if name in values})
+    if "mass" in values and "psi" not in values:
+        psi = math.sqrt(values["mass"] * found.beta * found.w0**2 / found.capacitance)
+        found = dataclasses.replace(found, psi=psi)
+    return found
+
+
+def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Channel, ...]:
+    """The channels of measurements; ``bouncing``: the ring-down of a displacement meets a stop."""
+    found: list[Channel] = []
+    for one in measurements:
+        if isinstance(one, Impedance):
+            z = one.z
+            found.append(
+                Channel(one, "size", one.f, np.log(np.abs(z)), lambda v, _, m=one: np.log(np.abs(_z(v, m))))  # type: ignore[misc]
+            )
+            found.append(
+                Channel(one, "phase", one.f, np.angle(z), lambda v, _, m=one: np.angle(_z(v, m)), True)  # type: ignore[misc]
+            )
+        elif isinstance(one, BaseResponse):
+            found.append(
+                Channel(one, "size", one.f, np.log(one.size), lambda v, _, m=one: np.log(np.abs(_response(v, m))))  # type: ignore[misc]
+            )
+            if one.phase is not None:
+                found.append(
+                    Channel(one, "phase", one.f, one.phase, lambda v, _, m=one: np.angle(_response(v, m)), True, True)  # type: ignore[misc]
+                )
+        elif bouncing and one.of == "displacement":
+            found.append(Channel(one, "ring-down", one.t, one.y, lambda v, _, m=one: bounce.path(_bounce(v), m.t)))  # type: ignore[misc]
+        else:
+            found.append(
+                Channel(one, "ring-down", one.t, one.y, lambda v, k, m=one: decay(device(v), m.t, m.y, m.load, k))  # type: ignore[misc]
+            )
+    return tuple(found)
+
+
+def _z(values: dict[str, float], one: Impedance) -> "np.ndarray[tuple[int], np.dtype[np.complex128]]":
+    return impedance(device(values), one.f, one.clamped)
+
+
+def _response(values: dict[str, float], one: BaseResponse) -> "np.ndarray[tuple[int], np.dtype[np.complex128]]":
+    return base_response(device(values), one.f, one.load, one.of)
+
+
+def _bounce(values: dict[str, float]) -> bounce.Bounce:
+    return bounce.Bounce(**{field.name: values[field.name] for field in dataclasses.fields(bounce.Bounce)})
+
+
+def _weighted(
+    values: dict[str, float], several: Sequence[Channel], kept: Sequence[Floats], noise: Sequence[float]
+) -> Floats:
+    parts = [(c.residuals(values, k) / s)[k > 0.0] for c, k, s in zip(several, kept, noise, strict=True)]
+    return np.nan_to_num(np.concatenate(parts), nan=1e9, posinf=1e9, neginf=-1e9)
+
+
+def fit(
+    names: tuple[str, ...],
+    starts: Sequence[dict[str, float]],
+    fixed: dict[str, float],
+    several: tuple[Channel, ...],
+    few: tuple[Channel, ...],
+) -> DeviceFit:
+    """The best fit from several starts; each channel's noise and outliers come out of it.
+
+    ``few`` are the channels of thinned measurements, by which the starts are judged.
+
+    Raises InputError where there are fewer points than the parameters need.
+    """
+    from scipy.optimize import least_squares
+
+    points = sum(len(c.x) for c in several)
+    if points < 2 * len(names):
+        raise InputError(
+            f"FILE must have at least {2 * len(names)} points for {len(names)} parameters, but has {points}"
+        )
+    kept: list[Floats] = [np.ones(len(c.x)) for c in several]
+    noise = [max(0.1 * float(np.std(c.values)), 1e-30) if c.name == "ring-down" else 0.1 for c in several]
+    best = _best_start(names, starts, fixed, few, noise)
+    origin = best.copy()
+
+    def residuals(p: Floats) -> Floats:
+        ridge = (p - origin) / (WEAK * np.where([n in LINEAR for n in names], 1e3 * (1.0 + np.abs(origin)), 1.0))
+        return np.append(_weighted(by_name(names, p, fixed), several, kept, noise), ridge)
+
+    lower = np.array([{"restitution": 0.0}.get(n, -np.inf) for n in names])
+    upper = np.array([{"restitution": 1.0}.get(n, np.inf) for n in names])
+    best = np.clip(best, lower + 1e-9, upper - 1e-9)
+    for loss in ("soft_l1", "soft_l1", "soft_l1", "linear", "linear"):
+        close = 1e-6 if loss == "soft_l1" else 1e-12
+        found = least_squares(
+            residuals, best, loss=loss, x_scale="jac", bounds=(lower, upper), xtol=close, ftol=close, max_nfev=100
+        )
+        best = found.x
+        values = by_name(names, best, fixed)
+        share = math.sqrt(points / max(points - len(names), 1))
+        for n, channel in enumerate(several):
+            off = channel.residuals(values, kept[n])
+            off = np.nan_to_num(off, nan=1e9)
+            inner = off[kept[n] > 0.0]
+            floor = 1e-9 * (np.ptp(channel.values) + 1e-12)
+            if loss == "soft_l1":
+                noise[n] = max(_spread(inner), floor)
+                kept[n] = (np.abs(off) <= OUTLIER * noise[n]).astype(float)
+                if kept[n].sum() < 0.7 * len(off):  # the model does not fit: these are no outliers
+                    kept[n] = np.ones(len(off))
+            else:
+                noise[n] = max(float(np.sqrt(np.mean(inner**2))) * share, floor)
+    jacobian = found.jac[: -len(names)]
+    return DeviceFit(names, best, fixed, several, tuple(kept), tuple(noise), jacobian, found.fun[: -len(names)])
+
+
+def _best_start(
+    names: tuple[str, ...],
+    starts: Sequence[dict[str, float]],
+    fixed: dict[str, float],
+    several: tuple[Channel, ...],
+    noise: Sequence[float],
+) -> Floats:
+    """The end of the best of a few short fits from the best starts."""
+    from scipy.optimize import least_squares
+
+    kept = [np.ones(len(c.x)) for c in several]
+
+    def cost(values: dict[str, float]) -> float:
+        return float(np.sum(np.log1p(_weighted({**values, **fixed}, several, kept, noise) ** 2)))
+
+    ranked = sorted(starts, key=cost)[:4]
+    ends = []
+    for one in ranked:
+        p = logs(names, one)
+        try:
+            end = least_squares(
+                lambda p: _weighted(by_name(names, p, fixed), several, kept, noise), p, loss="soft_l1", max_nfev=25,
+                x_scale="jac",
+            )  # fmt: skip
+        except ValueError:
+            continue
+        ends.append((float(end.cost), end.x))
+    if not ends:
+        raise InputError("FILE must hold a resonance or a ring-down, but no fit of its numbers could begin")
+    return np.asarray(min(ends, key=lambda e: e[0])[1])
+
+
+def _spread(values: Floats) -> float:
+    """The standard deviation of what is not an outlier, from the median of the sizes."""
+    return float(1.4826 * np.median(np.abs(values)))

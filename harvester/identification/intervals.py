@@ -1,0 +1,107 @@
+"""95 % intervals by profile: how far a quantity may move before the best fit with it fixed is worse by chance's amount.
+
+    S(c) = min of the weighted sum of squares over all parameters with g(p) = c
+    the interval is where S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
+
+k is 1 where the noise is what its channel's level says; where it grows with the signal, or is rare and large, the
+residuals tell by how much more g scatters (the sandwich variance over the plain one), and k is that, never below 1.
+Along the way the other parameters follow by Gauss and Newton's steps with the Jacobian of the best fit.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.identification.fit import DeviceFit
+
+Quantity = Callable[[dict[str, float]], float]
+STEPS, FOLLOW = 4, 4  # of the search for an end; of the other parameters at each
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The value of a quantity, its 95 % interval, and its standard error by linear propagation."""
+
+    value: float
+    low: float
+    high: float
+    error: float
+
+
+class Profiles:
+    """The intervals of one fit."""
+
+    def __init__(self, fit: DeviceFit) -> None:
+        from scipy.special import stdtrit
+
+        self.fit = fit
+        ridge = 1e-6 * np.eye(len(fit.p))  # a parameter that nothing determines has a large, finite variance
+        self.plain = np.linalg.pinv(fit.jacobian.T @ fit.jacobian + ridge * ridge, rcond=1e-15, hermitian=True)
+        meat = (fit.jacobian * fit.residual[:, None] ** 2).T @ fit.jacobian * (len(fit.residual) / fit.freedom)
+        self.robust = self.plain @ meat @ self.plain
+        self.sum = float(fit.residual @ fit.residual)
+        self.reach = float(stdtrit(fit.freedom, 0.975))
+
+    def correlations(self) -> Floats:
+        """The correlation of the fitted parameters, shape (m, m)."""
+        scale = np.sqrt(np.diag(self.plain))
+        return np.asarray(self.plain / np.outer(scale, scale))
+
+    def interval(self, quantity: Quantity, above_0: bool) -> Interval:
+        """The interval of a quantity of the parameters; ``above_0``: it is searched in the logarithm."""
+
+        def g(p: Floats) -> float:
+            value = quantity(self.fit.values(p))
+            return math.log(max(value, 1e-300)) if above_0 else value
+
+        p = self.fit.p
+        steps = 1e-6 * np.maximum(1.0, np.abs(p))
+        slope = np.array([(g(p + d) - g(p - d)) / (2.0 * d.sum()) for d in np.diag(steps)])
+        variance = float(slope @ self.plain @ slope)
+        best = g(p)
+        if variance <= 0.0:  # all that it is made of is known
+            value = math.exp(best) if above_0 else best
+            return Interval(value, value, value, 0.0)
+        more = max(1.0, float(slope @ self.robust @ slope) / variance)
+        error = math.sqrt(variance * more)
+        low, high = (self._end(g, slope, best, way, error, more) for way in (-1.0, 1.0))
+        if above_0:
+            return Interval(math.exp(best), math.exp(low), math.exp(min(high, 300.0)), error)
+        return Interval(best, low, high, error)
+
+    def _end(
+        self, g: Callable[[Floats], float], slope: Floats, best: float, way: float, error: float, more: float
+    ) -> float:
+        """Where the profile reaches its limit on one side; the linear end where the search does not find it."""
+        linear = self.reach * error
+        if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
+            return best + way * linear
+        along = self.plain @ slope / float(slope @ self.plain @ slope)
+        target, distance = self.reach * math.sqrt(more), linear
+        for _ in range(STEPS):
+            worse = self._profile(g, slope, along, best, best + way * distance)
+            if not worse > 0.0:
+                return best + way * linear
+            factor = target / math.sqrt(worse)
+            distance *= min(max(factor, 0.5), 2.0)
+            if abs(factor - 1.0) < 0.01:
+                break
+        return best + way * min(max(distance, 0.5 * linear), 3.0 * linear)
+
+    def _profile(self, g: Callable[[Floats], float], slope: Floats, along: Floats, best: float, at: float) -> float:
+        """S(at) - S(best)."""
+        p = self.fit.p + along * (at - best)
+        found = math.inf
+        for _ in range(FOLLOW):
+            p = p + along * (at - g(p))
+            residual = self.fit.weighted(p)
+            now = float(residual @ residual) - self.sum
+            if now > found * (1.0 - 1e-3):
+                return min(found, now)
+            found = now
+            step = -self.plain @ (self.fit.jacobian.T @ residual)
+            p = p + step - along * float(slope @ step)
+        return found

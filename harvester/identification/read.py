@@ -1,0 +1,223 @@
+"""Measurements from CSV files: their kind from the columns, their load from the name, the header or a comment.
+
+    frequency, |Z|, phase   frequency, R, X   frequency, G, B   frequency, Cp, D     impedance; FILE@clamped: mass held
+    frequency, V/g (phase)  frequency, mm/g ...                                      response; FILE@100k: the load
+    time, voltage or displacement or speed                                           ring-down
+
+A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a column `load (ohm)`, in a column's name
+(`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 kohm`).
+"""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Complexes, Floats
+from harvester.errors import InputError, invalid, refused, shown
+from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement, finite
+from harvester.scene.csv_table import CsvTable, read_table
+from harvester.scene.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
+from harvester.scene.record_files import is_frequency, is_time, times
+
+FEWEST = 12  # points of a measurement
+_OHM, _SIEMENS = Kind("an impedance (ohm)", "ohm", "'1 kohm'"), Kind("an admittance (S)", "S", "'1 uS'")
+_ANGLE = Kind("an angle (rad)", "rad", "'90 deg'")
+_PER_G = {
+    "voltage": Kind("a voltage per acceleration", "V/(m/s^2)", "'10 V/g'", gravity=True),
+    "displacement": Kind("a displacement per acceleration", "m/(m/s^2)", "'1 mm/g'", gravity=True),
+    "speed": Kind("a speed per acceleration", "(m/s)/(m/s^2)", "'10 mm/s/g'", gravity=True),
+}
+_DECAYS = {
+    "voltage": Kind("a voltage (V)", "V", "'1 V'"),
+    "displacement": Kind("a displacement (m)", "m", "'1 mm'"),
+    "speed": Kind("a speed (m/s)", "m/s", "'1 m/s'"),
+}
+_PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
+_LOAD = re.compile(r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)", re.IGNORECASE)
+FORMS = (
+    "frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; "
+    "or time with a voltage or displacement"
+)
+
+
+def read_files(names: tuple[str, ...]) -> list[Measurement]:
+    """The measurements of several files, each with its state behind an @.
+
+    Raises InputError in one line, which says what of a file is missing and what would mend it.
+    """
+    found = [one for name in names for one in read_file(name)]
+    if not found:
+        raise InputError("FILE must be given: a CSV file of a measurement")
+    return found
+
+
+def read_file(name: str) -> list[Measurement]:
+    """The measurements of one file: one for each load that it holds."""
+    path, at, state = name.rpartition("@")
+    if not at or Path(name).exists():
+        path, state = name, ""
+    label = Path(path).name
+    key = f"FILE {shown(label)}"
+    table = read_table(path, "FILE")
+    said = state or next((m[1] for line in table.remarks if (m := _LOAD.search(line))), "")
+    clamped = said.strip().lower() == "clamped" or any(re.search(r"\bclamped\b", r, re.I) for r in table.remarks)
+    load = None if clamped or not said else _load(said, key)
+    if table.bad:
+        row, place, text = table.bad[0]
+        head = next((column.name for column in table.columns if column.place == place), "")
+        raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
+    frequencies = table.find(is_frequency)
+    if frequencies:
+        f = frequencies[0].in_si(FREQUENCY)
+        if f is None:
+            if frequencies[0].stated:
+                raise invalid(f"{key} column {frequencies[0].name!r}", "have a unit such as Hz", frequencies[0].stated)
+            f = frequencies[0].values
+        z = _impedance(table, f)
+        if z is not None:
+            return [_checked_impedance(Impedance(label, f, z, clamped), key)]
+        found: list[Measurement] = _responses(table, f, label, key, load)
+        if found:
+            return found
+    elif table.find(is_time):
+        return [_decay(table, label, key, load)]
+    raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+
+
+def _load(text: str, key: str) -> float:
+    """A load in ohm from a text."""
+    word = text.strip().lower()
+    if word in ("short", "open"):
+        return SHORT if word == "short" else OPEN
+    try:
+        return with_prefix(text.strip(), RESISTANCE)
+    except ValueError as error:
+        raise refused(f"{key}, the load behind the @,", error, text) from None
+
+
+def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
+    """The impedance of a table, from whichever pair of columns it has; None where it has none."""
+
+    def part(kind: Kind, *names: str) -> Floats | None:
+        for column in table.columns:
+            if column.name.strip("|").lower() in names or set(column.words) & set(names):
+                values = column.in_si(kind)
+                if values is not None or not column.stated:
+                    return column.values if values is None else values
+        return None
+
+    angle = _phase(table)
+    if angle is not None:
+        size = part(_OHM, "z", "impedance", "zabs", "mag", "magnitude")
+        if size is not None and not table.find(lambda c: any(c.scale(k) for k in _PER_G.values())):
+            return np.asarray(size * np.exp(1j * angle))
+        size = part(_SIEMENS, "y", "admittance")
+        if size is not None:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.asarray(np.exp(-1j * angle) / size)
+    for kind, real, imaginary in (
+        (
+            _OHM,
+            ("r", "rs", "resistance", "re", "real", "zre", "z'", "esr"),
+            ("x", "xs", "reactance", "im", "imag", "zim", "z''"),
+        ),
+        (_SIEMENS, ("g", "gp", "conductance"), ("b", "bp", "susceptance")),
+    ):
+        a, b = part(kind, *real), part(kind, *imaginary)
+        if a is not None and b is not None:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.asarray(a + 1j * b if kind is _OHM else 1.0 / (a + 1j * b))
+    c, d = (
+        part(CAPACITANCE, "cp", "c", "capacitance"),
+        part(Kind("a loss", "", "0.02"), "d", "tan", "tand", "loss", "df"),
+    )
+    if c is not None and d is not None:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
+    return None
+
+
+def _phase(table: CsvTable) -> Floats | None:
+    """The phase in rad; in degrees where it has no unit and goes beyond what radians do."""
+    for column in table.columns:
+        if set(column.words) & _PHASE:
+            unit = column.stated.replace("°", "deg").replace("degrees", "deg")
+            factor, _ = _ANGLE.scale(unit) if unit else (None, 1)
+            if factor is None:
+                factor = math.pi / 180.0 if np.nanmax(np.abs(column.values)) > 6.4 else 1.0
+                if not unit and "deg" in column.head.lower():
+                    factor = math.pi / 180.0
+            return column.values * factor
+    return None
+
+
+def _checked_impedance(found: Impedance, key: str) -> Impedance:
+    good = finite(found.f, found.z.real, found.z.imag) & (found.f > 0.0) & (np.abs(found.z) > 0.0)
+    _enough(good, key)
+    return Impedance(found.name, found.f[good], found.z[good], found.clamped)
+
+
+def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | None) -> list[Measurement]:
+    """A response for each column and load."""
+    phase, found = _phase(table), []
+    loads = _load_column(table)
+    for column in table.columns:
+        for of, kind in _PER_G.items():
+            size = column.in_si(kind) if not is_frequency(column) else None
+            if size is None:
+                continue
+            written = _LOAD.search(column.name)
+            mine = _load(written[1], key) if written else load
+            if loads is None and mine is None:
+                if of == "voltage":
+                    raise InputError(
+                        f"{key} must say over which load the voltage was measured: write it behind the name, "
+                        f"as in {shown(label + '@100k')}, or @open"
+                    )
+                mine = SHORT
+            every = np.full(len(f), 0.0 if mine is None else mine) if loads is None else loads
+            for one in np.unique(every[~np.isnan(every)]):
+                good = finite(f, size) & (f > 0.0) & (np.abs(size) > 0.0) & (every == one)
+                if phase is not None:
+                    good &= np.isfinite(phase)
+                _enough(good, key)
+                angle = None if phase is None else phase[good]
+                found.append(BaseResponse(label, f[good], np.abs(size[good]), angle, float(one), of))
+            break
+    return list(found)
+
+
+def _load_column(table: CsvTable) -> Floats | None:
+    columns = table.find(
+        lambda c: bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(_OHM) is not None
+    )
+    return columns[0].in_si(_OHM) if columns else None
+
+
+def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
+    """The ring-down of a table."""
+    t = times(table, key)
+    assert t is not None
+    for of, kind in _DECAYS.items():
+        for column in table.columns:
+            y = None if is_time(column) else column.in_si(kind)
+            if y is None:
+                continue
+            good = finite(t, y)
+            _enough(good, key)
+            if not (np.diff(t[good]) > 0.0).all():
+                raise InputError(
+                    f"{key} must have ascending times, but has not: 'harvester record FILE' mends a record"
+                )
+            if not np.ptp(y[good]) > 0.0:
+                raise InputError(f"{key} must show a ring-down, but its {of} is constant")
+            return Decay(label, t[good], y[good], (OPEN if of == "voltage" else SHORT) if load is None else load, of)
+    raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+
+
+def _enough(good: Any, key: str) -> None:
+    if good.sum() < FEWEST:
+        raise invalid(f"{key}", f"have at least {FEWEST} points with numbers", int(good.sum()))

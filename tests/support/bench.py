@@ -1,0 +1,254 @@
+"""Measurements as a bench gives them, made of equations that the fit does not use: matrices, and SciPy's integrator.
+
+Each kind is a function of a random generator and a folder: it writes CSV files with the noise of instruments and
+returns their names, as `harvester identify` takes them, and the true value of each parameter.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+G = 9.80665
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A device: modal mass (kg), f0 (Hz), quality, theta^2/(K C), clamped capacitance (F), loss."""
+
+    mass: float
+    f0: float
+    q: float
+    beta: float
+    c: float
+    loss: float = 0.0
+
+    @property
+    def stiffness(self):
+        return self.mass * (2 * math.pi * self.f0) ** 2
+
+    @property
+    def theta(self):
+        return math.sqrt(self.beta * self.stiffness * self.c)
+
+    @property
+    def damping(self):
+        return math.sqrt(self.stiffness * self.mass) / self.q
+
+    def parameters(self, *keys):
+        """The true values by the keys of the answer."""
+        every = {
+            "short_circuit_frequency": self.f0,
+            "quality_factor": self.q,
+            "oscillator.damping_ratio": 0.5 / self.q,
+            "open_circuit_frequency": self.f0 * math.sqrt(1 + self.beta),
+            "coupling_coefficient": self.beta,
+            "coupling_squared_per_mass": self.theta**2 / self.mass,
+            "dielectric_loss": self.loss,
+            "piezo.capacitance": self.c,
+            "oscillator.mass": self.mass,
+            "oscillator.stiffness": self.stiffness,
+            "piezo.coupling": self.theta,
+        }
+        return {key: every[key] for key in keys}
+
+    def states(self, load):
+        """The matrix of (x, x', v) in open circuit or over a load; without v in short circuit."""
+        k, d, m = self.stiffness, self.damping, self.mass
+        if load == 0.0:
+            return np.array([[0, 1], [-k / m, -d / m]])
+        leak = 0.0 if load == math.inf else 1.0 / (load * self.c)
+        return np.array([[0, 1, 0], [-k / m, -d / m, -self.theta / m], [0, self.theta / self.c, -leak]])
+
+
+MECHANICAL = ("short_circuit_frequency", "quality_factor", "oscillator.damping_ratio")
+ELECTRICAL = (*MECHANICAL, "coupling_coefficient", "coupling_squared_per_mass", "piezo.capacitance")
+WHOLE = (*ELECTRICAL, "oscillator.mass", "oscillator.stiffness", "piezo.coupling")
+
+
+def device(rng, loss=0.0):
+    """A device of sizes that a bench has."""
+    low, high = np.log([[5e-3, 20.0, 12.0, 0.02, 1e-8], [5e-2, 200.0, 80.0, 0.3, 1e-7]])
+    return Truth(*np.exp(rng.uniform(low, high)), loss)
+
+
+def impedance_of(truth, f, clamped=False):
+    """Z in ohm: force and current balance, solved as two equations at each frequency."""
+    out = []
+    for w in 2 * np.pi * f:
+        lossy = 1j * w * truth.c * (1 - 1j * truth.loss)
+        mechanical = truth.stiffness - w * w * truth.mass + 1j * w * truth.damping
+        if clamped:
+            out.append(1 / lossy)
+        else:  # K x = theta v, i = j w (theta x) + C j w v
+            x = np.linalg.solve([[mechanical]], [truth.theta])[0]
+            out.append(1 / (lossy + 1j * w * truth.theta * x))
+    return np.array(out)
+
+
+def response_of(truth, f, load):
+    """X/a and V/a under a base acceleration, from the state matrix, shape (2, n)."""
+    a = truth.states(load)
+    drive = np.zeros(len(a))
+    drive[1] = -1.0
+    found = np.array([np.linalg.solve(1j * w * np.eye(len(a)) - a, drive) for w in 2 * np.pi * f])
+    return found[:, 0], found[:, -1]
+
+
+def decay_of(truth, t, load, x0):
+    """The states of a ring-down from a displacement, shape (n, states), by the matrix's exponential."""
+    a = truth.states(load)
+    start = np.zeros(len(a))
+    start[0] = x0
+    if len(a) == 3:
+        start[2] = truth.theta / truth.c * x0 * (0.0 if load != math.inf else 1.0)
+    values, vectors = np.linalg.eig(a)
+    weights = np.linalg.solve(vectors, start)
+    return ((vectors * weights) @ np.exp(np.outer(values, t))).real.T
+
+
+def bouncing(truth, r, gap, x0, t):
+    """The displacement of a ring-down against a stop at x = -gap, by DOP853 and its events."""
+
+    def fall(_, y):
+        return y[0] + gap
+
+    fall.terminal, fall.direction = True, -1
+    longest = 1 / (100 * truth.f0)  # a longer step passes over a mass that only grazes the stop
+    a, state, at, out = truth.states(0.0), np.array([x0, 0.0]), 0.0, np.full(len(t), -gap)
+    while at < t[-1]:
+        run = solve_ivp(
+            lambda _, y: a @ y,
+            (at, t[-1]),
+            state,
+            "DOP853",
+            events=fall,
+            rtol=1e-9,
+            atol=1e-12,
+            dense_output=True,
+            max_step=longest,
+        )
+        here = (t >= at) & (t <= run.t[-1])
+        out[here] = run.sol(t[here])[0]
+        if run.status != 1:
+            break
+        at, (_, v) = run.t[-1], run.y[:, -1]
+        state = np.array([-gap * (1 - 1e-12) if gap > 0 else -gap + 1e-15, -r * v])
+        if abs(v) < 1e-5 * x0 * 2 * math.pi * truth.f0:
+            break
+    return out
+
+
+def write(path, heads, *columns):
+    path.write_text(heads + "\n" + "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)))
+    return str(path)
+
+
+def outliers(rng, values, share, size):
+    """A share of values far off, as where a contact is loose."""
+    bad = rng.uniform(size=len(values)) < share
+    return np.where(bad, values * (1 + size * rng.choice([-1, 1], len(values))), values)
+
+
+def _sweep(truth, count):
+    return np.linspace(0.6, 1.6, count) * truth.f0
+
+
+def impedance(rng, folder, form="polar"):
+    """Size within 0.3 %, phase within 0.2 degrees, one point in a hundred far off."""
+    truth = device(rng, loss=rng.uniform(0.005, 0.03))
+    f = _sweep(truth, 201)
+    z = impedance_of(truth, f)
+    size = outliers(rng, np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f))), 0.01, 0.2)
+    phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
+    z = size * np.exp(1j * np.radians(phase))
+    if form == "polar":
+        path = write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)
+    elif form == "rx":
+        path = write(folder / "z.csv", "f [Hz],R [kOhm],X [kOhm]", f, z.real / 1e3, z.imag / 1e3)
+    else:
+        path = write(folder / "z.csv", "freq (Hz),G (uS),B (uS)", f, (1 / z).real * 1e6, (1 / z).imag * 1e6)
+    return [path], truth.parameters(*ELECTRICAL, "dielectric_loss", "open_circuit_frequency")
+
+
+def voltage(rng, folder):
+    """V/g over four loads, within 1 %, and its phase within half a degree."""
+    truth = device(rng)
+    f, names = _sweep(truth, 121), []
+    for n, ratio in enumerate((0.1, 0.6, 2.5, 15.0)):
+        load = ratio / (2 * math.pi * truth.f0 * truth.c)
+        v = response_of(truth, f, load)[1] * G
+        size = outliers(rng, np.abs(v) * (1 + 0.01 * rng.standard_normal(len(f))), 0.01, 0.5)
+        phase = np.degrees(np.angle(v)) + 0.5 * rng.standard_normal(len(f))
+        path = write(folder / f"v{n}.csv", "Frequency (Hz),Voltage (V/g),Phase (deg)", f, size, phase)
+        names.append(f"{path}@{load:.12g}")
+    return names, truth.parameters(*WHOLE)
+
+
+def displacement(rng, folder):
+    """The tip in short circuit, within 1 %, without a phase."""
+    truth = device(rng)
+    f = _sweep(truth, 161)
+    size = np.abs(response_of(truth, f, 0.0)[0]) * G * 1e3 * (1 + 0.01 * rng.standard_normal(len(f)))
+    return [write(folder / "x.csv", "Frequency (Hz),Displacement (mm/g)", f, size) + "@short"], truth.parameters(
+        *MECHANICAL
+    )
+
+
+def ring_downs(rng, folder):
+    """Displacement in short and open circuit and voltage over a load, noise of 0.3 % of the first swing."""
+    truth, names = device(rng), []
+    t = np.linspace(0.0, 2.5 * truth.q / truth.f0 / math.pi, 1500)
+    load = 1 / (2 * math.pi * truth.f0 * truth.c)
+    for name, at, column in (("s", 0.0, 0), ("o", math.inf, 0), ("v", load, 2)):
+        y = decay_of(truth, t, at, 1e-3)[:, column]
+        y = y + 3e-3 * np.abs(y).max() * rng.standard_normal(len(t))
+        if column == 0:
+            path = write(folder / f"{name}.csv", "Time (s),Displacement (mm)", t, y * 1e3)
+            names.append(path + ("@short" if at == 0.0 else "@open"))
+        else:
+            names.append(write(folder / f"{name}.csv", "t [ms],U [V]", t * 1e3, y) + f"@{load:.12g}")
+    return names, truth.parameters(*ELECTRICAL)
+
+
+def joint(rng, folder):
+    """An impedance and a voltage over one load: with the mass."""
+    truth = device(rng, loss=0.015)
+    f = _sweep(truth, 151)
+    z = impedance_of(truth, f)
+    size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
+    phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
+    first = write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)
+    load, f = 0.5 / (2 * math.pi * truth.f0 * truth.c), _sweep(truth, 101)
+    w = 2 * np.pi * f
+    h = 1j * w * truth.c / (1j * w * truth.c * (1 - 1j * truth.loss) + 1 / load)
+    k = truth.stiffness * (1 + truth.beta * h) - w * w * truth.mass + 1j * w * truth.damping
+    v = np.abs(truth.mass / k * truth.theta / truth.c * h) * G * (1 + 0.01 * rng.standard_normal(len(f)))
+    second = write(folder / "v.csv", f"Frequency (Hz),Voltage at {load:.12g} ohm (V/g)", f, v)
+    return [first, second], truth.parameters(*WHOLE, "dielectric_loss")
+
+
+def bounce(rng, folder):
+    """A ring-down against a stop at a distance: a laser's displacement, noise of 0.3 % of the first swing."""
+    truth = device(rng)
+    r, x0 = rng.uniform(0.5, 0.95), 1e-3
+    gap = rng.uniform(0.1, 0.4) * x0
+    t = np.linspace(0.0, 12.0 / truth.f0, 2400)
+    y = bouncing(truth, r, gap, x0, t) + 3e-3 * x0 * rng.standard_normal(len(t))
+    path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
+    return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
+
+
+def impedance_rx(rng, folder):
+    return impedance(rng, folder, "rx")
+
+
+def impedance_gb(rng, folder):
+    return impedance(rng, folder, "gb")
+
+
+KINDS = {
+    one.__name__: one
+    for one in (impedance, impedance_rx, impedance_gb, voltage, displacement, ring_downs, joint, bounce)
+}
