@@ -14,7 +14,7 @@ from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, quantities
 from harvester.identification.answer import Identified, Parameter
 from harvester.identification.fit import DeviceFit, channels, fit
-from harvester.identification.intervals import Interval, Profiles
+from harvester.identification.intervals import ProfileInterval, Profiles
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
 from harvester.identification.read import read_files
 from harvester.identification.start import chosen, starts
@@ -168,7 +168,7 @@ def _answer(
     )
 
 
-def _open(interval: Interval, above_0: bool) -> bool:
+def _open(interval: ProfileInterval, above_0: bool) -> bool:
     """Whether an interval is so wide that the number is not determined."""
     half = 0.5 * (interval.high - interval.low)
     if above_0:

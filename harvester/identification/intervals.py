@@ -22,7 +22,7 @@ STEPS, FOLLOW = 4, 4  # of the search for an end; of the other parameters at eac
 
 
 @dataclass(frozen=True)
-class Interval:
+class ProfileInterval:
     """The value of a quantity, its 95 % interval, and its standard error by linear propagation."""
 
     value: float
@@ -50,7 +50,7 @@ class Profiles:
         scale = np.sqrt(np.diag(self.plain))
         return np.asarray(self.plain / np.outer(scale, scale))
 
-    def interval(self, quantity: Quantity, above_0: bool) -> Interval:
+    def interval(self, quantity: Quantity, above_0: bool) -> ProfileInterval:
         """The interval of a quantity of the parameters; ``above_0``: it is searched in the logarithm."""
 
         def g(p: Floats) -> float:
@@ -64,13 +64,13 @@ class Profiles:
         best = g(p)
         if variance <= 0.0:  # all that it is made of is known
             value = math.exp(best) if above_0 else best
-            return Interval(value, value, value, 0.0)
+            return ProfileInterval(value, value, value, 0.0)
         more = max(1.0, float(slope @ self.robust @ slope) / variance)
         error = math.sqrt(variance * more)
         low, high = (self._end(g, slope, best, way, error, more) for way in (-1.0, 1.0))
         if above_0:
-            return Interval(math.exp(best), math.exp(low), math.exp(min(high, 300.0)), error)
-        return Interval(best, low, high, error)
+            return ProfileInterval(math.exp(best), math.exp(low), math.exp(min(high, 300.0)), error)
+        return ProfileInterval(best, low, high, error)
 
     def _end(
         self, g: Callable[[Floats], float], slope: Floats, best: float, way: float, error: float, more: float

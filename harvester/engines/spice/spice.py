@@ -111,13 +111,12 @@ class Spice(Sampled):
             steady = steady_response(self, problem, self.reltol, progress, watch.all)
             if steady is not None:
                 seconds = time.perf_counter() - begin - steady.warm_up_seconds
-                answer = steady_estimate(self, self.NAME, problem, steady, seconds)
-                return with_steady_probes(answer, problem, watch, steady)
+                found = steady_estimate(self, self.NAME, problem, steady, seconds)
+                return with_steady_probes(found, problem, watch, steady)
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
-        code = machine_code()
+        code, noisy = machine_code(), eqs.is_random
         ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
-        noisy = eqs.is_random
         ready = dataclasses.replace(ready, device=dataclasses.replace(ready.device, probes=watch.all))
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
