@@ -85,7 +85,7 @@ def prepared(function, e, held, readings=READINGS, numbers=False):
     """A call of a kernel on these arrays; ``numbers``: one by hand, where an absent coefficient is a zero not read."""
     state, words, sums = held
     others = Trajectories(e, LANES, np.random.SeedSequence(2), H).shaker(0)
-    values, steps = (*coefficients(e), others), (2 * PAIRS, None)
+    values, steps = (*coefficients(e), others), (2 * PAIRS, False)
     if numbers:
         values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)  # the paper's scene's
     return lambda: function(*state, *words, sums, readings, *steps, H, *values)

@@ -23,7 +23,7 @@ from harvester.machine.cores import cores
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
 from harvester.mechanics.kernels.lanes import LANES
-from harvester.mechanics.kernels.noise import HALF_ROOT, child, random_words, shuffle, two_variates
+from harvester.mechanics.kernels.noise import child, draw_noise, random_words
 from harvester.uncertainty.richardson import step_bias
 from harvester.uncertainty.value import mean_and_error
 
@@ -40,24 +40,18 @@ def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2): 
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place.  A coefficient that is
     None is an absent effect.  A round has ``draws`` of two random variates, for two steps of length h each or, where
-    ``coarse`` is not None, for one.
+    these are ``coarse``, for one.
     """
     e, g = relaxation(h, mu)
+    noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(rounds):
         for _ in range(draws):
-            for i in range(LANES):
-                xi1 = xi2 = 0.0
-                if n2 is not None:
-                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                    xi1, xi2 = two_variates(bits)
-                    if coarse is not None:
-                        xi1 = (xi1 + xi2) * HALF_ROOT
-                xi, vi, Vi, _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
-                vi = kick(xi, vi, Vi, xi1, h, None, beta, c1, None, None, None, n2, None)
-                if coarse is None:
-                    xi, vi, Vi, _hit = drift(xi, vi, Vi, h, e, g, mu, r)
-                    vi = kick(xi, vi, Vi, xi2, h, None, beta, c1, None, None, None, n2, None)
-                x[i], v[i], V[i] = xi, vi, Vi
+            if n2 is not None:
+                draw_noise(noise, s0, s1, coarse)
+            for k in range(steps):
+                for i in range(LANES):
+                    x[i], vi, V[i], _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
+                    v[i] = kick(x[i], vi, V[i], noise[k, i], h, None, beta, c1, None, None, None, n2, None)
         for i in range(LANES):
             size2 = x[i] * x[i] + v[i] * v[i]
             if mu is not None:
@@ -120,7 +114,7 @@ def exponent(
         )
     done = (lambda fraction: None) if tick is None else tick
     run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
-    fine, steps = _run(*run, None, lambda part: done(part * 2 / 3))
+    fine, steps = _run(*run, False, lambda part: done(part * 2 / 3))
     coarse, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
     value, stderr = mean_and_error(fine)
     return Growth(value, stderr, abs(step_bias(fine, coarse)[0]), h, duration, burn_in, steps + coarse_steps, fine)
@@ -133,7 +127,7 @@ def _run(
     burn_in: float,
     duration: float,
     h: float,
-    coarse: bool | None,
+    coarse: bool,
     tick: Callable[[float], None],
 ) -> tuple[Floats, int]:
     """One sample of lambda a trajectory, and trajectory-steps; ``coarse`` makes one step of 2 h of two of h."""

@@ -105,7 +105,7 @@ class Trajectories:
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
         self.controlled = controlled and not ngspice_rule and eqs.is_random and not eqs.is_shaken_otherwise
-        self._coarse: bool | None = None  # True: the noise of two steps of h/2 makes that of one step
+        self._coarse = False  # True: the noise of two steps of h/2 makes that of one step
         self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
 

@@ -9,9 +9,9 @@ import numpy as np
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, relaxation
 from harvester.mechanics.kernels.features import add_features
-from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move
-from harvester.mechanics.kernels.shaking import last_acceleration, shaken
+from harvester.mechanics.kernels.shaking import last_acceleration, shake, shaken
 
 LANES = 64
 
@@ -22,14 +22,14 @@ SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "f
 
 @forced
 def _step(
-    i, x, v, V, xi, sums, coarse,
+    i, x, v, V, xi, sums, accelerations,
     h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
 ):  # fmt: skip
     """Make one step of lane i, and add up its impacts, and the work of shaking other than white noise.
 
     Returns its x, v and V, and the v just before the kick.
     """
-    a, a1 = shaken(i, coarse, shaker)
+    a, a1 = shaken(i, accelerations, shaker)
     if stops is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
         x, v, V, speed = drift_at_stop(x, v, V, h, h, e, g, mu, r, beta, n1, None, a)
         if r is not None:
@@ -57,55 +57,30 @@ def advance(
     shaker: as of `shaken`, its states changed in place.  controls: shape (MARTINGALES, LANES), added to
     (`harvester.mechanics.kernels.features`); None: nothing of it is compiled.
 
-    A draw of random bits is the noise of two steps, and ``stride`` even; or, where ``coarse`` is not None, of one
-    step of twice the length: the sum of both variates has the moments that weak order 2 uses, as they have.
+    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.
     """
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
-    # A step with a square root, a division or the stop's voltage is a long chain of results that wait
-    # for each other.  The processor overlaps as many lanes as fit into its window: twice as many if
-    # the loop body is one step, not two.  A short step is better off with fewer loads and stores.
-    short = c2 is None and c3 is None and n2 is None and (r is None or mu is None) and shaker is None
-    later = np.zeros(LANES)
-    before, kicks = np.zeros((3, LANES)), np.zeros((2, LANES))
+    noise, kicks, accelerations = np.zeros((2, LANES)), np.zeros((2, LANES)), np.zeros((2, LANES))
+    before = np.zeros((3, LANES))
+    steps = 1 if coarse else 2
     for _ in range(readings):
-        for _ in range(stride if coarse is not None else stride // 2):
+        for _ in range(stride // steps):
+            if n1 is not None or n2 is not None:
+                draw_noise(noise, s0, s1, coarse)
             if controls is not None:
                 before[0], before[1], before[2] = x, v, V
-            for i in range(LANES):
-                xi1 = xi2 = 0.0
-                if n1 is not None or n2 is not None:
-                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                    xi1, xi2 = two_variates(bits)
-                if coarse is not None:
-                    xi1 = (xi1 + xi2) * HALF_ROOT
-                xi, vi, Vi, v_kicked = _step(
-                    i, x[i], v[i], V[i], xi1, sums, coarse,
-                    h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
-                )  # fmt: skip
-                if controls is not None:
-                    kicks[0, i], kicks[1, i] = v_kicked * xi1, xi1
-                if coarse is None:
-                    if short:
-                        xi, vi, Vi, v_kicked = _step(
-                            i, xi, vi, Vi, xi2, sums, coarse,
-                            h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
-                        )  # fmt: skip
-                        if controls is not None:
-                            kicks[0, i] += v_kicked * xi2
-                            kicks[1, i] += xi2
-                    elif n1 is not None or n2 is not None:
-                        later[i] = xi2
-                x[i], v[i], V[i] = xi, vi, Vi
-            if coarse is None and not short:
+                kicks[:] = 0.0
+            for k in range(steps):
+                shake(accelerations, coarse, shaker)
                 for i in range(LANES):
                     x[i], v[i], V[i], v_kicked = _step(
-                        i, x[i], v[i], V[i], later[i], sums, coarse,
+                        i, x[i], v[i], V[i], noise[k, i], sums, accelerations,
                         h, e, g, mu, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker,
                     )  # fmt: skip
                     if controls is not None:
-                        kicks[0, i] += v_kicked * later[i]
-                        kicks[1, i] += later[i]
+                        kicks[0, i] += v_kicked * noise[k, i]
+                        kicks[1, i] += noise[k, i]
             if controls is not None:
                 for i in range(LANES):
                     add_features(i, before, kicks, controls, mu, alpha, n1, n2, n12, linear, alpha2)

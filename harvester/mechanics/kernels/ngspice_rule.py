@@ -18,7 +18,7 @@ from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import friction, kick
 from harvester.mechanics.kernels.lanes import LANES
-from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.path import COLUMNS, Path, coefficients, room_for_impacts
 
 
@@ -65,17 +65,12 @@ def advance_by_ngspice_rule(
     before the first one.
     """
     w = rule_weight(mu * h)
-    xi, later = np.zeros(LANES), np.zeros(LANES)
+    noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(readings):
         for k in range(stride):
-            if coarse is not None or k % 2 == 0:
-                for i in range(LANES):
-                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                    first, second = two_variates(bits)
-                    xi[i] = (first + second) * HALF_ROOT if coarse is not None else first
-                    later[i] = second
-            else:
-                xi[:] = later
+            if k % steps == 0:
+                draw_noise(noise, s0, s1, coarse)
+            xi = noise[k % steps]
             t = 0.5 * h if landed and k == 0 else h
             for i in range(LANES):
                 xn, vn, Vn, speed = drift_by_ngspice_rule(x[i], v[i], V[i], t, mu, r, w)

@@ -15,10 +15,10 @@ import numpy as np
 from numba import uint32, uint64
 
 from harvester.arrays import Floats, Words
-from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.compiled import forced, inlined, kernel
 
 _SQRT3 = math.sqrt(3.0)
-HALF_ROOT = math.sqrt(0.5)  # two variates in a row, times this, are one of twice the step
+_HALF_ROOT = math.sqrt(0.5)  # two variates in a row, times this, are one of twice the step
 _SIXTH = 715827883  # 2^32/6, rounded; the probability is off by 1e-10
 _FIVE_SIXTHS = 2**32 - _SIXTH
 
@@ -72,6 +72,18 @@ def three_point(bits):
 def two_variates(bits):
     """The two three-point variates of 64 random bits."""
     return three_point(uint32(bits >> uint64(32))), three_point(uint32(bits & uint64(0xFFFFFFFF)))
+
+
+@forced
+def draw_noise(noise, s0, s1, coarse):
+    """Draw the variates of the coming two steps of all lanes, or of one ``coarse`` step: into noise, shape (2, lanes).
+
+    The sum of both has the moments that weak order 2 uses, as they have: a coarse step is made on the same noise.
+    """
+    for i in range(noise.shape[1]):
+        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+        first, second = two_variates(bits)
+        noise[0, i], noise[1, i] = (first + second) * _HALF_ROOT if coarse else first, second
 
 
 @kernel

@@ -64,9 +64,7 @@ def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
-def shaker(
-    eqs: Equations, h: float, coarse: bool | None = None, samples: Floats | None = None
-) -> tuple[Any, ...] | None:
+def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | None = None) -> tuple[Any, ...] | None:
     """The filter of the shaking, as `shaken` takes it: (a11, a12, a21, a22, l11, l21, l22, gain, samples).
 
     Each is None where absent; None for all: nothing but white noise shakes the mass.  With ``samples`` of
@@ -86,7 +84,7 @@ def shaker(
     if eqs.correlation_time is not None:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
-        gain = deviation(eqs, whole) / spread if coarse else None
+        gain = deviation(eqs, whole) / spread  # 1, unless coarse
         innovation = spread * math.sqrt(-math.expm1(-2.0 * fading))
         return math.exp(-fading), None, None, None, innovation, None, None, gain, None
     a, lower = _noise_filter(eqs, h)
@@ -107,27 +105,38 @@ def shaker_start(
 
 
 @forced
-def shaken(i, coarse, shaker):
-    """Advance the filter of lane i: the acceleration's mean over the coming drift, and its value at the kick after it.
+def shake(accelerations, coarse, shaker):
+    """Advance the filters of all lanes by a step: the accelerations' means over its drift, and values at its kick.
 
-    ``shaker`` is None, then both are None, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,).
+    ``shaker`` is None, then nothing is done, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,);
+    ``accelerations`` has shape (2, lanes).
     """
-    if shaker is None:
-        return None, None
-    return _shaken(i, coarse, *shaker)
+    if shaker is not None:
+        _shake(accelerations, coarse, *shaker)
 
 
 @forced
-def _shaken(i, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
-    before = p[i]
-    _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
-    if coarse is not None:
+def _shake(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+    for i in range(len(p)):
+        accelerations[0, i] = p[i]
+    if coarse:
+        for i in range(len(p)):
+            _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+    for i in range(len(p)):
         _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
-    after = p[i]
-    if gain is not None:
-        before *= gain
-        after *= gain
-    return 0.5 * (before + after), after
+        before, after = accelerations[0, i], p[i]
+        if gain is not None:
+            before *= gain
+            after *= gain
+        accelerations[0, i], accelerations[1, i] = 0.5 * (before + after), after
+
+
+@forced
+def shaken(i, accelerations, shaker):
+    """The two accelerations of lane i, made by `shake`; None without a shaker."""
+    if shaker is None:
+        return None, None
+    return accelerations[0, i], accelerations[1, i]
 
 
 @forced

@@ -11,7 +11,7 @@ from harvester.mechanics.kernels.circuit_features import add_circuit_features
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import friction, kick
 from harvester.mechanics.kernels.lanes import LANES, SUMS
-from harvester.mechanics.kernels.noise import HALF_ROOT, shuffle, two_variates
+from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.rectifiers.circuit import conducted, until_free
 
 IDEAL_SUMS = (*SUMS, "load")
@@ -45,8 +45,8 @@ def advance_ideal(
     added to.  The noise is that of `harvester.mechanics.kernels.lanes.advance`.  controls: shape (9, LANES), added to
     (`harvester.mechanics.kernels.circuit_features`); None: nothing of it is compiled.
     """
-    left, hit, later = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    mid = np.zeros((5, LANES))
+    left, hit, mid = np.zeros(LANES), np.zeros(LANES), np.zeros((5, LANES))
+    noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(readings):
         for k in range(stride):
             _drift(
@@ -56,20 +56,13 @@ def advance_ideal(
                 for i in range(LANES):
                     sums[10, i] += 1.0 if hit[i] > 0.0 else 0.0
                     sums[11, i] += hit[i] * hit[i]
-            if coarse is not None or k % 2 == 0:
-                for i in range(LANES):
-                    bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-                    first, second = two_variates(bits)
-                    xi = (first + second) * HALF_ROOT if coarse is not None else first
-                    later[i] = second
-                    if controls is not None:
-                        add_circuit_features(i, x[i], v[i], V[i], U[i], xi, controls, alpha, beta, n1, n2, n12)
-                    v[i] = kick(x[i], v[i], V[i], xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
-            else:
-                for i in range(LANES):
-                    if controls is not None:
-                        add_circuit_features(i, x[i], v[i], V[i], U[i], later[i], controls, alpha, beta, n1, n2, n12)
-                    v[i] = kick(x[i], v[i], V[i], later[i], h, alpha, beta, c1, c2, c3, n1, n2, n12)
+            if k % steps == 0:
+                draw_noise(noise, s0, s1, coarse)
+            for i in range(LANES):
+                xi = noise[k % steps, i]
+                if controls is not None:
+                    add_circuit_features(i, x[i], v[i], V[i], U[i], xi, controls, alpha, beta, n1, n2, n12)
+                v[i] = kick(x[i], v[i], V[i], xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
         mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
         _drift(
             mid[0], mid[1], mid[2], mid[3], mid[4], left, hit, 0.5 * h, r,

@@ -291,7 +291,7 @@ def test_at_rest_on_the_stop_only_the_voltage_is_left():
     """V > 0 holds the mass at the stop, and the size decays as e^(-mu t)."""
     state = [np.full(64, value) for value in (0.01, 0.0, 10.0)]
     logs = np.zeros(64)
-    run = (None, 0.01, 0.1, 0.5, 1.0, None, None)  # coarse, h, mu, r, beta, c1, n2
+    run = (False, 0.01, 0.1, 0.5, 1.0, None, None)  # coarse, h, mu, r, beta, c1, n2
     lyapunov.grow(*state, *random_words(SEED, 64), logs, 50, 10, *run)
     logs[:] = 0.0
     lyapunov.grow(*state, *random_words(SEED, 64), logs, 500, 10, *run)
