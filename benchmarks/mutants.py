@@ -120,8 +120,8 @@ work-of-the-shaking: test_shaking.py -k balance or linear_response
 - 0.5 * h * a1 * (v + v1)
 + h * a1 * v
 coarse-noise: test_trajectories.py -k same_noise
-- (first + second) * _HALF_ROOT if coarse else first
-+ 1.2 * (first + second) * _HALF_ROOT if coarse else first
+- (first + second) * HALF_ROOT if coarse else first
++ 1.2 * (first + second) * HALF_ROOT if coarse else first
 shaking-of-a-path: test_shaking.py test_records.py test_impact_oscillator.py -k solve_ivp or second_order
 - return 0.5 * (shaking[max(k - 1, 0)] + shaking[k]), shaking[k]
 + return shaking[k], shaking[k]

@@ -177,7 +177,7 @@ def _control(
         return from_path(eqs, trace(eqs, noise, h, stride, start[:3], shaking), burn_in, blocks)
     from harvester.mechanics.rectifiers.rectifier_path import ideal_moments
 
-    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in, blocks, start)
+    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in, blocks, start, shaking)
 
 
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:

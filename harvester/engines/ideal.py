@@ -6,12 +6,9 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble, Model
-from harvester.engines.protocol import NOT_WHITE, AnyScene, Progress, unknown_effects
+from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
-
-# Effects that the ideal circuits' kernel does not know
-UNSERVED = NOT_WHITE | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
 
 
 @names_arguments
@@ -26,7 +23,7 @@ class Ideal(Ensemble):
     Raises
     ------
     CannotServeError
-        for a load resistance, a netlist of the user's own, whose switches are not known, and the effects `UNSERVED`.
+        for a load resistance, a netlist of the user's own, whose switches are not known.
     UnboundedResponseError
         where no stationary response exists.
     """
@@ -49,7 +46,7 @@ class Ideal(Ensemble):
                 f"engine 'ideal' must have one of the package's netlists, but the load is {problem.netlist!r}: "
                 "use engine 'spice'"
             )
-        return unknown_effects(problem, UNSERVED, f"engine {cls.NAME!r}", "engine 'spice'")
+        return ""
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.ensemble import KNOWN, affordable, first_duration, step_and_effort
-from harvester.engines.ideal import UNSERVED
 from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import NOT_WHITE
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import invalid
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from harvester.circuit.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
+# Beside which a load resistor follows no rule of ngspice, but the exact update
+NOT_RULED = NOT_WHITE | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
 LONGEST_CHARGING = 2e4  # nondimensional
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
@@ -119,9 +121,8 @@ def prepare(
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * s.frequency
-    known = UNSERVED.isdisjoint(problem.effects)
-    ideal = ideal_circuit(circuit, s) if known and charging <= LONGEST_CHARGING else None
-    ngspice_rule = known and eqs.mu is not None
+    ideal = ideal_circuit(circuit, s) if charging <= LONGEST_CHARGING else None
+    ngspice_rule = NOT_RULED.isdisjoint(problem.effects) and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     with compilation():
         compile_pair(eqs, seed, ideal, ngspice_rule, controlled=True)

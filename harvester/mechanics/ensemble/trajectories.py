@@ -72,8 +72,7 @@ class Trajectories:
         with the sums of mean zero that make means cheaper, where there are any: under white noise alone, with a
         resistance or none (`harvester.mechanics.kernels.features`), or a circuit (`circuit_features`).
 
-    Raises InputError for a start behind a stop, a step out of range, and a circuit on a device without external noise
-    or with mu.
+    Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with mu.
     """
 
     def __init__(
@@ -88,8 +87,8 @@ class Trajectories:
         controlled: bool = False,
     ) -> None:
         check_bounded(eqs, driven=circuit is not None)
-        if circuit is not None and (eqs.n1 is None or eqs.mu is not None):
-            raise invalid("n1 and mu beside a load circuit", "be a noise and None", f"{eqs.n1} and {eqs.mu}")
+        if circuit is not None and eqs.mu is not None:
+            raise invalid("mu beside a load circuit", "be None", eqs.mu)
         if h is not None and not SHORTEST <= h <= LONGEST:
             raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-count // LANES)
@@ -174,8 +173,9 @@ class Trajectories:
             state = (*self.state[k], *self.words[k], sums[k])
             known = coefficients(self.eqs)
             controls = None if martingales is None else martingales[k]
-            if self.circuit is not None:  # without mu, and what the ideal circuits do not serve
-                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:10], controls)  # type: ignore[call-arg]
+            if self.circuit is not None:
+                whole = *known[1:], self.shaker(k), controls
+                advance_ideal(*state, *grid, *self.circuit.arguments, *whole)  # type: ignore[call-arg]
             elif self.ngspice_rule:
                 advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
@@ -193,7 +193,8 @@ class Trajectories:
                 f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
                 f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
             )
-        moments = from_sums(sums, readings, elapsed, loss_unit(eqs), eqs.mu)
+        unit = loss_unit(eqs) if self.circuit is None else 1.0
+        moments = from_sums(sums, readings, elapsed, unit, eqs.mu)
         if martingales is None:
             return moments
         rows = np.moveaxis(martingales, 1, 0).reshape(MARTINGALES, -1), states_h(eqs, self._states()) - begin
@@ -206,12 +207,13 @@ class Trajectories:
         out = np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
             return self._states().copy()
-        if self.circuit is not None:
-            mid_drift_ideal(self.state, out, self.h, eqs.restitution, *self.circuit.arguments)
-            return out
         for k, state in enumerate(self.state):
             lanes = out[:, k * LANES : (k + 1) * LANES]
-            mid_drift(state, lanes, self.h, eqs.mu, eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k))
+            mechanics = eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k)
+            if self.circuit is None:
+                mid_drift(state, lanes, self.h, eqs.mu, *mechanics)
+            else:
+                mid_drift_ideal(state, lanes, self.h, *mechanics, *self.circuit.arguments)
         return out
 
     def _states(self) -> Floats:

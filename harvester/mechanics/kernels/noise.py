@@ -18,7 +18,7 @@ from harvester.arrays import Floats, Words
 from harvester.mechanics.kernels.compiled import forced, inlined, kernel
 
 _SQRT3 = math.sqrt(3.0)
-_HALF_ROOT = math.sqrt(0.5)  # two variates in a row, times this, are one of twice the step
+HALF_ROOT = math.sqrt(0.5)  # two variates in a row, times this, are one of twice the step
 _SIXTH = 715827883  # 2^32/6, rounded; the probability is off by 1e-10
 _FIVE_SIXTHS = 2**32 - _SIXTH
 
@@ -83,7 +83,7 @@ def draw_noise(noise, s0, s1, coarse):
     for i in range(noise.shape[1]):
         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
         first, second = two_variates(bits)
-        noise[0, i], noise[1, i] = (first + second) * _HALF_ROOT if coarse else first, second
+        noise[0, i], noise[1, i] = (first + second) * HALF_ROOT if coarse else first, second
 
 
 @kernel

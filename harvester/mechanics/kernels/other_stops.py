@@ -69,6 +69,21 @@ def _single(x, v, V, h, r, beta, n1, pull, a, speed):
 
 
 @forced
+def wall_of(speed, stops):
+    """Where the mass met a stop, from the speed there as `move` returns it."""
+    if stops is None:
+        return 0.0
+    return _wall_of(speed, *stops)
+
+
+@forced
+def _wall_of(speed, gap, pull, high, r_high, pull_high, k, c):
+    if high is not None and speed < 0.0:
+        return high
+    return -gap
+
+
+@forced
 def mirrored(way, a):
     """The acceleration a along the axis turned by ``way``."""
     if a is None:

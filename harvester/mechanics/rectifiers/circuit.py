@@ -26,6 +26,7 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 from harvester.mechanics.kernels.compiled import forced, inlined
+from harvester.mechanics.kernels.other_stops import move, wall_of
 from harvester.mechanics.rectifiers.diode import lowered, share
 
 
@@ -170,26 +171,34 @@ def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, 
     return V, U, m + s * max(after - play, 0.0), left
 
 
-@inlined
-def until_free(x, v, V, U, m, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """Drift by h, with the circuit advanced to the last impact or switching only.
+@forced
+def until_free(
+    x, v, V, U, m, h, t, r, beta, n1, stops, a,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+):  # fmt: skip
+    """Drift by the first t of a step h, with the circuit advanced to the last impact or switching only.
 
-    Returns x and v at the end of the drift, V, U and m, the time that V and U still have to go, and the speed of the
-    impact or 0.
+    The mass flies as `harvester.mechanics.kernels.other_stops.move` says, between kicks and impacts at a constant
+    speed.  Returns x and v at the end of the drift; V, U, m, and the speed and the time that V and U still have to go;
+    the time and the speed of the first impact, negative at the opposite stop, the number of impacts and what they took.
     """
-    t, hit = h, 0.0
-    if r is not None and x + v * h < 0.0:
-        t, hit = (x + v * h) / v, -v
-        left = h - t
-        if play is not None:
-            V, U, m, left = until_switched(
-                x, v, V, U, m, h - t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
-            )
-        V, U = conducted(V, U, v, left, mu, kappa, n, leak, loss, bridge, doubler)
-        x, v = 0.0, -r * v
-    left = t
+    (x1, v1, _), (first, speed, impacts, lost) = move(x, v, V, h, t, 1.0, t, None, r, beta, n1, stops, a)
+    w, left = v, t
+    if r is not None or stops is not None:
+        if impacts > 0.0:
+            wall = wall_of(speed, stops)
+            if first > 0.0:
+                w = (wall - x) / first
+                rest = first
+                if play is not None:
+                    V, U, m, rest = until_switched(
+                        x, w, V, U, m, first, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
+                    )
+                V, U = conducted(V, U, w, rest, mu, kappa, n, leak, loss, bridge, doubler)
+            x, left = wall, t - first
+        w = (x1 - x) / left if left > 0.0 else 0.0
     if play is not None:
         V, U, m, left = until_switched(
-            x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
+            x, w, V, U, m, left, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
         )
-    return x + v * t, v, V, U, m, left, hit
+    return x1, v1, V, U, m, w, left, first, speed, impacts, lost

@@ -8,64 +8,83 @@ compiler turns into vector instructions.
 import numpy as np
 
 from harvester.mechanics.kernels.circuit_features import add_circuit_features
-from harvester.mechanics.kernels.compiled import inlined, kernel
-from harvester.mechanics.kernels.equation_of_motion import friction, kick
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import LANES, SUMS
 from harvester.mechanics.kernels.noise import draw_noise
+from harvester.mechanics.kernels.other_stops import kick_at_stops
+from harvester.mechanics.kernels.shaking import last_acceleration, shake, shaken
 from harvester.mechanics.rectifiers.circuit import conducted, until_free
 
 IDEAL_SUMS = (*SUMS, "load")
 
 
-@inlined
-def _drift(x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """Drift all lanes by h; ``left`` is scratch, ``hit`` gets the speeds of impacts."""
-    if r is None and play is None:
+@forced
+def _drift(
+    x, v, V, U, m, scratch, accelerations, h, t, r, beta, n1, stops, shaker,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+):  # fmt: skip
+    """Drift all lanes by the first t of a step h, with the first row of ``accelerations``.
+
+    ``scratch``, shape (4, LANES), gets what impacts did in its last two rows: their number and the energy they took.
+    """
+    if r is None and stops is None and play is None:
         for i in range(LANES):
-            x[i] += h * v[i]
-            V[i], U[i] = conducted(V[i], U[i], v[i], h, mu, kappa, n, leak, loss, bridge, doubler)
+            x[i] += t * v[i]
+            V[i], U[i] = conducted(V[i], U[i], v[i], t, mu, kappa, n, leak, loss, bridge, doubler)
         return
     for i in range(LANES):
-        x[i], v[i], V[i], U[i], m[i], left[i], hit[i] = until_free(
-            x[i], v[i], V[i], U[i], m[i], h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
-        )
+        a, _ = shaken(i, accelerations, shaker)
+        x[i], v[i], V[i], U[i], m[i], scratch[0, i], scratch[1, i], _, _, scratch[2, i], scratch[3, i] = until_free(
+            x[i], v[i], V[i], U[i], m[i], h, t, r, beta, n1, stops, a,
+            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+        )  # fmt: skip
     for i in range(LANES):
-        V[i], U[i] = conducted(V[i], U[i], v[i], left[i], mu, kappa, n, leak, loss, bridge, doubler)
+        V[i], U[i] = conducted(V[i], U[i], scratch[0, i], scratch[1, i], mu, kappa, n, leak, loss, bridge, doubler)
 
 
 @kernel
 def advance_ideal(
     x, v, V, U, m, s0, s1, sums, readings, stride, coarse, h,
     mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
-    r, alpha, beta, c1, c2, c3, n1, n2, n12, controls=None,
+    r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, shaker, controls=None,
 ):  # fmt: skip
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
-    added to.  The noise is that of `harvester.mechanics.kernels.lanes.advance`.  controls: shape (9, LANES), added to
-    (`harvester.mechanics.kernels.circuit_features`); None: nothing of it is compiled.
+    added to.  Noise and shaking are those of `harvester.mechanics.kernels.lanes.advance`.  controls: shape (9, LANES),
+    added to (`harvester.mechanics.kernels.circuit_features`); None: nothing of it is compiled.
     """
-    left, hit, mid = np.zeros(LANES), np.zeros(LANES), np.zeros((5, LANES))
-    noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
+    scratch, mid = np.zeros((4, LANES)), np.zeros((5, LANES))
+    noise, accelerations, steps = np.zeros((2, LANES)), np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(readings):
         for k in range(stride):
+            shake(accelerations, coarse, shaker)
             _drift(
-                x, v, V, U, m, left, hit, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
-            )
-            if r is not None:
+                x, v, V, U, m, scratch, accelerations, h, h, r, beta, n1, stops, shaker,
+                mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+            )  # fmt: skip
+            if r is not None or stops is not None:
                 for i in range(LANES):
-                    sums[10, i] += 1.0 if hit[i] > 0.0 else 0.0
-                    sums[11, i] += hit[i] * hit[i]
-            if k % steps == 0:
+                    sums[10, i] += scratch[2, i]
+                    sums[11, i] += scratch[3, i]
+            if (n1 is not None or n2 is not None) and k % steps == 0:
                 draw_noise(noise, s0, s1, coarse)
             for i in range(LANES):
                 xi = noise[k % steps, i]
                 if controls is not None:
                     add_circuit_features(i, x[i], v[i], V[i], U[i], xi, controls, alpha, beta, n1, n2, n12)
-                v[i] = kick(x[i], v[i], V[i], xi, h, alpha, beta, c1, c2, c3, n1, n2, n12)
+                _, a = shaken(i, accelerations, shaker)
+                vi = v[i]
+                v[i] = kick_at_stops(
+                    x[i], vi, V[i], xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a
+                )
+                if shaker is not None:
+                    sums[12, i] += 0.5 * h * a * (vi + v[i])
         mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
+        accelerations[0] = accelerations[1]
         _drift(
-            mid[0], mid[1], mid[2], mid[3], mid[4], left, hit, 0.5 * h, r,
+            mid[0], mid[1], mid[2], mid[3], mid[4], scratch, accelerations, h, 0.5 * h, r, beta, n1, stops, shaker,
             mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
         )  # fmt: skip
         for i in range(LANES):
@@ -85,15 +104,18 @@ def advance_ideal(
 
 
 @kernel
-def mid_drift_ideal(state, out, h, r, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """Go from states after a kick, shape (blocks, 5, LANES), to x, v, V half a step later: shape (3, blocks LANES)."""
-    left, hit = np.zeros(LANES), np.zeros(LANES)
-    for k in range(len(state)):
-        mid = state[k].copy()
-        x, v, V, U, m = mid[0], mid[1], mid[2], mid[3], mid[4]
-        _drift(
-            x, v, V, U, m, left, hit, 0.5 * h, r,
-            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
-        )  # fmt: skip
+def mid_drift_ideal(
+    state, out, h, r, beta, n1, stops, shaker,
+    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+):  # fmt: skip
+    """Go from the states of a block after a kick, shape (5, LANES), to x, v, V half a step later: shape (3, LANES)."""
+    mid, scratch, accelerations = state.copy(), np.zeros((4, LANES)), np.zeros((2, LANES))
+    if shaker is not None:
         for i in range(LANES):
-            out[0, k * LANES + i], out[1, k * LANES + i], out[2, k * LANES + i] = x[i], v[i], V[i]
+            accelerations[0, i] = last_acceleration(i, shaker)
+    x, v, V, U, m = mid[0], mid[1], mid[2], mid[3], mid[4]
+    _drift(
+        x, v, V, U, m, scratch, accelerations, h, 0.5 * h, r, beta, n1, stops, shaker,
+        mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+    )  # fmt: skip
+    out[0], out[1], out[2] = x, v, V

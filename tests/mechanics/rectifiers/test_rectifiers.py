@@ -20,6 +20,7 @@ from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
+from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit, conducted, flown_back, until_free
 from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
 from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_ideal
@@ -37,6 +38,7 @@ SWITCHED = {
     "series_sshi": {"play": 0.005, "series": Coil(0.7, 150.0)},
     "sece": {"play": 0.005, "sece": Flyback(0.03, 150.0, 0.09, 2e-4, 2.0)},
 }
+FREE = 5 * (None,)  # of a stop and what acts there
 KINDS = {"bridge": {"bridge": True}, "doubler": {"doubler": True}, **SWITCHED}
 
 
@@ -55,7 +57,7 @@ def moved(one, x, h, U=0.0):
     V, m, seen = 0.0, x[0], []
     for a, b in pairwise(x):
         v = (b - a) / h
-        *_, V, U, m, left, _ = until_free(a, v, V, U, m, h, None, *one.arguments)
+        _, _, V, U, m, _, left, *_ = until_free(a, v, V, U, m, h, h, *FREE, *one.arguments)
         V, U = conducted(V, U, v, left, *one.arguments[:7])
         seen.append((V, U))
     return np.array(seen).T
@@ -241,14 +243,17 @@ def test_impact_within_a_drift(kind):
     """Two motions, to the stop and away from it, as `drift` has them."""
     one, r, h = circuit(kind), 0.8, 0.2
     x, v, V, U, m = 0.1, -1.5, 0.6, 0.3, 0.102
-    x1, v1, V1, U1, _, left, hit = until_free(x, v, V, U, m, h, r, *one.arguments)
-    V1, U1 = conducted(V1, U1, v1, left, *one.arguments[:7])
+    found = until_free(x, v, V, U, m, h, h, r, *FREE[1:], *one.arguments)
+    x1, v1, V1, U1, _, w, left, *impact = found
+    V1, U1 = conducted(V1, U1, w, left, *one.arguments[:7])
     there = 0.1 / 1.5
-    assert (x1, v1, hit) == pytest.approx((*drift(x, v, V, h, 1.0, h, None, r)[:2], 1.5))
+    assert (x1, v1, *impact[:2]) == pytest.approx((*drift(x, v, V, h, 1.0, h, None, r)[:2], there, 1.5))
+    assert impact[2:] == pytest.approx([1.0, 0.5 * (1 - r**2) * 1.5**2])
     away = 0.8 * 1.5 * (h - there)
-    *_, Va, Ua, ma, rest, _ = until_free(x, v, V, U, m, there, None, *one.arguments)
+    _, _, Va, Ua, ma, _, rest, *_ = until_free(x, v, V, U, m, there, there, *FREE, *one.arguments)
     Va, Ua = conducted(Va, Ua, v, rest, *one.arguments[:7])
-    *_, Vb, Ub, _, rest, _ = until_free(0.0, v1, Va, Ua, ma, h - there, None, *one.arguments)
+    t = h - there
+    _, _, Vb, Ub, _, _, rest, *_ = until_free(0.0, v1, Va, Ua, ma, t, t, *FREE, *one.arguments)
     Vb, Ub = conducted(Vb, Ub, v1, rest, *one.arguments[:7])
     assert pytest.approx((Vb, Ub), rel=1e-12) == (V1, U1)
     assert x1 == pytest.approx(away)
@@ -280,6 +285,43 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
             assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=1e-6), name
         assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.readings[-1, 2:]
         assert path.U[-1, 0] == pytest.approx(many.state[0, 3, lane], rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        ("bridge", {"n1": None, "drive": 0.7, "drive_frequency": 0.9, "gap": 0.4, "restitution": 0.8}),
+        ("parallel_sshi", {"gap": 0.6, "restitution": 0.8, "opposite_gap": 0.7, "opposite_restitution": 0.5}),
+        ("sece", {"stop_stiffness": 400.0, "stop_damping": 2.0, "linear": 0.8, "alpha2": 0.1, "alpha": 0.2}),
+    ],
+)
+def test_the_mass_moves_as_with_a_resistor(kind, changes):
+    """Whatever shakes and stops it, where the piezo does not act back; a lane and a path are the same there too.
+
+    But for the half kick that begins a path.
+    """
+    eqs = changed(PLATE, **{"beta": None, **changes})
+    many = Trajectories(eqs, 64, SEED, 0.02, circuit=circuit(kind))
+    words, h = many.words[0].copy(), many.h
+    start = (*many.state[0, :2, 5], 0.0, 0.0)
+    phase = math.atan2(many.filter[0, 1, 5], many.filter[0, 0, 5])
+    moments = many.run(30.0)
+    noise = np.empty(round(many.time / h))
+    fill_three_point(noise, *words[:, 5])
+    shaking = None
+    if eqs.drive is not None:
+        shaking = eqs.drive * np.cos(phase + eqs.drive_frequency * h * np.arange(len(noise) + 1))
+    path = trace_ideal(eqs, circuit(kind), noise, h, many.stride, start, shaking)
+    same = trace(eqs, noise, h, many.stride, start[:3], shaking)
+    assert len(path.impacts) > 2
+    assert pytest.approx(same.readings[:, [0, 2, 3]], rel=1e-9, abs=1e-9) == path.readings[:, [0, 2, 3]]
+    assert pytest.approx(same.impacts, rel=1e-9) == path.impacts
+    assert moments.impacts[5] * many.time == pytest.approx(len(path.impacts), abs=1)
+    assert path.U[-1, 0] == pytest.approx(many.state[0, 3, 5], rel=1e-3)
+    assert moments.load[5] == pytest.approx(
+        ideal_moments(eqs, circuit(kind), noise, h, many.stride, 0.0, start=start, shaking=shaking).load[0], rel=1e-3
+    )
 
 
 @pytest.mark.statistics
@@ -315,10 +357,9 @@ def test_detection_begins_at_the_start():
     assert (many.with_step(0.2).state[:, 4] == 0.7).all()
 
 
-def test_noise_is_needed_and_no_resistor():
-    for eqs in (changed(PLATE, n1=None, n2=0.1), changed(PLATE, mu=1.0)):
-        with pytest.raises(InputError, match="beside a load circuit"):
-            Trajectories(eqs, 64, SEED, 0.1, circuit=circuit())
+def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
+    with pytest.raises(InputError, match="beside a load circuit"):
+        Trajectories(changed(PLATE, mu=1.0), 64, SEED, 0.1, circuit=circuit())
     with pytest.raises(InputError, match="where the stop is"):
         trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0))
 
