@@ -24,18 +24,23 @@ def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[s
         raise unknown("engine", engine, ENGINES)
     if engine is not None:
         served(ENGINES[engine], problem)
-        if engine == Ideal.NAME and probe.name != STORE:
-            raise CannotServeError(
-                f"engine 'ideal' knows `probe` store alone, but it is {probe.name}: use engine 'spice'"
-            )
+        if engine == Ideal.NAME and (refusal := _refusal_of_ideal(problem, probe)):
+            raise CannotServeError(f"{refusal}: use engine 'spice'")
         return engine, ""
-    refusal = Ideal.refusal(problem)
-    if probe.name != STORE and not refusal:
-        refusal = f"engine 'ideal' knows `probe` store alone, but it is {probe.name}"
+    refusal = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)
     if not refusal:
         return Ideal.NAME, ""
     served(Spice, problem)
     return Spice.NAME, f"engine 'spice' was taken: {refusal.partition(': use')[0]}"
+
+
+def _refusal_of_ideal(problem: Problem, probe: Probe) -> str:
+    """Why engine `ideal` cannot charge what it serves otherwise; empty where it can."""
+    if probe.name != STORE:
+        return f"engine 'ideal' knows `probe` store alone, but it is {probe.name}"
+    if problem.equations.shaking_period is not None:
+        return "engine 'ideal' begins at no certain place of what repeats, and charges under noise alone"
+    return ""
 
 
 def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
