@@ -1,0 +1,28 @@
+"""The command `harvester export`."""
+
+import click
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.options import scene_argument, seed_option
+
+
+@command("harvester export mine.toml --out device.lib", "harvester export mine.toml --out device.lib --name bimorph")
+@scene_argument
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", required=True, help="The file, such as device.lib."),
+    cloup.option("--name", help="Name of the subcircuit.  Default: that of the file."),
+)
+@cloup.option_group(
+    "Noise that is drawn point by point (coloured, of a band, tabulated)",
+    cloup.option("--duration", help="How long it is, such as 60s.  Default: 1000 periods."),
+    seed_option,
+)
+def export(path: str, out: str, name: str | None, duration: str | None, seed: int) -> None:
+    """SCENE's device as a part for ngspice, LTspice and KiCad: a subcircuit, and a source of the shaking."""
+    from harvester.devices.export import export as write
+    from harvester.scene.toml import load
+
+    found = write(load(path), out, name, duration, seed)
+    click.echo(f"written: {out} with the subcircuit {found}: its first lines say how it is used")

@@ -1,0 +1,229 @@
+"""A scene's device as a part for circuit simulators: a subcircuit whose pins are the piezo and the base's acceleration.
+
+Force is voltage (1 V = 1 N) and velocity is current (1 A = 1 m/s), so that a loop is the equation of motion
+
+    M X'' + (c + c2 X^2 + c4 X^4) X' + k X + k2 X^2 + k3 X^3 + theta v = -M a + stops,    Cp v' + i = theta X'
+
+with the mass as a coil, the linear damping as a resistor, the linear spring as a capacitor of 1/k, and an ideal
+transformer to the piezo.  What is not linear is a behavioural source of the displacement, which the spring's capacitor
+tells.  A stop is a spring and a damper while the mass is behind it.
+
+(Tilmans, J. Micromech. Microeng. 6, 157, 1996, for the analogy.)
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from harvester import __version__
+from harvester.devices.base_motion import MOST_POINTS, POINTS, base_source
+from harvester.engines.protocol import AnyScene
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError, invalid, refused
+from harvester.machine import files
+from harvester.scene.kinds import TIME, with_prefix
+from harvester.scene.physical import Stop
+from harvester.scene.units import SYMBOLS
+
+STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
+LEAST_RESTITUTION = 0.01  # a contact that loses all would never end
+PERIODS = 1000.0  # of drawn noise
+CONTACT_STEPS = 20.0  # steps of the simulator within a contact, at least
+
+
+def export(
+    scene: AnyScene, out: str | Path, name: str | None = None, duration: str | float | None = None, seed: int = 0
+) -> str:
+    """Write a scene's device as a subcircuit for ngspice, LTspice and KiCad to the file ``out``; returns its name.
+
+    ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are those of noise that
+    is written point by point (coloured, of a band, tabulated); None: 1000 periods.
+
+    Raises InputError for a nondimensional scene, which is no device, a name that is none, and a file that cannot be
+    written; CannotServeError for noise on the stiffness.
+    """
+    problem = Problem.of(scene)
+    path = Path(out)
+    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII) if name is None else name
+    if not re.fullmatch(r"[A-Za-z_]\w{0,63}", name, re.ASCII):
+        raise invalid("`name`", "be letters, digits and _, and begin with a letter", name)
+    files.write(path, part(problem, name, duration, seed))
+    return name
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """A stop as a spring and a damper (SI units) behind a ``place`` (m); ``side`` is 1 below the mass, -1 above."""
+
+    name: str
+    words: str
+    place: float
+    side: float
+    stiffness: float
+    damping: float
+
+    def resistance(self, metre: float) -> str:
+        """What it adds to the loop, as an expression of v(x), of which 1 V is ``metre``."""
+        depth = f"({self.place / metre:.10g}-v(x))" if self.side > 0.0 else f"(v(x)-{self.place / metre:.10g})"
+        force = f"{-self.side * self.stiffness * metre:.10g}*uramp{depth}"
+        return f"{force}+{self.damping:.10g}*i(Vspeed)*u{depth}" if self.damping else force
+
+
+def part(problem: Problem, name: str, duration: str | float | None = None, seed: int = 0) -> str:
+    """The text of the file that `export` writes."""
+    if not problem.physical:
+        raise InputError("the scene must be a device, with [oscillator] and [piezo], but is nondimensional")
+    if problem.equations.n2 is not None:
+        raise CannotServeError("a part does not know noise on the stiffness: leave excitation.stiffness_noise out")
+    length = _duration(duration, problem)
+    lines = [*_head(problem, name), *_device(problem, name), "", *base_source(problem, name, length, seed)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _duration(duration: str | float | None, problem: Problem) -> float:
+    """How long drawn noise is, in s."""
+    period = 2.0 * math.pi / problem.scales.frequency
+    drawn = problem.equations.coloured is not None or problem.equations.density is not None
+    if duration is None:
+        return PERIODS * period
+    if not drawn:
+        raise InputError("`duration` must go with noise that is drawn point by point, but the scene has none")
+    try:
+        found = with_prefix(duration.strip(), TIME) if isinstance(duration, str) else TIME.read(duration)
+    except ValueError as error:
+        raise refused("`duration`", error, duration) from None
+    if not period <= found <= MOST_POINTS / POINTS * period:
+        raise invalid("`duration`", f"be between {period:.3g} and {MOST_POINTS / POINTS * period:.3g}", duration)
+    return found
+
+
+def _head(problem: Problem, name: str) -> Iterator[str]:
+    """What the file is, and how it is used."""
+    scene, s = problem.scene, problem.scales
+    title = re.sub(r"[^ -~]", " ", scene.title or name)
+    load = scene.load.resistance if scene.load is not None and scene.load.resistance else 1e6
+    period = 2.0 * math.pi / s.frequency
+    step = period / POINTS
+    if (contact := _shortest_contact(problem)) is not None:
+        step = min(step, contact / CONTACT_STEPS)
+    force = s.mass * s.length * s.frequency**2
+    yield f"* {title}: a piezoelectric energy harvester as a part, made by harvester {__version__}"
+    yield "*"
+    yield "* Pins  p, n : the piezo's electrodes"
+    yield "*       acc  : the base's acceleration, an input: 1 V is 1 m/s^2"
+    yield f"*       x    : the displacement of the mass from the base, an output: 1 V is 1 {_unit(problem)[1]}"
+    yield "* Inside, 1 V is a force of 1 N, and 1 A a velocity of 1 m/s."
+    yield "*"
+    yield "* A bench: the part in the scene's shaking, with a load"
+    if scene.excitation is not None:
+        yield f"*   Xbase acc {name}_base"
+    yield f"*   Xdevice p 0 acc x {name}"
+    yield f"*   Rload p 0 {load:.10g}"
+    yield f"*   .tran {step:.3g} {100 * period:.3g} 0 {step:.3g} uic"
+    yield f"*   .options method=gear reltol=1e-5 vntol={1e-7 * min(force, s.volts):.2g} abstol=1e-15 chgtol=1e-18"
+    if contact is not None:
+        yield f"* The last number of .tran is the longest step: a contact with a stop lasts {contact:.3g} s"
+    yield ""
+
+
+def _device(problem: Problem, name: str) -> Iterator[str]:
+    """The subcircuit of mass, springs, dampers, stops and piezo."""
+    scene, s = problem.scene, problem.scales
+    oscillator, piezo = scene.oscillator, scene.piezo
+    assert oscillator is not None and piezo is not None, "a physical scene has both"
+    stiffness, metre = abs(oscillator.stiffness), _unit(problem)[0]
+    damping = oscillator.damping
+    if oscillator.damping_ratio is not None:
+        damping = 2.0 * oscillator.damping_ratio * math.sqrt(stiffness * oscillator.mass)
+    start = problem.equations.resting_places[0] * s.length
+    x, speed = f"({metre:.10g}*v(x))", "i(Vspeed)"
+    nodes = iter(range(1, 100))
+    here = next(nodes)
+
+    def ends() -> str:
+        nonlocal here
+        there = next(nodes)
+        pair, here = f"m{here} m{there}", there
+        return pair
+
+    yield f".subckt {name} p n acc x"
+    yield f"* The base's acceleration pushes the mass M = {oscillator.mass:.10g} kg by -M a"
+    yield f"Eforce m{here} 0 acc 0 {-oscillator.mass:.10g}"
+    yield f"* The mass: {oscillator.mass:.10g} kg as a coil"
+    yield f"Lmass {ends()} {oscillator.mass:.10g}"
+    if damping:
+        yield f"* Its linear damping: {damping:.10g} N s/m as a resistor"
+        yield f"Rdamping {ends()} {damping:.10g}"
+    for key, power in (("damping_x2", 2), ("damping_x4", 4)):
+        if coefficient := getattr(oscillator, key):
+            yield f"* Damping of X^{power}: {coefficient:.10g} N s/m^{power + 1}"
+            yield f"B{key} {ends()} V={coefficient:.10g}*{'*'.join([x] * power)}*{speed}"
+    yield f"* The linear spring: {stiffness:.10g} N/m as a capacitor of 1/k; it begins at {start:.10g} m"
+    yield f"Cspring {(spring := ends())} {1.0 / stiffness:.10g} ic={stiffness * start:.10g}"
+    yield f"Edisplacement x 0 {spring} {1.0 / (stiffness * metre):.10g}"
+    if oscillator.stiffness < 0.0:
+        yield f"* The stiffness is negative, {oscillator.stiffness:.10g} N/m: minus twice the capacitor's"
+        yield f"Bnegative {ends()} V={2.0 * oscillator.stiffness:.10g}*{x}"
+    for key, power in (("quadratic_stiffness", 2), ("cubic_stiffness", 3)):
+        if coefficient := getattr(oscillator, key):
+            yield f"* The spring's force of X^{power}: {coefficient:.10g} N/m^{power}"
+            yield f"B{key} {ends()} V={coefficient:.10g}*{'*'.join([x] * power)}"
+    for stop in _stops(problem):
+        yield f"* {stop.words}"
+        yield f"B{stop.name} {ends()} V={stop.resistance(metre)}"
+    yield f"* The piezo: {piezo.coupling:.10g} N/V as an ideal transformer, capacitance {piezo.capacitance:.10g} F"
+    yield f"Epiezo {ends()} p n {piezo.coupling:.10g}"
+    yield f"Vspeed m{here} 0 0"
+    yield f"Fpiezo n p Vspeed {piezo.coupling:.10g}"
+    yield f"Cpiezo p n {piezo.capacitance:.10g}"
+    yield f".ends {name}"
+
+
+def _stops(problem: Problem) -> Iterator[_Contact]:
+    """The stops of a scene; of a rigid one those that give its restitution coefficient r.
+
+    A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its damping ratio.
+    """
+    scene, oscillator = problem.scene, problem.scene.oscillator
+    assert oscillator is not None, "a physical scene has one"
+    for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
+        if stop is None:
+            continue
+        place = -side * (stop.gap or 0.0)
+        if isinstance(stop, Stop) and stop.stiffness is not None:
+            words = (
+                f"A compliant stop at X = {place:.10g} m: {stop.stiffness:.10g} N/m, {stop.damping or 0.0:.10g} N s/m"
+            )
+            yield _Contact(name, words, place, side, stop.stiffness, stop.damping or 0.0)
+            continue
+        assert stop.restitution is not None, "the scene checks this"
+        hard = STIFFER * abs(oscillator.stiffness)
+        logarithm = -math.log(max(stop.restitution, LEAST_RESTITUTION))
+        ratio = logarithm / math.hypot(math.pi, logarithm)
+        soft = 2.0 * ratio * math.sqrt(hard * oscillator.mass)
+        words = _words(f"A rigid stop, r = {stop.restitution:.10g},", place, hard, soft)
+        yield _Contact(name, words, place, side, hard, soft)
+
+
+def _words(kind: str, place: float, stiffness: float, damping: float) -> str:
+    """What a stop is, for the comment above it."""
+    return f"{kind} at X = {place:.10g} m: {stiffness:.10g} N/m and {damping:.10g} N s/m behind it"
+
+
+def _shortest_contact(problem: Problem) -> float | None:
+    """How long the shortest contact with a stop lasts (s); None without a stop."""
+    oscillator = problem.scene.oscillator
+    assert oscillator is not None, "a physical scene has one"
+    times = []
+    for stop in _stops(problem):
+        square = stop.stiffness / oscillator.mass - (0.5 * stop.damping / oscillator.mass) ** 2
+        times.append(math.pi / math.sqrt(square))
+    return min(times, default=None)
+
+
+def _unit(problem: Problem) -> tuple[float, str]:
+    """What 1 V of the displacement is, in m and in words: a power of a thousand that suits the device."""
+    power = min(max(3 * math.floor(math.log10(problem.scales.length) / 3), -9), 0)
+    return 10.0**power, f"{SYMBOLS[power]}m"
