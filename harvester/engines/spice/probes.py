@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from harvester.answers.estimate import Estimate
 from harvester.answers.probes import ProbeMeans
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
+from harvester.errors import InputError
 from harvester.netlists.probes import Probe, element_powers, read_probes
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value, mean_and_error
@@ -35,12 +37,15 @@ class Watch:
         return (*self.probes, *(probe for _, some in self.parts for probe in some))
 
 
-def watch_of(problem: Problem, probe: tuple[str, ...], ledger: bool) -> Watch:
+def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watch:
     """What is to be looked at in the circuit of a problem; InputError for what is not there."""
+    if ledger and problem.netlist is None:
+        raise InputError("`ledger` must go with a netlist, whose elements it tells, but the load is a resistance")
     assert problem.circuit is not None, "the engine refuses an open circuit"
     parts = element_powers(problem.circuit) if ledger else {}
     found = tuple((name, tuple(some)) for name, some in parts.items())
-    return Watch(read_probes(probe, problem.circuit) if probe else (), found)
+    names = [probe] if isinstance(probe, str) else probe
+    return Watch(read_probes(names, problem.circuit), found)
 
 
 def _with_probes(

@@ -104,7 +104,7 @@ class Spice(Sampled):
         from harvester.circuit import runs as worker
 
         problem, sought = served(type(self), scene), ""
-        watch = watch_of(problem, tuple([self.probe] if isinstance(self.probe, str) else self.probe), self.ledger)
+        watch = watch_of(problem, self.probe, self.ledger)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             begin = time.perf_counter()
@@ -141,8 +141,7 @@ class Spice(Sampled):
         seconds = ready.seconds + runs.seconds
         details = {"step": ready.device.h / unit, "burn_in": ready.burn_in / unit}
         details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
-        details["trajectories"] = len(runs.done)
-        details |= runs.details() | {"warm_up_seconds": warm}
+        details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": warm}
         ready.warnings.extend(runs.doubts())
         moments = runs.moments()
         if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only

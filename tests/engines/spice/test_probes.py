@@ -62,3 +62,5 @@ def test_sampled_probes():
 def test_other_engines_have_no_circuit(harvester):
     status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "ensemble", "--probe", "v(p)")
     assert (status, "--probe must be left out with engine 'ensemble'" in wrong) == (2, True)
+    status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "spice", "--ledger")
+    assert (status, "--ledger must go with a netlist" in wrong) == (2, True)
