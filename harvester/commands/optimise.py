@@ -32,6 +32,7 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
     cloup.option(
         "--limit", "limits", multiple=True, metavar="TEXT", help="Such as 'voltage_rms < 3 V'; see tolerance."
     ),
+    cloup.option("--lifetime", metavar="TIME", help="For limits of peaks; see tolerance."),
     cloup.option("--vary", "varied", multiple=True, metavar="KEY=SPREAD", help="As in tolerance; about each value."),
     cloup.option(
         "--for", "share", metavar="PERCENT", help="Power that all but so many devices exceed.  Default: the mean."
@@ -51,6 +52,7 @@ def optimise(
     limits: tuple[str, ...],
     varied: tuple[str, ...],
     share: str | None,
+    lifetime: str | None,
     engine: str | None,
     within: float | None,
     budget: float | None,
@@ -72,11 +74,17 @@ def optimise(
     from harvester.studies.robust.optimise import optimise_robust
 
     scene, ranges = load(path), [parse(text) for text in over]
-    if limits or varied or share is not None or any(one.steps for one in ranges):
+    if limits or varied or lifetime or share is not None or any(one.steps for one in ranges):
         formula = "averaged" if Exact.refusal(Problem(scene)) else "exact"
         inner = selection.engine(engine or formula, within=within, **options)
         with Bar("optimise", at_most=True) as bar:
-            files: Any = {"out": out, "vector": vector, "tick": bar.tell, "within": within or 0.01}
+            files: Any = {
+                "out": out,
+                "vector": vector,
+                "tick": bar.tell,
+                "lifetime": lifetime,
+                "within": within or 0.01,
+            }
             files["budget"] = budget or 60.0
             best = optimise_robust(scene, ranges, varied, share, limits, inner, **files)
         echo_answer(best, as_json)

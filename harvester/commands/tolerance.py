@@ -42,6 +42,11 @@ from harvester.commands.sweep import one_runner
         metavar="TEXT",
         help="What a good device has, such as 'mean_power > 5 uW'; also voltage_rms, mean_square_voltage; repeatable.",
     ),
+    cloup.option(
+        "--lifetime",
+        metavar="TIME",
+        help="For limits of peak_displacement and peak_voltage (linear scenes): '5 years'.",
+    ),
     cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Two keys that go together; repeatable."),
 )
 @cloup.option_group(

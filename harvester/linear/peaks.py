@@ -23,7 +23,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.linear.response import gains, white
 
-_FREQUENCIES = 40_001  # at which the density is summed
+_FREQUENCIES = 4_001  # at which the density is summed
 _WIDEST = 1e3  # times the resonance
 
 

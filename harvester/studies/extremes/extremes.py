@@ -104,11 +104,9 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     levels: dict[str, dict[float, Value]] = {}
     if not Exact.refusal(problem) and eqs.n2 is None:
-        from harvester.linear.peaks import peaks
-
-        for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
-            found = {p: (one.largest(p, span), one.bound(p, span)) for p in SHARES}
-            levels[name] = {p: Value(low, model=high - low).scaled(factor) for p, (low, high) in found.items()}
+        for share in SHARES:
+            for name, level in linear_peaks(problem, seconds, share).items():
+                levels.setdefault(name, {})[share] = level
         return Extremes(seconds, levels, None, RICE, problem.physical)
     counted = count(eqs, seed)
     blocks = span / counted.block
@@ -132,6 +130,29 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
         f"{counted.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
     )
     return Extremes(seconds, levels, rate, method, problem.physical)
+
+
+def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
+    """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
+
+    In the scene's units; the error is up to where every passage counts alone (`harvester.linear.peaks`).
+
+    Raises CannotServeError for a scene that is not linear under white noise of its base alone.
+    """
+    from harvester.linear.peaks import peaks
+
+    eqs, units = problem.equations, problem.units
+    if Exact.refusal(problem) or eqs.n2 is not None or eqs.is_shaken_otherwise:
+        raise CannotServeError(
+            "a limit of a peak must go with a linear scene under white noise of its base alone, but this one is not"
+        )
+    found: dict[str, Value] = {}
+    scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
+    for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
+        span = lifetime * units.frequency
+        low, high = one.largest(share, span), one.bound(share, span)
+        found[name] = Value(low, model=max(high - low, 0.0)).scaled(factor)
+    return found
 
 
 def read_lifetime(lifetime: float | str, physical: bool) -> float:

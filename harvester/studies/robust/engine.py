@@ -22,6 +22,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.scene.scene import Scene
+from harvester.studies.extremes.extremes import linear_peaks
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.spreads import spread
@@ -52,13 +53,14 @@ class Robust:
     """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
 
     ``vary`` are pairs of a key and its spread, about the values of each place; none: the device as it stands.  Of a
-    limit the value counts that all but the ``share`` of devices keep.
+    limit the value counts that all but the ``share`` of devices keep; peaks are those over the ``lifetime``.
     """
 
     engine: Formula
     vary: tuple[tuple[str, str], ...] = ()
     share: float | None = None
     limits: tuple[Limit, ...] = ()
+    lifetime: float | None = None
 
     NAME: ClassVar[str] = "robust"
 
@@ -103,7 +105,8 @@ class Robust:
             raise first
         if not devices:
             power, square = (np.array([one.value]) for one in (first.mean_power, first.mean_square_voltage))
-            return first, self._summed(power, square, _off(first.mean_power))
+            peaks = {name: np.array([v]) for name, v in self._peaks(whole).items()}
+            return first, self._summed(power, square, peaks, _off(first.mean_power))
         served = [one for one in answers[1:] if isinstance(one, Estimate)]
         if len(served) < len(devices):
             failed = next(one for one in answers[1:] if isinstance(one, HarvesterError))
@@ -112,7 +115,16 @@ class Robust:
         squares = fit(x, np.array([one.mean_square_voltage.value for one in served]))
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
-        return first, self._summed(powers(many), np.maximum(squares(many), 0.0), off)
+        found = [self._peaks(one) for one in devices]
+        peaks = {name: fit(x, np.array([one[name] for one in found]))(many) for name in found[0]}
+        return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
+
+    def _peaks(self, scene: AnyScene) -> dict[str, float]:
+        """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""
+        if self.lifetime is None:
+            return {}
+        found = linear_peaks(Problem.of(scene), self.lifetime)
+        return {name: level.value + level.error95 for name, level in found.items()}
 
     def _estimate(self, scene: AnyScene) -> Estimate | HarvesterError:
         try:
@@ -123,9 +135,10 @@ class Robust:
         model = None if found.off is None else found.off * abs(aim)
         return dataclasses.replace(first, mean_power=Value(aim, model=model), power_samples=None)
 
-    def _summed(self, power: Floats, square: Floats, off: float | None) -> Place:
-        """The place whose devices have these powers and mean square voltages, each of shape (n,)."""
+    def _summed(self, power: Floats, square: Floats, peaks: dict[str, Floats], off: float | None) -> Place:
+        """The place whose devices have these powers, mean square voltages and peaks, each of shape (n,)."""
         values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
+        values |= peaks
         aim = self._kept(power, 1)
         kept = tuple(self._kept(values[one.quantity], one.sign) for one in self.limits)
         breaks = [

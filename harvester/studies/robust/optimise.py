@@ -21,7 +21,7 @@ from harvester.studies.optimum.evaluations import Tick
 from harvester.studies.optimum.optimise import optimise
 from harvester.studies.optimum.ranges import Range, ranges
 from harvester.studies.robust.engine import BINDS, Place, Robust
-from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.limits import Limit, lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
 from harvester.studies.tolerance.spreads import spreads
 
@@ -92,6 +92,7 @@ def optimise_robust(
     limits: Sequence[str] = (),
     engine: Named | None = None,
     *,
+    lifetime: float | str | None = None,
     within: float | str = 0.01,
     budget: float | str = 60.0,
     out: str | Path | None = None,
@@ -100,11 +101,11 @@ def optimise_robust(
 ) -> RobustOptimum:
     """Find the values of keys with the largest power of most devices, under limits.
 
-    ``over``, ``within``, ``budget``, ``out``, ``tick`` and ``vector`` are those of `harvester.optimise`; ``vary`` and
-    ``limits`` those of `harvester.tolerance`, a percentage being of the values of each place.  ``share`` such as "5%"
-    makes the power that of which only 5 % of the devices have less; None: the mean of all.  Of a limited quantity the
-    value counts that all but this share keep.  ``engine`` is one of formulas: by default `Exact` where it serves, else
-    `Averaged`.
+    ``over``, ``within``, ``budget``, ``out``, ``tick`` and ``vector`` are those of `harvester.optimise`; ``vary``,
+    ``limits`` and ``lifetime`` those of `harvester.tolerance`, a percentage being of the values of each place.
+    ``share`` such as "5%" makes the power that of which only 5 % of the devices have less; None: the mean of all.  Of a
+    limited quantity the value counts that all but this share keep.  ``engine`` is one of formulas: by default `Exact`
+    where it serves, else `Averaged`.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -134,12 +135,10 @@ def optimise_robust(
     parts = spreads(vary, start) if vary else ()
     if part is not None and not parts:
         raise InputError("`for` must go with `vary`, which makes devices differ, but there is none")
-    robust = Robust(
-        inner,
-        tuple((one.key, one.written) for one in parts),
-        part,
-        tuple(read_limit(text, problem.physical) for text in ([limits] if isinstance(limits, str) else limits)),
-    )
+    texts = [limits] if isinstance(limits, str) else limits
+    bounds = tuple(read_limit(text, problem.physical) for text in texts)
+    years = lifetime_of(bounds, lifetime, problem)
+    robust = Robust(inner, tuple((one.key, one.written) for one in parts), part, bounds, years)
     best = optimise(problem, found, robust, within, budget, out, tick, vector)
     there = problem.scene.varied({key.range.key: key.value for key in best.keys})
     place = robust.place(there)[1]

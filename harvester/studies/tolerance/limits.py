@@ -1,22 +1,27 @@
 """Limits that a device must meet, such as ``mean_power > 5 uW``: read from a text, and which devices meet them."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harvester.arrays import Floats
+from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.scene.kinds import Kind, with_prefix
+from harvester.studies.extremes.extremes import linear_peaks, read_lifetime
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
 VOLTAGE = Kind("a voltage (V)", "V", "'2 V'")
+LENGTH = Kind("a displacement (m)", "m", "'1.5 mm'")
 NUMBER = Kind("a number", "", "0.05")
 # What may be limited, with its kind in SI units.
 QUANTITIES = {"mean_power": POWER, "mean_square_voltage": SQUARE, "voltage_rms": VOLTAGE}
+PEAKS = ("peak_displacement", "peak_voltage")  # over a lifetime: 95 % of devices of these values stay below
+QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE}
 _FORM = re.compile(r"\s*([\w.]+)\s*(>=|<=|>|<)\s*(.+?)\s*")
 
 
@@ -51,3 +56,21 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
     except ValueError as error:
         raise InputError(f"the limit of {name} {error}, but is {shown(bound)}") from None
     return Limit(name, 1 if sign[0] == ">" else -1, value, " ".join(text.split()))
+
+
+def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
+    """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None where none is.
+
+    Raises InputError where it is missing, or none of the limits is of a peak; CannotServeError for a scene of which no
+    formula knows the peaks.
+    """
+    peaks = [one.quantity for one in limits if one.quantity in PEAKS]
+    if lifetime is None:
+        if peaks:
+            raise InputError(f"`lifetime` must be given for a limit of {peaks[0]}, but is left out")
+        return None
+    found = read_lifetime(lifetime, problem.physical)
+    if not peaks:
+        raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
+    linear_peaks(problem, found)
+    return found

@@ -8,6 +8,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
+from harvester.equations.problem import Problem
+from harvester.studies.extremes.extremes import linear_peaks
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.table import Table
@@ -18,6 +20,7 @@ from harvester.studies.tolerance.surface import Polynomial, fit
 
 FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
 RUNS = 24  # that an engine that samples computes, for each key and one more
+PEAKS = 256  # samples whose peaks over a lifetime are computed; a polynomial stands for the others
 ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
 
 Tick = Callable[[float], None]  # called with the fraction that is done
@@ -33,6 +36,8 @@ class Found:
     alone: Floats
     failed: int
     warnings: tuple[str, ...]
+    peaks: dict[str, Floats]
+    peaks_off: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,7 @@ class Study:
     u: Floats
     seed: int
     runs: int | None
+    lifetime: float | None = None
 
     def run(self, engine: Engine, checks: int | None, within: float | None) -> Found:
         """Compute samples by an engine, and some of them by a dearer one where there is one."""
@@ -79,8 +85,26 @@ class Study:
         if runs < len(self.u):
             many = design.values_at(self.spreads, self.u)
             found, _ = sampled.interpolated(found, own, many)
-            return Found(found, many, surface, alone, round(failed / runs * len(many)), warnings)
-        return Found(found, own, surface, alone, failed, warnings)
+            return Found(
+                found, many, surface, alone, round(failed / runs * len(many)), warnings, *self._peaks(own, many)
+            )
+        return Found(found, own, surface, alone, failed, warnings, *self._peaks(own, own))
+
+    def _peaks(self, x: Floats, many: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
+        """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``."""
+        if self.lifetime is None:
+            return {}, {}
+        keys = [one.key for one in self.spreads]
+        scenes = (self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x[:PEAKS])
+        computed = [linear_peaks(Problem(scene), self.lifetime) for scene in scenes]
+        values, off = {}, {}
+        for name in computed[0]:
+            levels = np.array([one[name].value for one in computed])
+            surface = fit(x[:PEAKS], levels)
+            values[name] = surface(many)
+            model = np.median([one[name].error95 for one in computed])
+            off[name] = float((model + 2.0 * surface.scatter) / levels.mean())
+        return values, off
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> Table:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""

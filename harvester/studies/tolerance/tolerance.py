@@ -22,6 +22,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.answer import Tolerance, TornadoBar
 from harvester.studies.tolerance.distribution import QUANTILES, quantile, share_met
+from harvester.studies.tolerance.limits import lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
 from harvester.studies.tolerance.runs import Found, Study, Tick
 from harvester.studies.tolerance.sensitivity import CORRELATED, indices
@@ -44,6 +45,7 @@ def tolerance(
     runs: int | None = None,
     checks: int | None = None,
     within: float | str | None = None,
+    lifetime: float | str | None = None,
     seed: int = 0,
     resume: bool = False,
     tick: Tick | None = None,
@@ -55,9 +57,11 @@ def tolerance(
 
     ``vary`` maps keys to spreads such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
     "1.1,1.3,1.2" (`harvester.studies.tolerance.spreads`), or is a list of texts KEY=SPREAD.  ``limits`` are texts such
-    as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms.  ``engine`` is by default the cheapest
-    whose error is small against the spread.  ``checks`` samples (default: 8, by ngspice 4; 0: none) are computed again
-    by a dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their correlation.
+    as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a linear scene peak_displacement or
+    peak_voltage, the level that 95 % of such devices stay below over a ``lifetime``.  ``engine`` is by default the
+    cheapest whose error is small against the spread.  ``checks`` samples (default: 8, by ngspice 4; 0: none) are
+    computed again by a dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their
+    correlation.
     Of ``samples`` devices (default: 10,000) the engine computes ``runs`` (default: 512 by a formula, else 24 for each
     key and 24 more), and a polynomial through them stands for the others; a formula computes all where it is rough.
     ``out`` is a folder for tolerance.csv, tolerance.png, provenance.json and a folder for each sweep; ``resume``,
@@ -89,6 +93,7 @@ def tolerance(
         raise invalid("`runs`", f"be between {design.LEAST} and {design.MOST}", runs)
     if checks is not None and not (checks == 0 or 2 <= checks <= 1000):
         raise invalid("`checks`", "be 0, or between 2 and 1000", checks)
+    years = lifetime_of(bounds, lifetime, problem)
     chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
     if isinstance(chosen, Cheapest):
         raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
@@ -105,6 +110,7 @@ def tolerance(
         design.tied(design.places(count, len(spread), seed), matrix),
         seed,
         runs,
+        years,
     )
     found = study.run(chosen, checks, wanted)
     if engine is None and not found.samples.small and (dearer := sampled.DEARER.get(type(chosen))) is not None:
@@ -132,6 +138,8 @@ def _answer(
         raise SimulationError("fewer than two samples have an answer")
     off = {name: value or 0.0 for name, value in some.off.items()}
     values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
+    values |= found.peaks
+    off |= found.peaks_off
     off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
     failed = found.failed
     warnings = list(found.warnings)

@@ -77,6 +77,17 @@ def test_next_value_of_a_series_breaks_the_limit():
     assert best.place.quantities[0] < 1.95
 
 
+def test_limit_of_a_peak():
+    """The best load without it breaks it; with it, the largest voltage over the lifetime is just allowed."""
+    over = {"load.resistance": ("100 kohm", "10 Mohm")}
+    best = hv.optimise_robust(PLATE, over, limits=["peak_voltage < 12 V"], lifetime="5 years", budget=20)
+    load = best.optimum.keys[0].value
+    there = hv.extremes(hv.load(PLATE).with_load(load), "5 years").levels["peak_voltage"][0.95]
+    assert there.value + there.error95 == pytest.approx(12.0, rel=0.01)
+    assert [one.quantity for one in best.binds] == ["peak_voltage"]
+    assert load < 0.9 * hv.optimise(PLATE, over, "exact").keys[0].value
+
+
 def test_devices_without_an_answer():
     robust = Robust(hv.Exact(), (("oscillator.damping", "-5:5"),))
     with pytest.raises(hv.SimulationError, match="devices have no answer"):

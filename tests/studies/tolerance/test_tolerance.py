@@ -116,6 +116,21 @@ def test_the_cheapest_engine_of_a_scene(name, engine):
     assert kind is selection.ENGINES[engine]
 
 
+def test_limits_of_peaks():
+    """The share of devices within a limit of the largest displacement, against Rice's level of each of 200 of them."""
+    vary = {"oscillator.damping": "50%"}
+    found = hv.tolerance(
+        PLATE, vary, ["peak_displacement < 1.51 mm"], runs=64, samples=1024, lifetime="5 years", workers=1
+    )
+    levels = [
+        hv.extremes(hv.load(PLATE).vary("oscillator.damping", float(damping)), "5 years").levels["peak_displacement"]
+        for damping in np.linspace(3.2e-3, 9.6e-3, 200)
+    ]
+    expected = np.mean([one[0.95].value < 1.51e-3 for one in levels])
+    assert found.met.value == pytest.approx(expected, abs=0.01)
+    assert found.met.low < expected < found.met.high < found.met.low + 0.1
+
+
 def test_intervals():
     """Wilson's of 0 and all, and of 81 in 263 (Newcombe, Stat. Med. 17, 1998); quantiles hold what they should."""
     assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
@@ -205,12 +220,20 @@ def test_command_says_it_in_words(harvester):
         (["--vary", "piezo.capacitance=10%", "--correlate", "a,b"], "--correlate must be KEY,KEY=NUMBER"),
         (["--vary", "piezo.capacitance=10%", "--vector", "svg"], "--out"),
         (["--vary", "piezo.capacitance=-1:1"], "piezo.capacitance must"),
+        (["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"], "--lifetime must be given"),
+        (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must go with"),
     ],
 )
 def test_bad_input(harvester, words, error):
     status, out, err = harvester("tolerance", PLATE, *words)
     assert (status, out) == (2, "")
     assert error in err and len(err.splitlines()) == 1
+
+
+def test_peaks_of_a_scene_that_is_not_linear(harvester):
+    words = ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V", "--lifetime", "1 h"]
+    status, _, err = harvester("tolerance", STOP, *words)
+    assert status in (2, 3) and "linear scene" in err
 
 
 def test_a_pipe_as_scene(harvester, tmp_path):
