@@ -50,6 +50,8 @@ bench: setup
 	$(BIN)/python benchmarks/on_demand.py
 	$(BIN)/python benchmarks/controls.py
 	$(BIN)/python benchmarks/steady.py
+	$(BIN)/python benchmarks/published.py
+	$(BIN)/python benchmarks/second_opinion.py
 
 # In a virtual environment of its own, which is thrown away: what .venv has besides does not matter.
 lock:
