@@ -23,6 +23,7 @@ from harvester.commands.motion import motion
 from harvester.commands.new import new
 from harvester.commands.optimise import optimise
 from harvester.commands.paper import paper
+from harvester.commands.record import record
 from harvester.commands.response import response
 from harvester.commands.run import run
 from harvester.commands.stability import stability
@@ -49,7 +50,7 @@ A first session:
 @cloup.group(
     help=HELP,
     sections=[
-        cloup.Section("Your device", [new, keys, identify, export]),
+        cloup.Section("Your device", [new, keys, identify, record, export]),
         cloup.Section("Its power", [run, sweep, optimise, tolerance, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability]),
         cloup.Section("The paper, this machine", [paper, doctor]),

@@ -9,6 +9,7 @@ from .motions import motion as motion
 from .optima import optimum as optimum
 from .papers import paper as paper
 from .papers import region as region
+from .records import record as record
 from .responses import response as response
 from .style import STYLES as STYLES
 from .style import Plot as Plot

@@ -17,7 +17,7 @@ from harvester.errors import InputError
 
 MOST = 2000  # impacts
 FEWEST, FLIGHTS, POINTS = 8, 12, 24  # samples of a flight; flights and points of each that the start is found from
-KINK = 0.5  # jump of the speed over the fastest slope there; a sine's over as many samples is a fifth
+KINK = 0.4  # jump of the speed over the fastest speed nearby, beyond that of a sine
 LOOKS = 48  # points of a period at which an impact is looked for
 
 
@@ -108,9 +108,10 @@ def impacts(t: Floats, y: Floats) -> list[int]:
         return []
     flight = float(np.median(np.diff(found))) if len(found) > 1 else 0.5 * found[0] + FEWEST
     reach = max(3, round(flight / 30.0))
+    smooth = 2.0 * math.sin(min(math.pi * (reach + 1) / flight, 0.5 * math.pi))  # jump of a sine over these samples
     speeds = np.abs(np.gradient(np.convolve(y, np.ones(reach) / reach, "same"), t))
     speeds[:reach] = speeds[-reach:] = 0.0  # where the mean lacks samples
-    return list(itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK, found))
+    return list(itertools.takewhile(lambda k: _jump(t, y, k, reach, speeds, flight) > KINK + smooth, found))
 
 
 def _jump(t: Floats, y: Floats, k: int, reach: int, speeds: Floats, flight: float) -> float:

@@ -3,6 +3,7 @@
 from harvester.report.answers import of_comparison, of_run
 from harvester.report.identification import of_identification
 from harvester.report.page import Page, html, write
+from harvester.report.record import of_record
 from harvester.report.studies import of_cost, of_paper, of_sweep
 from harvester.report.tolerances import of_tolerance
 
@@ -13,6 +14,7 @@ __all__ = [
     "of_cost",
     "of_identification",
     "of_paper",
+    "of_record",
     "of_run",
     "of_sweep",
     "of_tolerance",

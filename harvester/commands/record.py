@@ -1,0 +1,71 @@
+"""The command `harvester record`."""
+
+from pathlib import Path
+
+import click
+import cloup
+
+from harvester.commands.help import command
+from harvester.commands.messages import echo, echo_answer
+from harvester.commands.options import json_option
+from harvester.commands.reports import report_file, report_option, save_report
+from harvester.errors import InputError, invalid, refused, shown
+
+
+def _hertz(text: str) -> float:
+    """Read a sampling rate such as 1kHz or 500."""
+    from harvester.scene.kinds import FREQUENCY, with_prefix
+
+    try:
+        return with_prefix(text, FREQUENCY)
+    except ValueError as error:
+        raise refused("`rate`", error, text) from None
+
+
+@command(
+    "harvester record logger.csv --axis z --out clean.csv --report",
+    "harvester record one_column.csv --rate 1kHz --out clean.csv",
+)
+@cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
+@cloup.option_group(
+    "What to take",
+    cloup.option("--axis", help="x, y or z, or the name of a column.  Default: the only one."),
+    cloup.option(
+        "--rate",
+        type=_hertz,
+        metavar="HZ",
+        help="Of a file without times: its sampling rate.  Of one with times: resample to it, without aliasing.",
+    ),
+)
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", metavar="CSV", help="The clean record, such as clean.csv; clean.png beside it."),
+    report_option,
+    json_option,
+)
+def record(file: str, axis: str | None, rate: float | None, out: str | None, report: str | None, as_json: bool) -> None:
+    """Make the record of a logger's FILE clean, and look at it: gaps, drift, clipping, density and rms by octave."""
+    from harvester.machine import files
+    from harvester.scene.record_cleaning import clean
+    from harvester.studies.record import look
+
+    path = None if out is None else Path(out)
+    if path is not None:
+        if path.suffix != ".csv":
+            raise invalid("--out", "be a file that ends in .csv", out)
+        files.folder(path.parent)
+        if path.exists() and Path(file).exists() and path.samefile(file):
+            raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
+    page = report_file(report, None if path is None else str(path.parent))
+    found = look(clean(file, axis, rate))
+    title = f"{Path(file).name}, axis {found.record.axis}"
+    echo_answer(found, as_json)
+    if path is not None:
+        from harvester import figures
+
+        files.write(path, found.text())
+        figures.save(found.plot(title), path.parent, path.stem)
+        if not as_json:
+            click.echo(f"written: {path}, {path.with_suffix('.png').name}")
+            echo(f'next: [excitation] acceleration_file = "{path.name}" in a scene file beside it')
+    save_report(page, lambda report: report.of_record(found, title), quiet=as_json)

@@ -1,0 +1,105 @@
+"""A record looked at: its density by Welch, its spectrogram, and its rms by octave with the error of sampling."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester import figures
+from harvester.arrays import Floats
+from harvester.printing.columns import columns
+from harvester.scene.record_cleaning import CleanRecord
+from harvester.studies.output_folder import csv_text
+from harvester.uncertainty.value import Value
+
+SEGMENTS = 16  # of Welch's mean, about
+G = 9.80665
+
+
+@dataclass(frozen=True)
+class Band:
+    """An octave from ``low`` to ``high`` (Hz) and the rms acceleration in it (m/s^2), with its error of sampling."""
+
+    low: float
+    high: float
+    rms: Value
+
+
+@dataclass(frozen=True, eq=False)
+class RecordAnswer:
+    """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k)."""
+
+    record: CleanRecord
+    f: Floats
+    density: Floats
+    spectrogram_f: Floats
+    spectrogram_t: Floats
+    spectrogram: Floats
+    bands: tuple[Band, ...]
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The record, its density, spectrogram and bands as a matplotlib figure."""
+        return figures.record(self, title)
+
+    def text(self) -> str:
+        """The clean record as the CSV file that a scene reads."""
+        t = np.round(self.record.times, 12)
+        return csv_text(["time (s)", "acceleration (m/s^2)"], zip(t, self.record.values, strict=True))
+
+    def as_json(self) -> dict[str, object]:
+        """The answer as ``--json`` prints it."""
+        one = self.record
+        return {
+            "axis": one.axis,
+            "rate": one.rate,
+            "samples": len(one.values),
+            "duration": len(one.values) / one.rate,
+            "rms": one.rms,
+            "peak": float(np.abs(one.values).max()),
+            "bands": [{"low": b.low, "high": b.high, "rms": b.rms.value, "stderr": b.rms.stderr} for b in self.bands],
+            "found": list(one.found),
+            "warnings": list(one.warnings),
+        }
+
+    def __str__(self) -> str:
+        one = self.record
+        peak = float(np.abs(one.values).max())
+        lines = [
+            f"axis {one.axis}: {len(one.values)} samples, {one.rate:.6g} a second, {len(one.values) / one.rate:.4g} s",
+            f"rms {one.rms:.4g} m/s^2 ({one.rms / G:.3g} g), peak {peak:.4g} m/s^2 ({peak / G:.3g} g), of this record",
+            *(f"found: {what}" for what in one.found),
+            *(f"warning: {what}" for what in one.warnings),
+        ]
+        rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.text("m/s^2")) for b in self.bands]
+        return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
+
+
+def look(record: CleanRecord) -> RecordAnswer:
+    """The spectra of a record."""
+    from scipy.signal import spectrogram, welch
+
+    n = len(record.values)
+    length = max(8, min(n, 2 * n // (SEGMENTS + 1)))
+    f, density = welch(record.values, record.rate, nperseg=length)
+    short = max(8, min(n, n // 60 if n >= 1200 else n // 8))
+    sf, st, grid = spectrogram(record.values, record.rate, nperseg=short, noverlap=short // 2)
+    return RecordAnswer(record, f, density, sf, st, grid, _bands(record))
+
+
+def _bands(record: CleanRecord) -> tuple[Band, ...]:
+    """The rms in octaves about 1 Hz, of the lines of the whole record; chi-squared of two for each line."""
+    n = len(record.values)
+    f = np.fft.rfftfreq(n, 1.0 / record.rate)
+    power = 2.0 * np.abs(np.fft.rfft(record.values)) ** 2 / n**2
+    if n % 2 == 0:
+        power[-1] *= 0.5
+    edges = 2.0 ** np.arange(math.floor(math.log2(f[1]) + 0.5) - 0.5, math.log2(f[-1]) + 1.0)
+    bands = []
+    for low, high in itertools.pairwise(edges):
+        inside = power[(f > low) & (f <= high)]
+        if len(inside) and inside.sum() > 0.0:
+            rms = math.sqrt(float(inside.sum()))
+            error = 0.5 * math.sqrt(float((inside**2).sum())) / rms
+            bands.append(Band(float(low), float(high), Value(rms, stderr=error)))
+    return tuple(bands)

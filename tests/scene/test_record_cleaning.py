@@ -1,0 +1,122 @@
+"""`harvester record`: what loggers do wrong is mended and told, or refused with the remedy; nothing is guessed."""
+
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.scene.record_files import read_record
+
+G = 9.80665
+N, RATE = 2000, 500.0
+T = np.arange(N) / RATE
+SHAKING = np.sin(2 * np.pi * 20 * T) + 0.5 * np.sin(2 * np.pi * 3 * T + 1)
+
+
+def written(path, heads, *columns, keep=None):
+    rows = [",".join("" if np.isnan(v) else f"{v:.6f}" for v in row) for row in zip(*columns, strict=True)]
+    rows = rows if keep is None else [row for row, one in zip(rows, keep, strict=True) if one]
+    path.write_text("\n".join([heads, *rows]) + "\n")
+    return path
+
+
+def test_three_axes_with_offset_and_drift(harvester, tmp_path):
+    """The z axis in mg with gravity on it: at even times, without gravity and drift, as a scene reads it."""
+    z = 1000.0 * (SHAKING + 1.0 + 0.05 * T)
+    path = written(tmp_path / "a.csv", "Time (s),X (mg),Y (mg),Z (mg)", T, z + 5, z - 7, z)
+    status, out, err = harvester("record", path, "--axis", "z", "--out", tmp_path / "c.csv", "--report")
+    assert (status, err) == (0, "")
+    assert "found: offset of 10.79 m/s^2 taken off (1.1 g)" in out
+    assert "found: drift of 1." in out
+    found = read_record(str(tmp_path / "c.csv"))
+    assert found.spacing == pytest.approx(1 / RATE)
+    np.testing.assert_allclose(found.values[:N], G * SHAKING, atol=0.15 * G)
+    assert (tmp_path / "c.png").stat().st_size > 20_000
+    assert "rms" in (tmp_path / "report.html").read_text()
+    assert (
+        "--axis must be given where FILE has several columns, 'X, Y, Z', but is left out"
+        in harvester("record", path)[2]
+    )
+    assert "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
+
+
+def test_gaps_repeats_and_jitter(harvester, tmp_path):
+    """Five samples lost and one row doubled are mended and told; thirty in a row are not invented."""
+    keep = np.ones(N, bool)
+    keep[300:305] = False
+    times = np.where(np.arange(N) == 700, T[699], T)
+    values = SHAKING.copy()
+    values[1000] = np.nan
+    path = written(tmp_path / "a.csv", "t [s],a [g]", times, values, keep=keep)
+    answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
+    assert any("1 repeated times" in line for line in answer["found"])
+    assert any("missing samples filled in, 5 in a row" in line for line in answer["found"])
+    np.testing.assert_allclose(read_record(str(tmp_path / "c.csv")).values[:N], G * SHAKING, atol=0.2 * G)
+    keep[300:330] = False
+    path = written(tmp_path / "a.csv", "t [s],a [g]", T, SHAKING, keep=keep)
+    assert "must have no gap of more than 10 samples" in harvester("record", path)[2]
+
+
+def test_no_times_and_coarse_times(harvester, tmp_path):
+    path = written(tmp_path / "a.csv", "Z (g)", SHAKING)
+    assert "--rate must be given for a file without times" in harvester("record", path)[2]
+    answer = json.loads(harvester("record", path, "--rate", "0.5kHz", "--json")[1])
+    assert (answer["rate"], answer["samples"]) == (RATE, N)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(5 * T) / 5, SHAKING)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert any("the clock is coarse" in line for line in answer["found"])
+    assert answer["rate"] == pytest.approx(RATE, rel=0.06)
+
+
+def test_resampling_folds_nothing_back(harvester, tmp_path):
+    """170 Hz at 200 samples a second would be 30 Hz: the filter takes it away, and the rest stays."""
+    path = written(tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T))
+    answer = json.loads(harvester("record", path, "--rate", "200", "--out", tmp_path / "c.csv", "--json")[1])
+    assert answer["rate"] == 200.0
+    values = read_record(str(tmp_path / "c.csv")).values[:800]
+    power = np.abs(np.fft.rfft(values)) ** 2
+    f = np.fft.rfftfreq(800, 1 / 200)
+    assert power[np.argmin(np.abs(f - 30))] < 1e-4 * power[np.argmin(np.abs(f - 20))]
+    assert np.sqrt(np.mean(values**2)) == pytest.approx(np.sqrt(np.mean(SHAKING**2)), rel=0.02)
+
+
+def test_rms_by_octave_is_the_whole(tmp_path):
+    """The octaves' squares add up to that of the record, and white noise lies within its stated error."""
+    from harvester.scene.record_cleaning import clean
+    from harvester.studies.record import look
+
+    noise = np.random.default_rng(4).standard_normal(N)
+    found = look(clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None))
+    assert sum(b.rms.value**2 for b in found.bands) == pytest.approx(found.record.rms**2, rel=1e-9)
+    for band in found.bands[3:]:
+        high = min(band.high, RATE / 2)
+        expected = np.sqrt((high - band.low) / (RATE / 2))
+        assert abs(band.rms.value - expected) < 4 * band.rms.stderr
+    assert any("the rate is too low" in line for line in found.record.warnings)
+
+
+@pytest.mark.parametrize(
+    ("heads", "values", "says"),
+    [
+        ("t (s),a (g)", np.clip(SHAKING, -0.8, 0.8), "FILE must not be clipped, but "),
+        ("t (s),a (kg)", SHAKING, "FILE column 'a' must have a unit such as g, mg or m/s^2"),
+        ("t (s),a", SHAKING, "must have a unit such as g, mg or m/s^2 behind its name: 'z (g)', but is 'none'"),
+        ("t (s),a (g)", 0 * SHAKING, "FILE must have accelerations that change"),
+    ],
+)
+def test_what_is_refused(harvester, tmp_path, heads, values, says):
+    status, out, err = harvester("record", written(tmp_path / "a.csv", heads, T, values), "--out", tmp_path / "c.csv")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert says in err
+    assert not (tmp_path / "c.csv").exists()
+
+
+def test_files_that_are_none(harvester, tmp_path):
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T[::-1], SHAKING)
+    assert "must have times that do not go back, but row 2 does" in harvester("record", path)[2]
+    assert "--out must be another file than the record itself" in harvester("record", path, "--out", path)[2]
+    (tmp_path / "a.csv").write_text("")
+    assert "must have rows of numbers below the names" in harvester("record", path)[2]
+    with pytest.raises(hv.InputError, match=r"harvester record FILE --axis z --out clean\.csv"):
+        read_record(str(written(tmp_path / "b.csv", "t (s),x (g),y (g)", T, SHAKING, SHAKING)))
