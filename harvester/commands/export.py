@@ -25,4 +25,5 @@ def export(path: str, out: str, name: str | None, duration: str | None, seed: in
     from harvester.scene.toml import load
 
     found = write(load(path), out, name, duration, seed)
-    click.echo(f"written: {out} with the subcircuit {found}: its first lines say how it is used")
+    click.echo(f"subcircuit {found}: the first lines of the file say how it is used")
+    click.echo(f"written: {out}")
