@@ -121,7 +121,7 @@ class Ensemble(Sampled):
             details["compilation_seconds"] = first.seconds
         if circuit is None:
             details["power_balance"], details["power_balance_stderr"] = power_balance(pair.moments, eqs)
-            details["power_balance_step_bias"] = power_balance_bias(pair, eqs)
+            details["power_balance_bias"] = power_balance_bias(pair, eqs)
         return estimate(
             self.NAME,
             problem,
