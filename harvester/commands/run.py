@@ -64,12 +64,11 @@ def run(
         read_lifetime(lifetime, scene.physical)
     with Bar(chosen.NAME) as bar:
         answer = chosen.run(scene, bar.tell)
-    if lifetime is None:
+    largest = None if lifetime is None else extremes(scene, lifetime, options["seed"])
+    if largest is None:
         echo_answer(answer, as_json)
+    elif as_json:
+        echo_json(answer.as_json() | {"extremes": largest.as_json()})
     else:
-        largest = extremes(scene, lifetime, options["seed"])
-        if as_json:
-            echo_json(answer.as_json() | {"extremes": largest.as_json()})
-        else:
-            echo(f"{answer}\n{largest}")
-    save_report(file, lambda report: report.of_run(scene, answer, options["seed"]), quiet=as_json)
+        echo(f"{answer}\n{largest}")
+    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json)

@@ -3,16 +3,20 @@
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
 from harvester.report import engines
-from harvester.report.numbers import signs
+from harvester.report.numbers import amount, signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import scene_page
 from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
+from harvester.studies.extremes.extremes import Extremes
 from harvester.studies.output_folder import provenance
 
 
-def of_run(scene: Scene | Problem, answer: Estimate, seed: int) -> Page:
-    """The page of one engine's answer: its errors, what the scene calls for, and how to do it again."""
+def of_run(scene: Scene | Problem, answer: Estimate, seed: int, largest: Extremes | None = None) -> Page:
+    """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
+
+    ``largest`` are the largest values over a lifetime, where they were asked for.
+    """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
@@ -20,12 +24,21 @@ def of_run(scene: Scene | Problem, answer: Estimate, seed: int) -> Page:
     found = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
-        tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer)],
+        tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer), *_largest(largest)],
         warnings=engines.warnings([answer]),
     )
     seed_text = seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"
     kind = f"run, engine {answer.engine}"
     return scene_page(problem, kind, engines.lead(answer), found, provenance(problem), seed=seed_text)
+
+
+def _largest(found: Extremes | None) -> list[TextTable]:
+    """The table of the largest values over a lifetime; none where they were not asked for."""
+    if found is None:
+        return []
+    rows = [[signs(cell) for cell in row] for row in found.rows()]
+    caption = f"Largest over a lifetime of {amount(found.lifetime, found.unit_names.time)}"
+    return [TextTable(caption, rows[0], rows[1:], range(1, len(rows[0])), signs(found.method))]
 
 
 def of_comparison(scene: Scene | Problem, result: Comparison, seed: int) -> Page:

@@ -58,15 +58,18 @@ class Extremes:
             "method": self.method,
         }
 
-    def __str__(self) -> str:
+    def rows(self) -> list[list[str]]:
+        """A table: its heads, then the levels of each quantity, and the impacts where there is a stop."""
         rows = [["largest in the lifetime", *(f"below this in {p:.0%} of devices" for p in SHARES)]]
         for name, of in self.levels.items():
             rows.append([name, *(of[p].text(self._unit(name)) for p in SHARES)])
-        unit = self.unit_names.time
-        lines = [f"over {Value(self.lifetime).text('')} {unit}".rstrip() + ":", *(f"  {row}" for row in columns(rows))]
         if self.impact_rate is not None:
-            lines.append(f"  impacts: {self.impact_rate.text(self.unit_names.rate)}")
-        return "\n".join([*lines, f"  note: {self.method}"])
+            rows.append(["impacts, mean rate", self.impact_rate.text(self.unit_names.rate), ""])
+        return rows
+
+    def __str__(self) -> str:
+        lines = [f"over {Value(self.lifetime).text('')} {self.unit_names.time}".rstrip() + ":"]
+        return "\n".join([*lines, *(f"  {row}" for row in columns(self.rows())), f"  note: {self.method}"])
 
 
 @names_arguments

@@ -49,14 +49,16 @@ def test_a_stop_is_hit():
     assert speed == pytest.approx(20.0 * far, rel=0.3)  # the energy of the farthest cycle
 
 
-def test_command(harvester):
+def test_command(harvester, tmp_path):
     status, out, err = harvester("run", PLATE, "--lifetime", "5 years", "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)["extremes"]
     assert found["peak_displacement"]["0.5"]["error95"] < 0.01 * found["peak_displacement"]["0.5"]["value"]
     assert found["impact_rate"] is None
-    status, out, _ = harvester("run", PLATE, "--lifetime", "5 years")
+    page = tmp_path / "report.html"
+    status, out, _ = harvester("run", PLATE, "--lifetime", "5 years", "--report", page)
     assert status == 0 and "peak_voltage" in out
+    assert "Largest over a lifetime" in page.read_text() and "peak_displacement" in page.read_text()
 
 
 @pytest.mark.parametrize(
