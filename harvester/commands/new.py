@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import cloup
 
+from harvester.commands.geometry import geometry_options, take
 from harvester.commands.help import command
 from harvester.commands.messages import echo, typed
 from harvester.commands.options import json_option
@@ -43,11 +44,14 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     "harvester new mine.toml      (asks)",
     "harvester new mine.toml --mass '40 g' --frequency '3.2 Hz' --q 125 --capacitance '50 nF' "
     "--open-circuit-frequency '4.8 Hz' --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
+    "harvester new mine.toml --bimorph --length 50.8mm --width 31.8mm --substrate-thickness 0.14mm "
+    "--piezo-thickness 0.26mm --tip-mass 12g --piezo PZT-5A --substrate brass --damping-ratio 2.7%",
     "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
     "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
 )
 @cloup.argument("file", help="The scene file to write, such as mine.toml.")
 @_datasheet_options
+@geometry_options
 @cloup.option_group(
     "File and output",
     cloup.option("--title", help="Of tables and plots."),
@@ -61,7 +65,7 @@ def new(
     title: str | None,
     force: bool,
     as_json: bool,
-    **values: str | None,
+    **values: Any,
 ) -> None:
     """Write the scene FILE of your device, from flags or questions, and say what its numbers mean.
 
@@ -73,7 +77,15 @@ def new(
 
     path = Path(file)
     check(path, force)  # before anybody answers questions
+    beam, geometry = take(values), list[str]()
     texts = {name: value for name, value in values.items() if value is not None}
+    if beam is not None:
+        from harvester.devices.beam import check_alone, lumped, words_of
+
+        check_alone(texts)
+        made = lumped(beam)
+        texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
+        geometry = words_of(beam, made)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -86,7 +98,7 @@ def new(
     if not found.words["load"]:
         whose = "a netlist's is " if problem.netlist is not None else ""
         found.words["load"].append(f"best load: {whose}found by: {_optimise(problem, file)}")
-    words = [typed(line) for sentences in found.words.values() for line in sentences]
+    words = [typed(line) for sentences in (geometry, *found.words.values()) for line in sentences]
     lines = next_lines(problem, file, found.facts)
     if as_json:
         numbers = {name: value for name, value, _, _ in found.numbers}

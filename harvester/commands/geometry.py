@@ -1,0 +1,85 @@
+"""The options of `harvester new` that describe a cantilever by its geometry, and how they are read."""
+
+from collections.abc import Callable
+from typing import Any
+
+import cloup
+
+from harvester.errors import InputError, refused
+
+SIZES = {
+    "length": "Of the beam from clamp to end, such as 50.8 mm.",
+    "width": "Of the beam, such as 31.8 mm.",
+    "substrate_thickness": "Such as 0.14 mm.",
+    "piezo_thickness": "Of one layer, such as 0.26 mm.",
+    "tip_mass": "Such as 12 g.  Default: none.",
+    "tip_length": "Of the tip mass along the beam.  Default: a point.",
+    "tip_height": "Of the tip mass.  Default: a point.",
+}
+NEEDED = ("length", "width", "substrate_thickness", "piezo_thickness")
+TEXTS = ("piezo", "substrate")
+
+
+def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of a beam to a command."""
+    return cloup.option_group(
+        "Or a cantilever by its geometry (instead of mass, stiffness, coupling and capacitance)",
+        cloup.option("--bimorph", is_flag=True, help="A piezo layer on both sides of the substrate."),
+        cloup.option("--unimorph", is_flag=True, help="A piezo layer on one side."),
+        cloup.option("--parallel", is_flag=True, help="Bimorph: the layers in parallel.  Default: in series."),
+        *(
+            cloup.option("--" + name.replace("_", "-"), name, metavar="VALUE", help=help_)
+            for name, help_ in SIZES.items()
+        ),
+        cloup.option("--piezo", metavar="NAME", help="PZT-5A, PZT-5H or PVDF."),
+        cloup.option("--substrate", metavar="NAME", help="steel, brass, aluminium, FR4 or silicon."),
+    )(command)
+
+
+def take(values: dict[str, Any]) -> Any:
+    """Take the beam out of the values of a command; None where none of its options is given.
+
+    Raises InputError for options that do not go together, are missing, or are no lengths and masses.
+    """
+    bimorph, unimorph, parallel = (values.pop(name) for name in ("bimorph", "unimorph", "parallel"))
+    texts = {name: values.pop(name) for name in (*SIZES, *TEXTS)}
+    given = [name for name, text in texts.items() if text is not None]
+    if bimorph and unimorph:
+        raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
+    if not (bimorph or unimorph):
+        if given or parallel:
+            name = given[0] if given else "parallel"
+            raise InputError(f"`bimorph` or `unimorph` must be given with `{name}`, but neither is")
+        return None
+    if parallel and unimorph:
+        raise InputError("`parallel` must go with `bimorph`, for a unimorph has one layer, but is given")
+    missing = [name for name in (*NEEDED, *TEXTS) if texts[name] is None]
+    if missing:
+        names = ", ".join(f"`{name}`" for name in missing)
+        raise InputError(f"these must be given for the geometry: {names}, but are left out")
+    return _beam(texts, bimorph, parallel)
+
+
+def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:
+    from harvester.devices.beam import Beam
+    from harvester.scene.kinds import MASS, Kind, with_prefix
+
+    sizes = {}
+    for name in SIZES:
+        text = texts[name]
+        if text is None:
+            continue
+        kind = MASS if name == "tip_mass" else Kind("a length (m)", "m", "'0.26 mm'", above=0.0)
+        try:
+            sizes[name] = with_prefix(text, kind)
+        except ValueError as error:
+            raise refused(f"`{name}`", error, text) from None
+    if "tip_mass" not in sizes and ({"tip_length", "tip_height"} & set(sizes)):
+        raise InputError("`tip_mass` must be given with the size of the tip mass, but is left out")
+    return Beam(
+        piezo=texts["piezo"] or "",
+        substrate=texts["substrate"] or "",
+        layers=2 if bimorph else 1,
+        parallel=parallel,
+        **sizes,
+    )

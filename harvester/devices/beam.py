@@ -1,0 +1,124 @@
+"""A cantilever of layers with a tip mass, as the one mode of a scene: by Euler and Bernoulli's first mode.
+
+    EI phi'''' = w^2 m phi,   phi(0) = phi'(0) = 0,   EI phi''(L) = w^2 It phi'(L),   EI phi'''(L) = -w^2 Mt phi(L)
+    1 = m int phi^2 dx + Mt phi(L)^2 + It phi'(L)^2,   sigma = m int phi dx + Mt phi(L)
+    mass = sigma^2    stiffness = w^2 sigma^2    coupling = vartheta phi'(L) sigma    tip = phi(L) sigma X
+
+The mass is so chosen that the base acceleration needs no factor.  vartheta = |e31| b z, with z from the neutral axis to
+the middle of the piezo, e31 = d31 Y; two layers in series halve the sum of both, in parallel they add.
+Source: Erturk and Inman 2009, Smart Mater. Struct. 18, 025009.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.devices import materials
+from harvester.errors import InputError
+
+APPROXIMATIONS = (
+    "a slender beam of one width, clamped stiffly, layers bonded without glue, electrodes over the whole length",
+    "the first bending mode alone, without damping, which no geometry tells: give --damping-ratio or --q",
+)
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A cantilever: lengths in m, tip mass in kg; ``layers`` of piezo is 1 or 2, ``parallel`` is how two are wired.
+
+    ``tip_length`` along the beam and ``tip_height`` are of the tip mass, whose centre is taken at the beam's end.
+    """
+
+    length: float
+    width: float
+    substrate_thickness: float
+    piezo_thickness: float
+    piezo: str
+    substrate: str
+    layers: int
+    parallel: bool = False
+    tip_mass: float = 0.0
+    tip_length: float = 0.0
+    tip_height: float = 0.0
+
+
+@dataclass(frozen=True)
+class Lumped:
+    """The scene's values of a beam in SI units, and ``tip``, the displacement of the tip over that of the scene."""
+
+    mass: float
+    stiffness: float
+    coupling: float
+    capacitance: float
+    tip: float
+
+
+def lumped(beam: Beam) -> Lumped:
+    """The values of a beam; raises InputError for materials that are not known."""
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
+    b, hs, hp, length = beam.width, beam.substrate_thickness, beam.piezo_thickness, beam.length
+    two = beam.layers == 2
+    m = b * (plate.density * hs + beam.layers * ceramic.density * hp)
+    # The neutral axis from the middle of the substrate: moved by one layer, not by two.
+    middle = 0.5 * (hs + hp)
+    axis = 0.0 if two else ceramic.young * hp * middle / (plate.young * hs + ceramic.young * hp)
+    z = middle - axis
+    stiffness = plate.young * (hs**3 / 12.0 + hs * axis**2) + beam.layers * ceramic.young * (hp**3 / 12.0 + hp * z**2)
+    bending = b * stiffness
+    tip, turning = beam.tip_mass / (m * length), beam.tip_mass * (beam.tip_length**2 + beam.tip_height**2) / 12.0
+    inertia = turning / (m * length**3)
+
+    def ends(k: float) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+        """Moment and shear at the end for cos - cosh and sin - sinh, without the factor of both."""
+        c, s, ch, sh = math.cos(k), math.sin(k), math.cosh(k), math.sinh(k)
+        moment = [-(c + ch) + inertia * k**3 * (s + sh), -(s + sh) - inertia * k**3 * (c - ch)]
+        shear = [s - sh + tip * k * (c - ch), -(c + ch) + tip * k * (s - sh)]
+        return np.array([moment, shear])
+
+    grid = np.linspace(1e-3, 2.0, 400)
+    signs = np.sign([np.linalg.det(ends(k)) for k in grid])
+    place = int(np.argmax(signs[1:] != signs[:-1]))
+    k = float(brentq(lambda x: float(np.linalg.det(ends(x))), grid[place], grid[place + 1], xtol=1e-14))
+    ratio = float(-ends(k)[0][0] / ends(k)[0][1])
+
+    def shape(u: float) -> float:
+        return math.cos(k * u) - math.cosh(k * u) + ratio * (math.sin(k * u) - math.sinh(k * u))
+
+    slope = k / length * (-math.sin(k) - math.sinh(k) + ratio * (math.cos(k) - math.cosh(k)))
+    square = length * quad(lambda u: shape(u) ** 2, 0.0, 1.0)[0]
+    norm = 1.0 / math.sqrt(m * square + beam.tip_mass * shape(1.0) ** 2 + turning * slope**2)
+    sigma = norm * (m * length * quad(shape, 0.0, 1.0)[0] + beam.tip_mass * shape(1.0))
+    w2 = k**4 * bending / (m * length**4)
+    vartheta = abs(ceramic.d31) * ceramic.young * b * z
+    capacitance = ceramic.permittivity * b * length / hp
+    if two:
+        vartheta, capacitance = (2.0 * vartheta, 2.0 * capacitance) if beam.parallel else (vartheta, 0.5 * capacitance)
+    coupling = abs(vartheta * slope * norm * sigma)
+    return Lumped(sigma**2, w2 * sigma**2, coupling, capacitance, abs(shape(1.0) * norm * sigma))
+
+
+def words_of(beam: Beam, found: Lumped) -> list[str]:
+    """What was made of the geometry, from which constants, and what was taken for granted."""
+    ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
+    wired = ("parallel" if beam.parallel else "series") if beam.layers == 2 else "one layer"
+    block = " and of its block's turning" if beam.tip_length or beam.tip_height else ", a point at the end"
+    tip = f"the tip moves {found.tip:.4g} times as far as the scene's mass" + (block if beam.tip_mass else "")
+    return [
+        f"geometry: Euler and Bernoulli's first mode, {wired}; {tip}",
+        f"geometry: {beam.piezo}: Y {ceramic.young / 1e9:.4g} GPa, d31 {ceramic.d31 * 1e12:.4g} pm/V, "
+        f"{ceramic.permittivity / materials.EPSILON_0:.4g} eps0 clamped, {ceramic.density:.4g} kg/m^3: "
+        f"{ceramic.source}",
+        f"geometry: {beam.substrate}: Y {plate.young / 1e9:.4g} GPa, {plate.density:.4g} kg/m^3: {plate.source}",
+        *(f"geometry: assumed: {one}" for one in APPROXIMATIONS),
+    ]
+
+
+def check_alone(known: dict[str, str]) -> None:
+    """Refuse values of a datasheet that the geometry gives, with an InputError."""
+    for name in ("mass", "stiffness", "frequency", "coupling", "open_circuit_frequency", "capacitance"):
+        if name in known:
+            raise InputError(f"`{name}` must be left out where the geometry gives it, but both are given")
