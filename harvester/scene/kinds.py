@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 from harvester.scene.units import (
@@ -80,6 +81,8 @@ class Kind:
         number, unit = parts
         if unit == "" and self.unit != "":
             return None, f"it has no unit: write the number without quotation marks for {self.unit}, or add the unit"
+        if unit == "%" and self.unit == "":
+            return float(Decimal(repr(number)).scaleb(-2)), ""  # 2.7% is 0.027 to the last digit
         factor, power = self.scale(unit)
         if factor is None:
             return None, self._not_understood(unit)
@@ -92,8 +95,6 @@ class Kind:
         """
         if unit == "":
             return 1.0 if self.unit == "" else None, 1
-        if unit == "%":
-            return 0.01 if self.unit == "" else None, 1
         density = squared(unit) if self.unit.endswith("^2/Hz") else None
         one, power = (unit, 1) if density is None else (density, 2)
         if self.gravity and len(one) <= _SHORT:

@@ -92,6 +92,11 @@ def test_an_error_says_which_part_was_not_understood(kind, text, why):
     assert caught.value.why == why
 
 
+def test_percent_is_exact():
+    """It stands in the scene file that `harvester new` writes."""
+    assert RATIO.read("2.7%") == 0.027
+
+
 def test_a_root_of_a_density_keeps_its_sign():
     """The square of a negative number is above 0, and would be taken."""
     with pytest.raises(ValueError, match="at least 0"):
