@@ -9,6 +9,7 @@ from harvester.errors import InputError
 from harvester.scene.csv_table import read_table
 from harvester.scene.kinds import ACCELERATION
 from harvester.scene.record_files import read_density, read_record
+from tests.support.paths import EXAMPLES
 
 G = 9.80665
 ROWS = [(0.01 * k, round(math.sin(k), 3)) for k in range(40)]
@@ -85,3 +86,9 @@ def test_a_prefix_is_no_unit_of_a_column(tmp_path):
     assert column.scale(ACCELERATION) is None
     with pytest.raises(InputError, match="column 'acc_M' must have a unit"):
         read_record(str(path))
+
+
+def test_a_standard_as_a_density():
+    """MIL-STD-810's minimum integrity has 7.7 g rms: 39.2 g^2 of the plateau and 20 g^2 of the slope."""
+    found = read_density(str(EXAMPLES / "mil_std_810_minimum_integrity.csv"))
+    assert found.rms == pytest.approx(np.sqrt(39.2 + 20.0) * G, rel=1e-9)
