@@ -51,6 +51,7 @@ def test_limits_that_no_place_meets():
     assert "no place in the range meets all limits" in best.optimum.warnings[-1]
 
 
+@pytest.mark.slow
 def test_the_plate_with_a_stop():
     """The optimum for the 5 % quantile has a higher quantile than that for the mean, also by `tolerance` itself."""
     over = [parse("load.resistance=E24:200k:1M")]

@@ -59,6 +59,7 @@ def test_quantiles_and_yield_against_random_devices(damping):
     assert found.met.high - found.met.low < 0.04
 
 
+@pytest.mark.slow
 def test_checks_by_the_ensemble_narrow_what_averaged_says():
     """The plate with a stop: the error left by 8 dearer runs is below what `averaged` states, and names the key."""
     vary = {"piezo.capacitance": "10%", "stop.restitution": ".94:.98"}
@@ -172,6 +173,7 @@ def test_points_name_their_argument():
         points.check(hv.load(STOP))
 
 
+@pytest.mark.slow
 def test_command(harvester, tmp_path):
     """JSON as the contract has it; files; --resume gives the same answer; a report."""
     words = ["tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--vary", "load.resistance=E24:5%", "--samples"]
