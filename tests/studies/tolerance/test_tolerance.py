@@ -78,6 +78,7 @@ def test_checks_by_the_ensemble_narrow_what_averaged_says():
     assert abs(checked.power[near] / direct.value - 1.0) < checked.off + 0.01
 
 
+@pytest.mark.slow
 def test_an_engine_that_samples():
     """A few runs with the same noise, and a polynomial: `ensemble` agrees with `exact` on the linear plate."""
     vary = {"piezo.capacitance": "20%"}
