@@ -88,9 +88,9 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--budget", "9" * 400), "--budget must be above 0, but is inf"),
         (("run", PLATE, "--seed", "-1"), "--seed must be at least 0, but is -1"),
         (("run", PLATE, "--seed", "x"), "Invalid value for '--seed': 'x' is not a valid integer"),
-        (("run", PLATE, "--dt", "nan"), "--dt must be above 0, but is nan"),
-        (("run", PLATE, "--dt", "0"), "--dt must be above 0, but is 0.0"),
-        (("run", PLATE, "--duration", "inf"), "--duration must be above 0, but is inf"),
+        (("run", PLATE, "--dt", "nan"), "--dt must be a time above 0, such as 1ms or 0.001, but is 'nan'"),
+        (("run", PLATE, "--dt", "0"), "--dt must be a time above 0, such as 1ms or 0.001, but is '0'"),
+        (("run", PLATE, "--duration", "inf"), "--duration must be a time above 0, such as 1ms or 0.001, but is 'inf'"),
         (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 1000000, but is 0"),
         (("run", PLATE, *PUBLISHED, "--dt", "1"), "--dt must be left out with engine 'published', but is given"),
         (("sweep", PLATE, "--out", "x"), "either --vary or --points must be given, but neither is"),
@@ -99,7 +99,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         ((*SWEEP, "load.resistance=1k", "--out", PLATE), "--out must be a folder that can be written, but "),
         ((*SWEEP, "load.resistanc=1k", "--out", "x"), "unknown [load] key 'resistanc': did you mean 'resistance'?"),
         ((*SWEEP, "load.resistance=1k", *PUBLISHED, "--out", "x"), "--engine must name each only once, but names"),
-        (("compare", PLATE, "--dt", "0"), "--dt must be above 0, but is 0.0"),
+        (("compare", PLATE, "--dt", "0"), "--dt must be a time above 0, such as 1ms or 0.001, but is '0'"),
     ],
 )  # fmt: skip
 def test_bad_input(harvester, monkeypatch, args, says):
