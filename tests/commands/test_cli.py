@@ -73,7 +73,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", "examples"), "scene must be a readable file, but 'examples' is not: Is a directory"),
         (("run",), "Missing argument 'SCENE'"),
         (("rum", PLATE), "No such command 'rum'. Did you mean 'run'?"),
-        (("run", PLATE, "--enigne", "spice"), "No such option '--enigne'. (Did you mean one of: '--engine', '--ledger'?)"),
+        (("run", PLATE, "--enigne", "spice"), "No such option '--enigne'. (Did you mean one of: '--engine'"),
         (("run", PLATE, "extra"), "Got unexpected extra argument (extra)"),
         (("run", PLATE, "--engine", "publishd"), "unknown engine 'publishd': did you mean 'published'?"),
         (("run", PLATE, "--engine", ""), "unknown engine '': it must be one of exact, "),
