@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.errors import CircuitError
 
 MEMORY = 6  # periods that are combined
 MOST = 40  # periods
@@ -71,11 +72,24 @@ class Settling:
         share = np.linalg.lstsq(changes, weights * residual, rcond=SMALLEST)[0]
         return share @ np.diff(self._states, axis=0), share @ np.diff(self._means, axis=0)
 
+    def _forget(self) -> None:
+        """Combine no periods before this one."""
+        for values in (self._states, self._residuals, self._means):
+            values.clear()
+
     def reach(self) -> bool:
         """Go on to the fixed point; whether it was reached, in `MOST` periods."""
         y, best, since = self.state, np.inf, 0
         for _ in range(MOST):
-            self.plainly(1, y)
+            reached = self.state
+            try:
+                self.plainly(1, y)
+            except CircuitError:  # which a combination may ask of a circuit, but no state that a period leads to
+                if y is reached:
+                    raise
+                self.state = y = reached
+                self._forget()
+                continue
             residual = self.slow @ (self.state - y)
             for values, one in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
                 values.append(one)

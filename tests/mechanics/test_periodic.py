@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from harvester.errors import CircuitError
 from harvester.mechanics.periodic import MOST, Settling
 
 SLOW = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
@@ -55,3 +56,27 @@ def test_a_map_that_never_comes_back_is_told():
     rng = np.random.default_rng(2)
     settled = Settling(lambda y: (rng.standard_normal(4), np.zeros(2)), SLOW, GROUPS, np.zeros(4))
     assert not settled.reach()
+
+
+def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
+    """A combination that the circuit refuses is left out; refused on the plain way, the error is told."""
+    settled, fixed, _ = settling(0.9)
+    plain, refused = settled.turn, []
+
+    def turn(y):
+        if y[2] > 2.2 and len(refused) < 2:
+            refused.append(y)
+            raise CircuitError("it did not converge")
+        return plain(y)
+
+    settled.turn = turn
+    assert settled.reach()
+    assert settled.state[:3] == pytest.approx(fixed, rel=1e-5)
+    assert len(refused) == 2
+
+    def never(y):
+        raise CircuitError("it did not converge")
+
+    settled.turn = never
+    with pytest.raises(CircuitError):
+        settled.reach()

@@ -95,6 +95,15 @@ def test_a_subharmonic_is_named():
     assert answer.mean_power.value == pytest.approx(ensemble.mean_power.value, rel=5e-3)
 
 
+@pytest.mark.parametrize(("frequency", "farads"), [("47 Hz", "10 uF"), ("44 Hz", "100 uF")])
+def test_a_bridge_off_resonance(tmp_path, frequency, farads):
+    """The first periods point far away, where no state of the circuit is."""
+    (tmp_path / "scene.toml").write_text(BIMORPH.replace("45.6 Hz", frequency).replace("10 uF", farads))
+    answer = hv.Spice(within=1e-2).run(tmp_path / "scene.toml")
+    assert answer.details["response_periods"] == 1.0
+    assert answer.mean_power.error95 < 1e-2 * answer.mean_power.value
+
+
 def test_a_step_that_is_given_is_the_finest():
     answer = hv.Spice(dt=2.0 * math.pi / DRIVEN.drive_frequency / 256).run(scene(DRIVEN))
     assert answer.details["step"] == pytest.approx(2.0 * math.pi / DRIVEN.drive_frequency / 256, rel=1e-9)
