@@ -58,12 +58,13 @@ def record(file: str, axis: str | None, rate: float | None, out: str | None, rep
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
     found = look(clean(file, axis, rate))
+    text = "" if path is None else found.text()
     title = f"{Path(file).name}, axis {found.record.axis}"
     echo_answer(found, as_json)
     if path is not None:
         from harvester import figures
 
-        files.write(path, found.text())
+        files.write(path, text)
         figures.save(found.plot(title), path.parent, path.stem)
         if not as_json:
             click.echo(f"written: {path}, {path.with_suffix('.png').name}")

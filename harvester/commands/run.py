@@ -51,8 +51,9 @@ def run(
     """Mean square voltage and mean power of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
+    from harvester.equations.problem import Problem
     from harvester.scene.toml import load
-    from harvester.studies.extremes.extremes import extremes, read_lifetime
+    from harvester.studies.extremes.extremes import check_served, extremes, read_lifetime
 
     scene = load(path)
     options["probe"] = probe or None
@@ -62,6 +63,7 @@ def run(
     file = report_file(report, None)
     if lifetime is not None:
         read_lifetime(lifetime, scene.physical)
+        check_served(Problem.of(scene))
     with Bar(chosen.NAME) as bar:
         answer = chosen.run(scene, bar.tell)
     largest = None if lifetime is None else extremes(scene, lifetime, options["seed"])

@@ -106,7 +106,7 @@ class Identified:
 
 def number_words(one: Parameter) -> tuple[str, str]:
     """A parameter's value and its interval in words, with as many digits as the interval is worth."""
-    half = max(one.high - one.low, 1e-12 * abs(one.value)) / 2.0
+    half = max(one.high - one.low, 1e-12 * abs(one.value), 1e-300) / 2.0  # a known number has no width
     digits = min(max(3, 2 + math.ceil(math.log10(max(abs(one.value), 1e-300) / half))), 9)
     scale, unit = 1.0, one.unit
     if one.unit in PREFIXED and one.value:

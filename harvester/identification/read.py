@@ -37,6 +37,13 @@ _DECAYS = {
 }
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
 _LOAD = re.compile(r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)", re.IGNORECASE)
+_REMARK = re.compile(  # stricter, for remarks are prose: "measured at 25 °C" is no load
+    r"\b(?:load|load resistance|RL?)\s*(?:[:=]|\bis\b)?\s*"
+    r"(\d[\d.]*(?:e[+-]?\d+)?\s*[munµkMG]?(?:ohm|Ω|\u2126)|\d[\d.]*\s*[kMG](?=\s*$)|(?:short|open|clamped)\b)",
+    re.IGNORECASE,
+)
+_CLAMPED = re.compile(r"[#%/! ]*clamped[. ]*", re.IGNORECASE)  # a remark of this word alone
+LONGEST_REMARK = 200  # letters of a line that are looked at
 FORMS = (
     "frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; "
     "or time with a voltage or displacement"
@@ -62,8 +69,9 @@ def read_file(name: str) -> list[Measurement]:
     label = Path(path).name
     key = f"FILE {shown(label)}"
     table = read_table(path, "FILE")
-    said = state or next((m[1] for line in table.remarks if (m := _LOAD.search(line))), "")
-    clamped = said.strip().lower() == "clamped" or any(re.search(r"\bclamped\b", r, re.I) for r in table.remarks)
+    remarks = [line[:LONGEST_REMARK] for line in table.remarks]
+    said = state or next((m[1] for line in remarks if (m := _REMARK.search(line))), "")
+    clamped = said.strip().lower() == "clamped" or (not said and any(_CLAMPED.fullmatch(line) for line in remarks))
     load = None if clamped or not said else _load(said, key)
     if table.bad:
         row, place, text = table.bad[0]
@@ -201,6 +209,10 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
     """The ring-down of a table."""
     t = times(table, key)
     assert t is not None
+    loads = _load_column(table)
+    several = [] if loads is None else np.unique(loads[~np.isnan(loads)]).tolist()
+    if len(several) > 1:
+        raise InputError(f"{key} must be a ring-down over one load, but its column of loads has {len(several)} values")
     for of, kind in _DECAYS.items():
         for column in table.columns:
             y = None if is_time(column) else column.in_si(kind)
@@ -214,7 +226,9 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
                 )
             if not np.ptp(y[good]) > 0.0:
                 raise InputError(f"{key} must show a ring-down, but its {of} is constant")
-            return Decay(label, t[good], y[good], (OPEN if of == "voltage" else SHORT) if load is None else load, of)
+            written = _LOAD.search(column.name)
+            mine = several[0] if several else _load(written[1], key) if written else load
+            return Decay(label, t[good], y[good], (OPEN if of == "voltage" else SHORT) if mine is None else mine, of)
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
 
 

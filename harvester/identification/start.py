@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.errors import InputError, shown
 from harvester.identification import bounce
+from harvester.identification.fit import device
 from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement
 from harvester.identification.models import Device, base_response
 
@@ -26,7 +28,8 @@ def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncin
     names += ["beta"] if circuits else []
     names += ["capacitance"] if impedances or (loads and circuits) else []
     names += ["loss"] if impedances else []
-    names += ["psi"] if volts and "mass" not in known else []
+    told = "capacitance" in names or "capacitance" in known  # without it a known mass gives no psi = theta/C
+    names += ["psi"] if volts and not ("mass" in known and told) else []
     names += ["restitution", "gap", "x0", "v0", "zero"] if bouncing else []
     return tuple(name for name in names if name not in known)
 
@@ -58,7 +61,7 @@ def starts(
                 values = {"frequency": f0, "quality": q, "beta": beta, "capacitance": c, "loss": loss}
                 values |= {name: v for name, v in known.items() if name != "mass"}
                 if "psi" in names:
-                    values["psi"] = _psi(measurements, Device(**{k: values[k] for k in values}))
+                    values["psi"] = _psi(measurements, device(values))
                 if flights is not None:
                     for name in ("restitution", "gap", "x0", "v0", "zero"):
                         values[name] = getattr(flights, name)
@@ -91,7 +94,13 @@ def _strongest(t: Floats, y: Floats) -> float:
 def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]:
     """Capacitances: of the impedance away from resonance, else such as loads tell apart."""
     for one in sorted((m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped):
-        return [float(np.median((1.0 / one.z).imag / (2.0 * math.pi * one.f)))]
+        middle = float(np.median((1.0 / one.z).imag / (2.0 * math.pi * one.f)))
+        if not middle > 0.0:
+            raise InputError(
+                f"FILE {shown(one.name)} must have a reactance, or phase, that is negative away from resonance, as a "
+                "capacitance has, but at most frequencies it is positive: turn its sign round"
+            )
+        return [middle]
     loads = [m.load for m in measurements if not isinstance(m, Impedance) and m.load not in (SHORT, OPEN)]
     middle = 1.0 / (2.0 * math.pi * f0 * math.exp(float(np.mean(np.log(loads)))))
     return [middle * factor for factor in (0.03, 0.2, 1.0, 5.0, 30.0)]
@@ -107,10 +116,10 @@ def _loss(measurements: Sequence[Measurement]) -> float:
     return min(max(min(found), 1e-4), 0.2)
 
 
-def _psi(measurements: Sequence[Measurement], device: Device) -> float:
+def _psi(measurements: Sequence[Measurement], of: Device) -> float:
     """The voltage a metre that brings the responses' level to what was measured."""
     logs = [
-        np.median(np.log(m.size) - np.log(np.abs(base_response(device, m.f, m.load, m.of))))
+        np.median(np.log(m.size) - np.log(np.abs(base_response(of, m.f, m.load, m.of))))
         for m in measurements
         if isinstance(m, BaseResponse) and m.of == "voltage" and m.load != SHORT
     ]

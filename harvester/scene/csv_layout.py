@@ -14,9 +14,10 @@ from harvester.scene.units import is_unit
 
 DELIMITERS = ("\t", ";", ",", "|", " ")
 LOOKED_AT = 300  # lines that tell the layout
+LONGEST_NUMBER = 64  # letters of a number, a time or a unit: a longer cell is none of them
 COMMENTS = ("#", "%", "//", "!")
 MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "ovr", "ovl", "#n/a"))
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 
 
@@ -88,8 +89,15 @@ def cells(line: str, delimiter: str) -> list[str]:
 
 def is_data(row: Sequence[str], decimal: str) -> bool:
     """Whether a row holds nothing but numbers, times and missing values, and a number or time among them."""
-    numbers = [bool(_NUMBER.fullmatch(as_number(cell, decimal)) or CLOCK.fullmatch(cell)) for cell in row]
+    numbers = [_is_number(cell, decimal) for cell in row]
     return any(numbers) and all(one or cell.lower() in MISSING for one, cell in zip(numbers, row, strict=True))
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number or a time."""
+    if len(cell) > LONGEST_NUMBER:
+        return False
+    return bool(_NUMBER.fullmatch(as_number(cell, decimal)) or CLOCK.fullmatch(cell))
 
 
 def as_number(cell: str, decimal: str) -> str:
@@ -118,4 +126,6 @@ def _header(
 
 def _is_unit_cell(cell: str) -> bool:
     bare = cell.strip("()[]{} ")
+    if len(bare) > LONGEST_NUMBER:
+        return False
     return bare in ("", "-", "1") or is_unit(bare) or bool(re.fullmatch(r"[munµ]?[gG]", bare))

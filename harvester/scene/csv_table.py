@@ -21,6 +21,7 @@ from harvester.scene.kinds import Kind
 from harvester.scene.units import LARGEST, prefix_factor
 
 MOST_BYTES = 64_000_000
+LONGEST_HEAD = 200  # letters above a column
 _BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*(.+?)\s*[)\]}>]")
 _OTHER_UNITS = (  # a name and its unit without brackets
     re.compile(r"(.+?)\s*/\s*(.+)"),
@@ -138,6 +139,10 @@ def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
     import pandas as pd
 
     count = len(found.heads)
+    if long := [text for text in (*found.heads, *found.units) if len(text) > LONGEST_HEAD]:
+        raise InputError(
+            f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
+        )
     try:
         frame = pd.read_csv(
             io.StringIO("\n".join(found.rows)),
@@ -161,7 +166,7 @@ def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
         lost = np.flatnonzero(~np.isfinite(values))
         clock = len(lost) > 0 and bool(CLOCK.fullmatch(cells.iloc[lost[0]]))
         if clock:
-            values = _seconds(cells)
+            values = _seconds(cells, f"{argument} column {found.heads[place]!r}")
             lost = np.flatnonzero(~np.isfinite(values))
         values = np.where(np.isfinite(values), values, math.nan)
         bad += [(int(row) + 1, place, cells.iloc[row]) for row in lost if cells.iloc[row]]
@@ -170,16 +175,25 @@ def _table(found: Layout, path: str | Path, argument: str) -> CsvTable:
     return CsvTable(full, found.remarks, found.words, tuple(sorted(bad)))
 
 
-def _seconds(cells: "object") -> Floats:
-    """Dates and times of day as seconds from the first; a time of day that jumps back is the next day's."""
+def _seconds(cells: "object", key: str) -> Floats:
+    """Dates and times of day as seconds from the first; a time of day that jumps back is the next day's.
+
+    Raises InputError, which begins with ``key``, where none of the dates is one of the calendar.
+    """
     import pandas as pd
 
     texts = pd.Series(cells).str.replace(",", ".", regex=False).str.replace("Z", "", regex=False)
     dated = texts.str.contains(r"\d[T ]\d", regex=True).any()
     if dated:
-        german = bool(re.match(r"\d\d\.\d\d\.\d{4}", str(texts.iloc[0])))
-        form = "%d.%m.%Y %H:%M:%S" + (".%f" if "." in str(texts.iloc[0])[11:] else "") if german else "ISO8601"
-        stamps = pd.to_datetime(texts, format=form, errors="coerce", utc=True)
+        first = str(texts[texts.str.contains(r"\d[T ]\d", regex=True)].iloc[0])
+        if re.match(r"\d\d\.\d\d\.\d{4}", first):  # each with a fraction of a second or without
+            texts = texts.str.replace(r"[T ]+", " ", regex=True)
+            texts = texts.where(texts.str.contains(r":\d\d\.", regex=True), texts + ".0")
+            stamps = pd.to_datetime(texts, format="%d.%m.%Y %H:%M:%S.%f", errors="coerce", utc=True)
+        else:
+            stamps = pd.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
+        if not stamps.notna().any():
+            raise invalid(key, "have dates of the calendar, such as 2024-05-01 12:00:00", first)
         return np.asarray((stamps - stamps.dropna().iloc[0]).dt.total_seconds(), float)
     spans = np.asarray(pd.to_timedelta(texts, errors="coerce").dt.total_seconds(), float)
     back = np.nan_to_num(np.diff(spans, prepend=spans[0])) < -43200.0

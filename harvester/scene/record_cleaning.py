@@ -15,11 +15,11 @@ from harvester.scene.csv_layout import MISSING
 from harvester.scene.csv_table import CsvColumn, CsvTable, read_table
 from harvester.scene.kinds import ACCELERATION
 from harvester.scene.record_files import AXES, FEWEST, is_acceleration, is_time, times
+from harvester.scene.record_times import ascending, even
 
-LONGEST_GAP = 10  # samples that are filled in
-MOST_FILLED = 0.02  # of all samples
 MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
+STEPS = 2.5  # of the resolution: a run that the signal comes to by less may be its own rounded crest
 NEAR_NYQUIST, LOUD = 0.8, 0.1  # from this share of half the rate on, this share of the power is much
 
 
@@ -68,9 +68,9 @@ def clean(path: str, axis: str | None, rate: float | None) -> CleanRecord:
             found.append("the times have no unit: taken as seconds")
     if len(values) < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} rows", len(values))
-    time, values = _ascending(time, values, found)
+    time, values = ascending(time, values, found)
     _refuse_clipped(values, warnings)
-    spacing, values = _even(time, values, found)
+    spacing, values = even(time, values, found)
     values = _without_drift(values, spacing, found)
     if not np.any(np.abs(values) > 0.0):
         raise invalid("FILE", "have accelerations that change", float(values[0]))
@@ -119,47 +119,26 @@ def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
         raise invalid(f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1])
 
 
-def _ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, Floats]:
-    """Times that ascend: those that are missing come from their neighbours, repeated ones are spread or merged."""
-    known = np.isfinite(time)
-    if known.sum() < FEWEST:
-        raise invalid("FILE", f"have at least {FEWEST} times", int(known.sum()))
-    if not known.all():
-        found.append(f"{(~known).sum()} rows without a time left out")
-        time, values = time[known], values[known]
-    steps = np.diff(time)
-    if (steps < 0.0).any():
-        row = int(np.argmax(steps < 0.0)) + 2
-        raise InputError(
-            f"FILE must have times that do not go back, but row {row} does: cut the file into its recordings"
-        )
-    same = steps == 0.0
-    if not same.any():
-        return time, values
-    if same.mean() > 0.2:  # a clock of whole seconds, say: the rows are at even times between the first and the last
-        found.append(
-            f"{same.sum()} times repeat, for the clock is coarse: the rows are spread evenly from first to last"
-        )
-        return np.linspace(time[0], time[-1], len(time)), values
-    groups = np.append(0, np.cumsum(~same))
-    good = np.isfinite(values)
-    counts = np.bincount(groups, good)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        merged = np.bincount(groups, np.where(good, values, 0.0)) / counts
-    found.append(f"{same.sum()} repeated times: the mean of their rows is taken")
-    return time[np.append(True, ~same)], merged
-
-
 def _refuse_clipped(values: Floats, warnings: list[str]) -> None:
     """Find samples that stand still at an end of the range, which the signal left."""
     known = values[np.isfinite(values)]
     if not len(known) or np.ptp(known) == 0.0:
         return
-    clipped = 0
+    clipped = crests = 0
+    step = STEPS * float(np.diff(np.unique(known)).min())
     for end in (known.max(), known.min()):
-        runs = np.diff(np.flatnonzero(np.diff(np.concatenate(([0], (known == end).astype(int), [0])))))[::2]
-        clipped += int(runs[runs >= CLIPPED_RUN].sum())
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], (known == end).astype(int), [0]))))
+        for begin, behind in zip(edges[::2], edges[1::2], strict=True):
+            if behind - begin >= CLIPPED_RUN:
+                beside = known[[max(begin - 1, 0), min(behind, len(known) - 1)]]
+                sudden = np.abs(beside - end).max() > step
+                clipped, crests = clipped + sudden * (behind - begin), crests + (not sudden) * (behind - begin)
     share = clipped / len(known)
+    if crests > MOST_CLIPPED * len(known):
+        warnings.append(
+            f"{crests} samples stand still at the end of the range: the sensor's resolution is too coarse to tell "
+            "whether it was clipped there"
+        )
     if share > MOST_CLIPPED:
         raise InputError(
             f"FILE must not be clipped, but {share:.1%} of its samples stand still at the end of the range, "
@@ -167,42 +146,6 @@ def _refuse_clipped(values: Floats, warnings: list[str]) -> None:
         )
     if clipped:
         warnings.append(f"{clipped} samples stand still at the end of the range: the sensor was clipped there")
-
-
-def _even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]:
-    """The spacing, and the values at even times; gaps of a few samples are filled by a cubic."""
-    from scipy.interpolate import PchipInterpolator
-
-    steps = np.diff(time)
-    spacing = float(np.median(steps))
-    places = np.rint((time - time[0]) / spacing)
-    jitter = steps[np.abs(steps / spacing - 1.0) < 0.5]
-    spacing = float(jitter.mean())
-    good = np.isfinite(values)
-    if good.sum() < FEWEST:
-        raise invalid("FILE", f"have at least {FEWEST} accelerations", int(good.sum()))
-    gaps = np.rint(np.diff(time[good]) / spacing) - 1.0
-    lost, longest = int(gaps[gaps > 0.0].sum()), int(max(gaps.max(), 0.0))
-    if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
-        k = int(gaps.argmax())
-        raise InputError(
-            f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
-            f"{lost} are missing, {longest} at {time[good][k]:.6g} s: cut the file there and take the longer part"
-        )
-    if lost:
-        found.append(f"{lost} missing samples filled in, {longest} in a row at most")
-    off = float(np.abs(steps - spacing)[np.abs(steps / spacing - 1.0) < 0.5].max()) / spacing
-    if off > 0.01:
-        found.append(f"uneven times, off by up to {off:.1%} of a step: interpolated to even ones")
-    count = int(np.floor((time[good][-1] - time[good][0]) / spacing + 1e-6)) + 1
-    if count > 40 * len(places):
-        raise InputError(
-            "FILE must have times of one recording, but they spread over far more samples than it has rows"
-        )
-    even = time[good][0] + spacing * np.arange(count)
-    if not lost and off <= 0.01 and len(even) == len(values):
-        return spacing, values
-    return spacing, np.asarray(PchipInterpolator(time[good], values[good], extrapolate=True)(even))
 
 
 def _without_drift(values: Floats, spacing: float, found: list[str]) -> Floats:

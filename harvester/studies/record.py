@@ -8,7 +8,9 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
+from harvester.errors import InputError
 from harvester.printing.columns import columns
+from harvester.scene.csv_table import MOST_BYTES
 from harvester.scene.record_cleaning import CleanRecord
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
@@ -43,9 +45,15 @@ class RecordAnswer:
         return figures.record(self, title)
 
     def text(self) -> str:
-        """The clean record as the CSV file that a scene reads."""
+        """The clean record as the CSV file that a scene reads; raises InputError where that would be too large."""
         t = np.round(self.record.times, 12)
-        return csv_text(["time (s)", "acceleration (m/s^2)"], zip(t, self.record.values, strict=True))
+        found = csv_text(["time (s)", "acceleration (m/s^2)"], zip(t, self.record.values, strict=True))
+        if len(found) > MOST_BYTES:
+            raise InputError(
+                f"FILE must give a clean record of at most {MOST_BYTES} bytes, as a scene reads, but it has "
+                f"{len(found)}: cut the file, or give a lower `rate`"
+            )
+        return found
 
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""
@@ -100,6 +108,6 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
         inside = power[(f > low) & (f <= high)]
         if len(inside) and inside.sum() > 0.0:
             rms = math.sqrt(float(inside.sum()))
-            error = 0.5 * math.sqrt(float((inside**2).sum())) / rms
+            error = 0.5 * math.sqrt(0.5 * float((inside**2).sum())) / rms  # E[p^2] = 2 Var(p) of a line p
             bands.append(Band(float(low), float(high), Value(rms, stderr=error)))
     return tuple(bands)

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.identification.measurement import OPEN, SHORT
+from harvester.identification.read import read_file
+from tests.support import bench
 from tests.support.bench import KINDS
 
 
@@ -111,6 +114,56 @@ def test_what_is_no_measurement(harvester, tmp_path, text, more, says):
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert says in err
     assert not (tmp_path / "a.toml").exists()
+
+
+def test_an_open_voltage_with_a_known_mass(tmp_path):
+    """Without a capacitance the mass gives no level of the voltage, which stays free: the fit is perfect."""
+    truth = bench.device(np.random.default_rng(2))
+    f = np.linspace(0.6, 1.6, 81) * truth.f0
+    v = np.abs(bench.response_of(truth, f, np.inf)[1]) * bench.G
+    name = bench.write(tmp_path / "v.csv", "Frequency (Hz),Voltage (V/g)", f, v) + "@open"
+    found = hv.identify(name, {"mass": truth.mass})
+    assert found.residual_rms < 1e-3
+    found = hv.identify(name, {"stop.gap": 0.0, "stop.restitution": 0.9})  # which these data do not need
+    assert found.residual_rms < 1e-3 and "stop.gap" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("remark", "load"),
+    [
+        ("Measured at 25 °C", SHORT),
+        ("saved at 12:30:05", SHORT),
+        ("beam clamped to the shaker", SHORT),
+        ("load: 100 kohm", 1e5),
+        ("Load resistance = 4.7 Mohm, 1 %", 4.7e6),
+        ("R = 470k", 4.7e5),
+        ("load open", OPEN),
+    ],
+)
+def test_remarks_that_are_loads(tmp_path, remark, load):
+    path = tmp_path / "x.csv"
+    path.write_text(f"# {remark}\n" + GOOD.replace("Voltage (V/g)", "x (mm/g)"))
+    assert read_file(str(path))[0].load == load
+
+
+def test_a_load_of_a_ring_down(tmp_path):
+    """In its column's name, or in a column of loads with one value."""
+    path = tmp_path / "u.csv"
+    rows = [f"{k / 100},{np.cos(k) * np.exp(-0.1 * k):.5f}" for k in range(60)]
+    path.write_text("time (s),U at 100 kohm (V)\n" + "\n".join(rows))
+    assert read_file(str(path))[0].load == 1e5
+    path.write_text("time (s),U (V),load (kohm)\n" + "\n".join(f"{one},47" for one in rows))
+    assert read_file(str(path))[0].load == pytest.approx(47e3)
+    path.write_text("time (s),U (V),load (kohm)\n" + "\n".join(f"{one},{40 + n}" for n, one in enumerate(rows)))
+    with pytest.raises(hv.InputError, match="must be a ring-down over one load, but its column of loads has 60"):
+        read_file(str(path))
+
+
+def test_a_reactance_of_the_wrong_sign(tmp_path):
+    f = np.linspace(50.0, 150.0, 60)
+    name = bench.write(tmp_path / "z.csv", "f (Hz),R (ohm),X (ohm)", f, 0 * f + 50.0, 1e8 / f)
+    with pytest.raises(hv.InputError, match="negative away from resonance"):
+        hv.identify(name)
 
 
 def test_options_that_cannot_be(harvester, tmp_path):

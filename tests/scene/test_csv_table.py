@@ -1,6 +1,7 @@
 """CSV files as loggers, analysers and spreadsheets write them: read alike, or refused with the remedy."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -92,3 +93,25 @@ def test_a_standard_as_a_density():
     """MIL-STD-810's minimum integrity has 7.7 g rms: 39.2 g^2 of the plateau and 20 g^2 of the slope."""
     found = read_density(str(EXAMPLES / "mil_std_810_minimum_integrity.csv"))
     assert found.rms == pytest.approx(np.sqrt(39.2 + 20.0) * G, rel=1e-9)
+
+
+@pytest.mark.parametrize("text", ["t (s),a (g)\n" + "1" * 200_000 + "x,2\n", "a" + "( " * 50_000 + ",b\n1,2\n"])
+def test_long_cells_take_no_time(tmp_path, text):
+    """Patterns over a long run of digits or brackets took the square of its length: minutes."""
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    begin = time.perf_counter()
+    with pytest.raises(InputError, match="must have"):
+        read_table(path, "FILE")
+    assert time.perf_counter() - begin < 5.0
+
+
+def test_dates_with_and_without_a_fraction(tmp_path):
+    """A logger that leaves `.000` away; and dates that are none of the calendar."""
+    path = tmp_path / "a.csv"
+    stamps = [f"01.05.2024 12:00:{k / 2:06.3f}".removesuffix(".000") for k in range(40)]
+    path.write_text("Time,a (g)\n" + "".join(f"{one},1\n" for one in stamps))
+    np.testing.assert_allclose(read_table(path, "FILE").columns[0].values, np.arange(40) / 2)
+    path.write_text("Time,a (g)\n" + "2024-13-45 12:00:00,1\n" * 20)
+    with pytest.raises(InputError, match="FILE column 'Time' must have dates of the calendar"):
+        read_table(path, "FILE")

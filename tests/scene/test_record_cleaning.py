@@ -66,7 +66,45 @@ def test_no_times_and_coarse_times(harvester, tmp_path):
     path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(5 * T) / 5, SHAKING)
     answer = json.loads(harvester("record", path, "--json")[1])
     assert any("the clock is coarse" in line for line in answer["found"])
-    assert answer["rate"] == pytest.approx(RATE, rel=0.06)
+    assert answer["rate"] == pytest.approx(RATE, rel=1e-9)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(3.7 * T) / 3.7, SHAKING)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert answer["rate"] == pytest.approx(RATE, rel=1.1 / 1700)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(T / 3), SHAKING)
+    assert "its clock is too coarse" in harvester("record", path)[2]
+
+
+def test_rows_without_times_stay(harvester, tmp_path):
+    """A time in every fifth row alone: 90 Hz stay 90 Hz at 500 samples a second, where 100 would fold them to 10."""
+    times = np.where(np.arange(N) % 5 == 0, T, np.nan)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", times, np.sin(2 * np.pi * 90 * T))
+    answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
+    assert answer["rate"] == pytest.approx(RATE, rel=1e-4)
+    power = np.abs(np.fft.rfft(read_record(str(tmp_path / "c.csv")).values[:1500])) ** 2
+    assert np.argmax(power) == 270
+
+
+def test_a_coarse_crest_is_not_clipped(harvester, tmp_path):
+    """A slow sine in steps of 0.1 g stands still at its crests; what jumps to its end is clipped."""
+    coarse = np.round(SHAKING, 1)
+    slow = np.round(np.sin(2 * np.pi * 2 * T), 1)
+    assert harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, coarse))[0] == 0
+    status, out, _ = harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, slow))
+    assert status == 0 and "too coarse to tell" in out
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T, np.clip(coarse, -0.8, 0.8))
+    assert "must not be clipped" in harvester("record", path)[2]
+
+
+def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
+    """Times two and two together have no rate; a clean file that no scene would read is not written."""
+    times = np.repeat(np.arange(10.0), 2)[:19] + np.tile([0.0, 0.001], 10)[:19]
+    path = written(tmp_path / "a.csv", "t (s),a (g)", times, SHAKING[:19])
+    assert "must have times at about even steps" in harvester("record", path)[2]
+    monkeypatch.setattr("harvester.studies.record.MOST_BYTES", 10_000)
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T, SHAKING)
+    status, out, err = harvester("record", path, "--out", tmp_path / "c.csv")
+    assert (status, out) == (2, "") and "at most 10000 bytes" in err
+    assert not (tmp_path / "c.csv").exists()
 
 
 def test_resampling_folds_nothing_back(harvester, tmp_path):
@@ -94,6 +132,20 @@ def test_rms_by_octave_is_the_whole(tmp_path):
         expected = np.sqrt((high - band.low) / (RATE / 2))
         assert abs(band.rms.value - expected) < 4 * band.rms.stderr
     assert any("the rate is too low" in line for line in found.record.warnings)
+
+
+def test_error_of_an_octave_is_its_scatter():
+    """White noise 60 times: the deviations over the stated errors scatter by 1, not by the root of a half."""
+    from harvester.scene.record_cleaning import CleanRecord
+    from harvester.studies.record import look
+
+    rng = np.random.default_rng(8)
+    z = []
+    for _ in range(60):
+        for band in look(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[5:]:
+            expected = np.sqrt((min(band.high, RATE / 2) - band.low) / (RATE / 2))
+            z.append((band.rms.value - expected) / band.rms.stderr)
+    assert np.std(z) == pytest.approx(1.0, abs=4.0 / np.sqrt(2 * len(z)))
 
 
 @pytest.mark.parametrize(

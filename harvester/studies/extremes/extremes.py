@@ -97,12 +97,7 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
     problem = Problem.of(scene)
     eqs, units = problem.equations, problem.units
     seconds = read_lifetime(lifetime, problem.physical)
-    if reason := needs_resistance(problem, "ensemble"):
-        raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
-    if eqs.is_shaken_otherwise or not eqs.is_random:
-        raise CannotServeError(
-            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
-        )
+    check_served(problem)
     span = seconds * units.frequency
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     levels: dict[str, dict[float, Value]] = {}
@@ -133,6 +128,16 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
         f"{counted.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
     )
     return Extremes(seconds, levels, rate, method, problem.physical)
+
+
+def check_served(problem: Problem) -> None:
+    """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other shaking."""
+    if reason := needs_resistance(problem, "ensemble"):
+        raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
+    if problem.equations.is_shaken_otherwise or not problem.equations.is_random:
+        raise CannotServeError(
+            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
+        )
 
 
 def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:

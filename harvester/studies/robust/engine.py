@@ -111,12 +111,13 @@ class Robust:
         if len(served) < len(devices):
             failed = next(one for one in answers[1:] if isinstance(one, HarvesterError))
             raise SimulationError(f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}")
-        powers = fit(x, np.array([one.mean_power.value for one in served]))
-        squares = fit(x, np.array([one.mean_square_voltage.value for one in served]))
+        scored = len(x) - 2 * len(self.vary)  # the others hold the outer ends
+        powers = fit(x, np.array([one.mean_power.value for one in served]), scored)
+        squares = fit(x, np.array([one.mean_square_voltage.value for one in served]), scored)
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
         found = [self._peaks(one) for one in devices]
-        peaks = {name: fit(x, np.array([one[name] for one in found]))(many) for name in found[0]}
+        peaks = {name: fit(x, np.array([one[name] for one in found]), scored)(many) for name in found[0]}
         return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
@@ -157,7 +158,8 @@ class Robust:
     def _places(self) -> tuple[Floats, Floats]:
         """The places of the devices that are computed, and of those that the polynomial stands for."""
         keys = len(self.vary)
-        return design.places(2 * (keys + 1) * (keys + 2) + 1, keys, 0), design.places(DEVICES, keys, 1)
+        inner = design.places(2 * (keys + 1) * (keys + 2) + 1, keys, 0)
+        return np.vstack([inner, design.outer(keys)]), design.places(DEVICES, keys, 1)
 
     def _devices(self, scene: Scene) -> tuple[list[AnyScene], Floats, Floats]:
         """The devices that are computed, and the keys' values of these and of the many."""

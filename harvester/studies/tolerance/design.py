@@ -23,6 +23,7 @@ from harvester.studies.tolerance.spreads import PartSpread
 LEAST, MOST = 16, 50_000  # samples
 INSIDE = 1e-12  # how near to 0 and 1 a place may come: a normal number has no end
 LOW, HIGH = 0.05, 0.95  # the places at which a key is shown alone
+OUTER = 0.0005  # share of devices below, and above, the outer places that hold a polynomial
 
 
 def places(count: int, dimensions: int, seed: int) -> Floats:
@@ -93,6 +94,17 @@ def one_by_one(dimensions: int) -> Floats:
     for k in range(dimensions):
         found[1 + 2 * k, k], found[2 + 2 * k, k] = LOW, HIGH
     return found
+
+
+def outer(dimensions: int, matrix: Floats | None = None) -> Floats:
+    """The places at which a key alone is at `OUTER` and at 1 - `OUTER`, shape (2 dimensions, dimensions).
+
+    Keys that are tied to it are at their mean there.  With them a polynomial need not reach beyond what was computed.
+    """
+    from scipy.special import ndtr, ndtri
+
+    along = float(ndtri(1.0 - OUTER)) * (np.eye(dimensions) if matrix is None else matrix)
+    return np.asarray(ndtr(np.vstack([-along, along])))
 
 
 def points(spreads: Sequence[PartSpread], values: Floats) -> Points:

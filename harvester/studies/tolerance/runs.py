@@ -21,6 +21,7 @@ from harvester.studies.tolerance.surface import Polynomial, fit
 FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
 RUNS = 24  # that an engine that samples computes, for each key and one more
 PEAKS = 256  # samples whose peaks over a lifetime are computed; a polynomial stands for the others
+OUTSIDE = 0.005  # of the samples, that may lie beyond those computed without a warning
 ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
 
 Tick = Callable[[float], None]  # called with the fraction that is done
@@ -50,6 +51,7 @@ class Study:
     options: dict[str, Any]
     spreads: tuple[PartSpread, ...]
     u: Floats
+    outer: Floats
     seed: int
     runs: int | None
     lifetime: float | None = None
@@ -60,19 +62,24 @@ class Study:
         runs = min(self.runs or runs, len(self.u))
         check = sampled.checker(engine, within, self.seed) if checks != 0 else None
         number = 0 if check is None else min(checks or check[0], runs)
-        x = design.values_at(self.spreads, np.vstack([self.u[:runs], design.one_by_one(len(self.spreads))]))
+        alone_to = runs + 1 + 2 * len(self.spreads)
+        outer = self.outer if runs < len(self.u) else self.outer[:0]
+        x = design.values_at(self.spreads, np.vstack([self.u[:runs], design.one_by_one(len(self.spreads)), outer]))
         whole = len(x) + number
         table = self._sweep(engine, x, engine.NAME, 0, whole)
-        found = sampled.direct(engine, _first(table, runs))
+        found = sampled.direct(engine, _part(table, 0, runs))
+        ends = sampled.direct(engine, _part(table, alone_to, len(x)))
         ratio: sampled.Ratio | None = None
         if check is not None:
             served = np.flatnonzero(found.served)[:number]
             dearer = self._sweep(check[1], x[served], "checks", len(x), whole)
             ratio = sampled.compared(table, served.tolist(), dearer, engine, check[1])
-            found = sampled.corrected(found, ratio)
-        alone, warnings = sampled.column(table, "mean_power")[runs:] * found.ratio, _told(table)
+            found, ends = sampled.corrected(found, ratio), sampled.corrected(ends, ratio)
+        alone, warnings = sampled.column(table, "mean_power")[runs:alone_to] * found.ratio, _told(table)
         own = x[:runs][found.served]
-        surface = fit(own, found.values["mean_power"])
+        held = np.vstack([own, x[alone_to:][ends.served]])
+        powers = np.append(found.values["mean_power"], ends.values["mean_power"])
+        surface = fit(held, powers, len(own))
         rough = surface.scatter > ROUGH * found.values["mean_power"].std()
         if rough and runs < len(self.u) and sampled.formulas(engine) and self.runs is None:
             every, runs = design.values_at(self.spreads, self.u), len(self.u)
@@ -83,24 +90,28 @@ class Study:
             surface = fit(own, found.values["mean_power"])
         failed = int((~found.served).sum())
         if runs < len(self.u):
-            many = design.values_at(self.spreads, self.u)
-            found, _ = sampled.interpolated(found, own, many)
-            return Found(
-                found, many, surface, alone, round(failed / runs * len(many)), warnings, *self._peaks(own, many)
-            )
-        return Found(found, own, surface, alone, failed, warnings, *self._peaks(own, own))
+            failed = round(failed / runs * len(self.u))  # as many of the samples in all as of those computed
+            many = design.values_at(self.spreads, self.u[: len(self.u) - failed])
+            found, _ = sampled.interpolated(found, ends, held, many)
+            warnings += _outside(held, many)
+            return Found(found, many, surface, alone, failed, warnings, *self._peaks(held, len(own), many))
+        return Found(found, own, surface, alone, failed, warnings, *self._peaks(own, len(own), own))
 
-    def _peaks(self, x: Floats, many: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
-        """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``."""
+    def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
+        """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``.
+
+        The first ``inner`` of ``x`` are samples, of which `PEAKS` are computed, the others their outer ends.
+        """
         if self.lifetime is None:
             return {}, {}
         keys = [one.key for one in self.spreads]
-        scenes = (self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x[:PEAKS])
+        x, inner = np.vstack([x[:inner][:PEAKS], x[inner:]]), min(inner, PEAKS)
+        scenes = (self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x)
         computed = [linear_peaks(Problem(scene), self.lifetime) for scene in scenes]
         values, off = {}, {}
         for name in computed[0]:
             levels = np.array([one[name].value for one in computed])
-            surface = fit(x[:PEAKS], levels)
+            surface = fit(x, levels, inner)
             values[name] = surface(many)
             model = np.median([one[name].error95 for one in computed])
             off[name] = float((model + 2.0 * surface.scatter) / levels.mean())
@@ -119,9 +130,21 @@ class Study:
         return compute_table(self.scene, points, [engine], out, tick=tick, **self.options)
 
 
-def _first(table: Table, count: int) -> Table:
-    """The first rows of a table of one engine."""
-    return replace(table, rows=table.rows[:count], points=table.points[:count])
+def _part(table: Table, begin: int, end: int) -> Table:
+    """Some rows of a table of one engine."""
+    return replace(table, rows=table.rows[begin:end], points=table.points[begin:end])
+
+
+def _outside(computed: Floats, many: Floats) -> tuple[str, ...]:
+    """A warning where many samples lie beyond all that were computed, where a polynomial knows nothing."""
+    beyond = ((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1)
+    share = float(beyond.mean())
+    if share <= OUTSIDE * computed.shape[1]:
+        return ()
+    return (
+        f"{share:.1%} of the samples lie beyond those with an answer, and count as at their edge: the outer quantiles "
+        "are those of that edge; give more `runs`",
+    )
 
 
 def _told(table: Table) -> tuple[str, ...]:

@@ -101,7 +101,7 @@ def direct(engine: Engine, table: Table) -> Samples:
     off: dict[str, float | None] = {}
     for name in QUANTITIES:
         errors = stated(table, name)
-        off[name] = None if errors is None else float(np.median(errors[served]))
+        off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
     check = "the engine's own estimate" if off["mean_power"] is not None else "the engine states no error"
     return Samples(engine.NAME, {name: v[served] for name, v in found.items()}, served, off, check)
 
@@ -147,17 +147,19 @@ def corrected(samples: Samples, ratio: Ratio) -> Samples:
     return Samples(samples.engine, values, samples.served, off, ratio.check, ratio.ratio["mean_power"])
 
 
-def interpolated(computed: Samples, x: Floats, many: Floats) -> tuple[Samples, dict[str, Polynomial]]:
-    """The samples at keys' values ``many``, (m, keys), by polynomials through those ``computed`` at ``x``, (n, keys).
+def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> tuple[Samples, dict[str, Polynomial]]:
+    """The samples at keys' values ``many``, (m, keys), by polynomials through those ``computed`` and the ``outer``.
 
-    Two standard deviations of what a polynomial does not predict add to the error.
+    ``x`` are the keys' values of both, (n + n', keys).  Two standard deviations of what a polynomial does not predict
+    add to the error.
     """
-    surfaces = {name: fit(x, values) for name, values in computed.values.items()}
+    count = int(computed.served.sum())
+    surfaces = {name: fit(x, np.append(values, outer.values[name]), count) for name, values in computed.values.items()}
     off: dict[str, float | None] = {}
     for name, surface in surfaces.items():
         known = computed.off[name]
         off[name] = None if known is None else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
-    values = {name: surface(many) for name, surface in surfaces.items()}
+    values = {name: np.maximum(surface(many), 0.0) for name, surface in surfaces.items()}  # no power is below 0
     check = f"{computed.check}; a polynomial through {len(x)} runs stands for the others"
     return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, check, computed.ratio), surfaces
 

@@ -46,8 +46,10 @@ class Polynomial:
         return np.asarray(_basis(scaled, self.powers) @ self.coefficients)
 
 
-def fit(x: Floats, y: Floats) -> Polynomial:
+def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
     """The surface through values y, shape (n,), at x, shape (n, keys), of the degree that predicts best.
+
+    The first ``scored`` samples (None: all) tell how well; those behind them only hold the outer places of the keys.
 
     Raises SimulationError for fewer samples than a plane needs.
     """
@@ -56,7 +58,7 @@ def fit(x: Floats, y: Floats) -> Polynomial:
         raise SimulationError(f"there are too few samples with an answer for a response surface: {count}")
     middle, half = 0.5 * (x.max(axis=0) + x.min(axis=0)), 0.5 * np.ptp(x, axis=0)
     half = np.where(half > 0.0, half, 1.0)
-    scaled, variance = (x - middle) / half, float(y.var())
+    scaled, variance = (x - middle) / half, float(y[:scored].var())
     best: Polynomial | None = None
     worse = 0  # degrees in a row that predict no better: of an even function every other does
     for degree in range(1, HIGHEST + 1):
@@ -69,7 +71,7 @@ def fit(x: Floats, y: Floats) -> Polynomial:
         coefficients = right.T @ ((left.T @ y) / sizes)
         leverage = np.minimum((left**2).sum(axis=1), 1.0 - 1e-9)
         errors = (y - left @ (left.T @ y)) / (1.0 - leverage)
-        scatter = float(np.sqrt(np.mean(errors**2)))
+        scatter = float(np.sqrt(np.mean(errors[:scored] ** 2)))
         if best is None or scatter < 0.99 * best.scatter:
             unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
             best, worse = Polynomial(middle, half, powers, coefficients, scatter, unexplained), 0

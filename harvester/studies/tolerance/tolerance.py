@@ -108,6 +108,7 @@ def tolerance(
         {"resume": resume, "workers": workers, "scheduler": scheduler},
         spread,
         design.tied(design.places(count, len(spread), seed), matrix),
+        design.outer(len(spread), matrix),
         seed,
         runs,
         years,

@@ -69,6 +69,8 @@ def test_command(harvester, tmp_path):
         ("plate", ["--lifetime", "0"], "--lifetime must be a time"),
         ("paper_figure3", ["--lifetime", "5 years", "--engine", "averaged"], "--lifetime must be a number of 1/w0"),
         ("plate_harmonic", ["--lifetime", "5 years", "--engine", "exact"], "white noise alone"),
+        ("plate_harmonic", ["--lifetime", "5 years", "--engine", "spice"], "white noise alone"),  # before any run
+        ("plate_bridge", ["--lifetime", "5 years"], "--lifetime is for a load resistance or none"),
         ("plate_with_stop", ["--lifetime", "1s", "--engine", "averaged"], "--lifetime must be at least"),
     ],
 )

@@ -104,6 +104,26 @@ def test_devices_without_an_answer_do_not_meet_a_limit():
     assert "have no answer" in found.warnings[0]
 
 
+def test_outer_quantiles_of_few_runs():
+    """A normal spread by 16 runs: its 1 % and 99 % are those of the closed form, not of the outermost run."""
+    found = hv.tolerance(PLATE, {"oscillator.damping": "normal:10%"}, samples=4096, runs=16)
+    power = closed_form(50.2e-9, found.samples[:, 0], 1e6)
+    for share in (0.01, 0.99):
+        assert found.quantiles[share].value / found.quantiles[0.5].value == pytest.approx(
+            np.quantile(power, share) / np.median(power), rel=2e-3
+        )
+
+
+def test_a_polynomial_knows_of_failed_devices():
+    """Half the computed devices have no answer: so have half of all samples, which counts in the yield."""
+    vary = {"oscillator.damping": "-.5:.5"}
+    found = hv.tolerance(PLATE, vary, ["mean_power < 1 kW"], samples=1024, runs=64, engine="exact")
+    whole = hv.tolerance(PLATE, vary, ["mean_power < 1 kW"], samples=64, runs=64, engine="exact")
+    assert len(found.power) + found.failed == 1024
+    assert found.met.value == pytest.approx(whole.met.value, abs=0.02)
+    assert "lie beyond those with an answer" in " ".join(found.warnings)
+
+
 @pytest.mark.parametrize(
     ("name", "engine"),
     [
