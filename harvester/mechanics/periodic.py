@@ -18,10 +18,11 @@ from harvester.arrays import Floats
 from harvester.errors import CircuitError
 
 MEMORY = 6  # periods that are combined
-MOST = 40  # periods
+MOST = 80  # periods
 REACHED = 1e-6  # of the state's size: nothing more to win
 ENOUGH = 1e-4  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
 PATIENCE = 4
+SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
 SMALLEST = 1e-8  # singular values of a combination, relative to the largest
 
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
@@ -79,7 +80,7 @@ class Settling:
 
     def reach(self) -> bool:
         """Go on to the fixed point; whether it was reached, in `MOST` periods."""
-        y, best, since = self.state, np.inf, 0
+        y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
         for _ in range(MOST):
             reached = self.state
             try:
@@ -87,8 +88,11 @@ class Settling:
             except CircuitError:  # which a combination may ask of a circuit, but no state that a period leads to
                 if y is reached:
                     raise
-                self.state = y = reached
-                self._forget()
+                step *= SHORTER
+                self.state, y = reached, reached - step
+                if self.size(self.slow @ step) < LEAST:
+                    y = reached
+                    self._forget()
                 continue
             residual = self.slow @ (self.state - y)
             for values, one in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
