@@ -1,6 +1,7 @@
 """Runs of ngspice from rest and empty capacitors: how the circuit charges, and what probes in it see meanwhile."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,11 +10,11 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuit.probes import probes_at, values_of
-from harvester.circuit.runs import CoupledDevice, new_drive, run_in_this_process
+from harvester.circuit.runs import CoupledDevice, Start, new_drive, run_in_this_process
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.mechanics.kernels.noise import HALF_ROOT, child, gaussian_grid
 from harvester.mechanics.kernels.path import Path
-from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.kernels.shaking import deviation, forcing
 
 COARSER = 10.0  # tolerance of ngspice beside twice the step
 
@@ -58,14 +59,19 @@ def charges_in_workers(
 ) -> Iterator[tuple[ChargeRun, ChargeRun]]:
     """One run from rest for each seed, and the same one at twice the step and ten times ngspice's tolerance.
 
-    Both are on the same noise.  ``kicks``, an even number, are the steps of a run; ``levels`` and ``times`` as of
-    `ChargeRun`.  The quantity is the device's one probe, or without one the voltage of Csmooth.  A record, or a
-    harmonic drive, begins at its beginning, or with ``anywhere`` at a random place.
+    Both are on the same noise; runs begin in each of the resting places in turn.  ``kicks``, an even number, are the
+    steps of a run; ``levels`` and ``times`` as of `ChargeRun`.  The quantity is the device's one probe, or without one
+    the voltage of Csmooth.  A record, or a harmonic drive, begins at its beginning, or with ``anywhere`` at a random
+    place.
 
     Raises as `harvester.circuit.runs.measure_in_workers`.
     """
+    places = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
+    same = kicks, levels, times, anywhere, deadline
     jobs = [
-        (device, seed, kicks, levels, times, anywhere, deadline, coarse) for seed in seeds for coarse in (False, True)
+        (device, seed, *same, start, coarse)
+        for seed, start in zip(seeds, places, strict=False)
+        for coarse in (False, True)
     ]
     done = map_in_workers(_charge, jobs)
     for one in done:
@@ -80,6 +86,7 @@ def _charge(
     times: Floats,
     anywhere: bool,
     deadline: float,
+    start: Start,
     coarse: bool,
 ) -> ChargeRun:
     """One run of `charges_in_workers`, in this process."""
@@ -89,9 +96,9 @@ def _charge(
     noise, shaking = gaussian_grid(seed, kicks), forcing(eqs, device.h, kicks, rng)
     if coarse:
         noise = HALF_ROOT * (noise[::2] + noise[1::2])
-        shaking = None if shaking is None else shaking[::2]
+        shaking = None if shaking is None else shaking[::2] * _gain(device)
         device = dataclasses.replace(device, h=2.0 * device.h, reltol=COARSER * device.reltol)
-    drive = run_in_this_process(device, new_drive(device, noise, shaking=shaking), deadline)
+    drive = run_in_this_process(device, new_drive(device, noise, shaking=shaking, start=start), deadline)
     if device.probes:
         t, u = drive.series["time"], values_of(device.probes[0], drive)
     else:
@@ -99,6 +106,12 @@ def _charge(
         t, u = np.append(0.0, readings), np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
     return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].steps), drive.smoothing)
+
+
+def _gain(device: CoupledDevice) -> float:
+    """What samples of coloured noise are multiplied by at twice the step, as `shaker` does; 1 of other shaking."""
+    eqs, h = device.eqs, device.h
+    return 1.0 if eqs.correlation_time is None else deviation(eqs, 2.0 * h) / deviation(eqs, h)
 
 
 def probed_path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None) -> tuple[Path, Floats]:

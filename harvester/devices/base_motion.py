@@ -82,7 +82,8 @@ def _drawn(problem: Problem, duration: float, spacing: float, seed: int) -> tupl
 
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:
-    """A source through points, as lines of a netlist that continue each other."""
+    """A source through points, as lines of a netlist that continue each other; after the last one it is 0."""
+    t, a = np.append(t, 2.0 * t[-1] - t[-2]), np.append(a, 0.0)
     yield f"{name} {{}} PWL("
     for k in range(0, len(t), A_LINE):
         yield "+ " + " ".join(f"{x:.9g} {y:.7g}" for x, y in zip(t[k : k + A_LINE], a[k : k + A_LINE], strict=True))

@@ -46,6 +46,10 @@ def export(
     """
     problem = Problem.of(scene)
     path = Path(out)
+    if not path.name or path.is_dir():
+        raise invalid("`out`", "be a file, such as device.lib", str(out))
+    if isinstance(scene, str | Path) and path.resolve() == Path(scene).resolve():
+        raise invalid("`out`", "be another file than the scene", str(out))
     name = re.sub(r"\W", "_", path.stem, flags=re.ASCII) if name is None else name
     if not re.fullmatch(r"[A-Za-z_]\w{0,63}", name, re.ASCII):
         raise invalid("`name`", "be letters, digits and _, and begin with a letter", name)
@@ -151,8 +155,12 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
     yield f".subckt {name} p n acc x"
     yield f"* The base's acceleration pushes the mass M = {oscillator.mass:.10g} kg by -M a"
     yield f"Eforce m{here} 0 acc 0 {-oscillator.mass:.10g}"
-    yield f"* The mass: {oscillator.mass:.10g} kg as a coil"
-    yield f"Lmass {ends()} {oscillator.mass:.10g}"
+    yield f"* The mass: {oscillator.mass:.10g} kg as a capacitor, which takes v(speed) and whose current is the force"
+    yield "* (a coil would do as well, but LTspice gives every coil a resistance of its own)"
+    yield "Hspeed speed 0 Vspeed 1"
+    yield f"Cmass speed force {oscillator.mass:.10g}"
+    yield "Vforce force 0 0"
+    yield f"Hmass {ends()} Vforce 1"
     if damping:
         yield f"* Its linear damping: {damping:.10g} N s/m as a resistor"
         yield f"Rdamping {ends()} {damping:.10g}"

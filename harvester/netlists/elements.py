@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.read_lines import Line
 from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
@@ -44,12 +45,18 @@ def _inside(body: list[Line], bodies: dict[str, list[Line]], path: str, outer: d
         return "0" if name in GROUND else outer.get(name, path + name)
 
     for line in body:
-        name, *words = joined(line.text.lower()).replace("(", " ").replace(")", " ").replace(",", " ").split()
+        text = joined(line.text.lower())
+        name, *call = text.split()
         if name[0] in NODES:
+            words = text.replace("(", " ").replace(")", " ").replace(",", " ").split()[1:]
             yield Element(path + name, tuple(map(node, words[: NODES[name[0]]])))
         elif name[0] == "x":
-            call = [word for word in words if "=" not in word and word != "params:"]
+            call = [word for word in call if "=" not in word and word != "params:"]
             inner = bodies[call[-1]]
             terminals = [one.lower() for one in header_of(inner[0]).terminals]
+            if len(call) != len(terminals) + 1:
+                raise InputError(
+                    f"netlist: '{line.text}' must give {len(terminals)} nodes to {call[-1]}, but gives {len(call) - 1}"
+                )
             there = dict(zip(terminals, map(node, call[:-1]), strict=True))
             yield from _inside(inner, bodies, f"{path}{name}.", there)

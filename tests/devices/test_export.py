@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.devices.export import part
+from harvester.devices.export import export, part
 from harvester.equations.problem import Problem
+from harvester.errors import InputError
 from tests.support.paths import EXAMPLES
 
 DEVICE = """
@@ -111,7 +112,7 @@ def test_each_number_is_explained():
     text = part(Problem.of(scene("cubic_stiffness = 1e6", '[stop]\nrestitution = 0.9\ngap = "1 mm"')), "device")
     lines = text.splitlines()
     body = lines[lines.index(".subckt device p n acc x") + 1 : lines.index(".ends device")]
-    known = ("Edisplacement", "Vspeed", "Fpiezo", "Cpiezo")
+    known = ("Edisplacement", "Hspeed", "Cmass", "Vforce", "Hmass", "Vspeed", "Fpiezo", "Cpiezo")
     for before, line in itertools.pairwise(body):
         assert line.startswith(("*", *known)) or before.startswith("*"), line
     assert "^" not in "".join(line for line in body if not line.startswith("*"))
@@ -146,3 +147,23 @@ def test_command(tmp_path, harvester):
     ):
         status, _, wrong = harvester("export", *words)
         assert (status, what in wrong) == (2, True), wrong
+
+
+def test_the_file_is_neither_a_folder_nor_the_scene(tmp_path):
+    """Where it would be no file, or replace what it is made of, nothing is written."""
+    whole = tmp_path / "mine.toml"
+    whole.write_text((EXAMPLES / "plate.toml").read_text())
+    before = whole.read_text()
+    for out, word in ((".", "be a file"), (tmp_path, "be a file"), (whole, "another file than the scene")):
+        with pytest.raises(InputError, match=word):
+            export(whole, out, name="device")
+    assert whole.read_text() == before
+
+
+def test_after_its_last_point_a_base_stands_still():
+    """A source through points keeps its last value, which would push for ever."""
+    problem = Problem.of(scene(shaking='acceleration_psd = "1e-4 g^2/Hz"\ncorrelation_time = "50 ms"'))
+    text = part(problem, "device", "1 s", 0)
+    points = text[text.index("PWL(") :].split("+ )")[0].replace("+", " ").split()[1:]
+    assert float(points[-1]) == 0.0
+    assert float(points[-2]) > 1.0

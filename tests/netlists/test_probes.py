@@ -14,7 +14,7 @@ D1 in m fast
 B1 m out I=v(m,out)*{k}
 .ends
 .subckt mine pz n R=1k
-X1 pz a chip k=1m
+X1 pz a chip k={1m*(R+1)}
 X2 pz a chip
 Q1 a pz 0 npnmodel
 Rload (a , n) {R}

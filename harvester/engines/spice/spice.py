@@ -103,21 +103,22 @@ class Spice(Sampled):
         """
         from harvester.circuit import runs as worker
 
-        problem, sought = served(type(self), scene), ""
+        problem, sought, begin = served(type(self), scene), "", time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
-            begin = time.perf_counter()
             steady = steady_response(self, problem, self.reltol, progress, watch.all)
             if steady is not None:
                 seconds = time.perf_counter() - begin - steady.warm_up_seconds
                 found = steady_estimate(self, self.NAME, problem, steady, seconds)
                 return with_steady_probes(found, problem, watch, steady)
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
+        searched = time.perf_counter() - begin
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
         code, noisy = machine_code(), eqs.is_random
         ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
-        ready = dataclasses.replace(ready, device=dataclasses.replace(ready.device, probes=watch.all))
+        device = dataclasses.replace(ready.device, probes=watch.all)
+        ready = dataclasses.replace(ready, device=device, seconds=ready.seconds + searched)
         paired = ready.pair is not None and not self.alone and noisy
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
@@ -125,7 +126,7 @@ class Spice(Sampled):
         target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds - start)
         deadline = math.inf
         if budget is not None:
-            left = GRACE * budget + SLACK - ready.seconds
+            left = max(GRACE * budget - ready.seconds, 0.0) + SLACK
             deadline = time.monotonic() + max(left - start, RUNNING * left)
         begun = paired, target, deadline, progress
         try:

@@ -213,5 +213,6 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
     assert whole is not None
     out = np.empty(steps + 1)
     p, q = shaker_start(eqs, h, 1, rng)[:, 0]
-    _filter_path(rng.standard_normal((2, steps + 1)), p, q, *whole, out)  # type: ignore[call-arg]
+    xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
+    _filter_path(xi, p, q, *whole, out)  # type: ignore[call-arg]
     return out

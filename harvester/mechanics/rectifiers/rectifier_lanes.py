@@ -59,6 +59,8 @@ def advance_ideal(
     noise, accelerations, steps = np.zeros((2, LANES)), np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(readings):
         for k in range(stride):
+            if (n1 is not None or n2 is not None) and k % steps == 0:
+                draw_noise(noise, s0, s1, coarse)
             shake(accelerations, coarse, shaker)
             _drift(
                 x, v, V, U, m, scratch, accelerations, h, h, r, beta, n1, stops, shaker,
@@ -68,8 +70,6 @@ def advance_ideal(
                 for i in range(LANES):
                     sums[10, i] += scratch[2, i]
                     sums[11, i] += scratch[3, i]
-            if (n1 is not None or n2 is not None) and k % steps == 0:
-                draw_noise(noise, s0, s1, coarse)
             for i in range(LANES):
                 xi = noise[k % steps, i]
                 if controls is not None:

@@ -11,6 +11,7 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
 from harvester.netlists.probes import Probe
+from harvester.studies.charging.asked import step_from_rest
 from harvester.studies.charging.passages import SAMPLES, Passages
 
 if TYPE_CHECKING:
@@ -60,13 +61,12 @@ def _device(problem: Problem, probe: Probe | None, h: float | None) -> "CoupledD
     """The device at a step that its motion from rest asks for."""
     from harvester.circuit.runs import CoupledDevice
     from harvester.equations.bounds import check_bounded
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+    from harvester.mechanics.kernels.step_size import whole_steps
 
     eqs = problem.equations
     assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
-    far = max(x * x for x in eqs.resting_places)
-    step = whole_steps(eqs, default_step(eqs, max(far, 1.0 if eqs.alpha else far)) if h is None else h)
+    step = step_from_rest(eqs) if h is None else whole_steps(eqs, h)
     probes = () if probe is None else (probe,)
     return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
 

@@ -80,8 +80,7 @@ def charge(
     check_anywhere(anywhere, problem)
     watched, chosen = time_watched(duration, problem)
     h = read_step(dt, problem)
-    scale = problem.in_circuit(seen.unit)
-    levels = target / scale * np.arange(1, LEVELS + 1) / LEVELS
+    levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
     if name == Ideal.NAME:
         passages = charge_ideal(problem, levels, real, count, seed, h, progress)
@@ -154,8 +153,8 @@ def _known(engine: str, runs: int) -> str:
     """What is known of the error."""
     if engine == Ideal.NAME:
         return (
-            "the error of the step is the change at twice the step on the same noise; that of ideal diodes and "
-            "switches is not known from within: compare with engine 'spice'"
+            "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; "
+            "that of ideal diodes and switches is not known from within: compare with engine 'spice'"
         )
     random = "" if runs > 1 else "nothing is random, so that one run is all; "
     change = "the error of the step is the change at twice the step and ten times ngspice's tolerance"

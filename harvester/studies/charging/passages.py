@@ -33,6 +33,7 @@ class Passages:
     steps: int
     seconds: float
     unknown: str = ""
+    counted: float = 1.0  # times the change at the coarser step that its error is
 
     @property
     def reached(self) -> float:
@@ -47,13 +48,14 @@ class Passages:
     def mean(self, values: Floats, coarse: Floats) -> Value:
         """The mean of one finite number a run, with its error of sampling and the change at the coarser step.
 
-        The whole change, and what is not known of it, counts as the error of the step, which is smaller.
+        The change, ``counted`` times, and what is not known of it, is the error of the step.
         """
         if len(values) == 1:
-            return Value(float(values[0]), None, abs(float(coarse[0] - values[0])), unknown=self.unknown)
+            change = self.counted * abs(float(coarse[0] - values[0]))
+            return Value(float(values[0]), None, change, unknown=self.unknown)
         value, error = mean_and_error(values)
         change, unsure = mean_and_error(coarse - values)
-        bias = abs(change) + NORMAL_QUANTILE * unsure
+        bias = self.counted * (abs(change) + NORMAL_QUANTILE * unsure)
         return Value(value, error, bias, freedom=float(len(values) - 1), unknown=self.unknown)
 
     def time_to(self, level: int) -> Value | None:

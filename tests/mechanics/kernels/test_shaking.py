@@ -304,3 +304,9 @@ def test_random_paths_need_a_forcing():
     assert COLOURED.is_shaken
     with pytest.raises(InputError, match="forcing must be given where coloured noise"):
         trace(COLOURED, np.zeros(10), 0.1)
+
+
+def test_a_longer_path_begins_as_a_shorter_one():
+    eqs = Equations(n1=None, coloured=0.1, centre=1.0, bandwidth=0.2)
+    short, long = (forcing(eqs, 0.1, steps, np.random.default_rng(3)) for steps in (50, 80))
+    assert short == pytest.approx(long[:51], rel=1e-12)

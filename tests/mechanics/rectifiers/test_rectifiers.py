@@ -324,6 +324,17 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     )
 
 
+@pytest.mark.slow
+def test_twice_the_step_is_on_the_same_noise_of_both_kinds():
+    """Coloured noise and that of the stiffness draw from one generator, in an order that both steps keep."""
+    eqs = changed(PLATE, n1=None, n2=0.3, coloured=1.0, correlation_time=1.0)
+    fine = Trajectories(eqs, 64, SEED, 0.02, circuit=circuit())
+    coarse = fine.coarser()
+    for one in (fine, coarse):
+        one.run(10.0)
+    assert np.corrcoef(fine.state[0, 0], coarse.state[0, 0])[0, 1] > 0.999
+
+
 @pytest.mark.statistics
 def test_power_balance():
     """Without drops the load gets all that the damping leaves of N1."""

@@ -91,6 +91,16 @@ def test_closed_form_of_a_bridge():
 
 
 @pytest.mark.ngspice
+def test_a_target_of_a_nondimensional_scene():
+    """The last level is the target, in the scene's own unit of voltage."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.1, D11=0.1, mu=1.0))
+    found = hv.charge(scene, 0.5, probe="v(p)", trajectories=2, duration=60.0)
+    assert found.levels[-1].voltage == pytest.approx(found.target) == 0.5
+    assert found.reached == 1.0
+    assert found.time.value < 30.0
+
+
+@pytest.mark.ngspice
 def test_ngspice_alone():
     """A resonant device charges its store as in one netlist of ngspice with the mass as a coil."""
     scene = hv.loads(RESONANT)
