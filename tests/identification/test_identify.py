@@ -83,6 +83,10 @@ def test_a_clamped_impedance_is_a_capacitance(tmp_path):
         assert found["piezo.capacitance"].low < 50e-9 < found["piezo.capacitance"].high
         assert found["dielectric_loss"].value == pytest.approx(0.02, rel=1e-2)
         assert len(found.parameters) == 2
+    (tmp_path / "e.csv").write_text("# beam clamped to the shaker\n" + text)
+    assert not read_file(str(tmp_path / "e.csv"))[0].clamped
+    (tmp_path / "e.csv").write_text("# load: clamped\n" + text)
+    assert read_file(str(tmp_path / "e.csv"))[0].clamped
 
 
 GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(f"{f},{1 / (1 + (f - 50) ** 2):.4g}\n" for f in range(40, 60))

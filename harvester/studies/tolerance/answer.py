@@ -13,7 +13,7 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.printing.columns import columns
 from harvester.scene.keys import unit_of
 from harvester.studies.output_folder import csv_text, named
-from harvester.studies.tolerance.distribution import Interval
+from harvester.studies.tolerance.distribution import Interval, Quantile
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.sensitivity import Sensitivity
 from harvester.studies.tolerance.spreads import PartSpread
@@ -62,8 +62,8 @@ class Tolerance:
     voltage: Floats
     off: float | None
     check: str
-    quantiles: dict[float, Interval]
-    voltages: dict[float, Interval]
+    quantiles: dict[float, Quantile]
+    voltages: dict[float, Quantile]
     limits: tuple[Limit, ...]
     met: Interval | None
     met_each: tuple[Interval, ...]
@@ -179,7 +179,11 @@ def _shown(value: float, unit: str) -> str:
     return Value(value).text(unit)
 
 
-def _range(one: Interval, unit: str) -> str:
+def _range(one: Quantile, unit: str) -> str:
+    """The interval in words; an end for which there are too few samples is not given."""
+    if one.low is None or one.high is None:
+        below = "" if one.high is None else f"below {_shown(one.high, unit)}"
+        return below or ("not known" if one.low is None else f"above {_shown(one.low, unit)}")
     return f"{_shown(one.low, unit)} to {_shown(one.high, unit)}"
 
 

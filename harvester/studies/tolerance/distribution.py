@@ -30,15 +30,26 @@ class Interval:
         return dict(vars(self))
 
 
-def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
+@dataclass(frozen=True)
+class Quantile:
+    """A quantile and the ends of its 95 % interval, in one unit; None where samples are too few for an end."""
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+def quantile(values: Floats, share: float, off: float = 0.0) -> Quantile:
     """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
     from scipy.stats import binom
 
     ordered, count = np.sort(values), len(values)
     low, high = binom.ppf([0.025, 0.975], count, share)
-    ends = ordered[max(int(low) - 1, 0)], ordered[min(int(high), count - 1)]
-    size = off * np.abs(ends)
-    return Interval(float(np.quantile(ordered, share)), float(ends[0] - size[0]), float(ends[1] + size[1]))
+    ends = [  # with 95 % the quantile lies between the samples of these ranks, if there are such
+        float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
+        for rank, side in ((int(low) - 1, -1.0), (int(high), 1.0))
+    ]
+    return Quantile(float(np.quantile(ordered, share)), *ends)
 
 
 def wilson(met: float, count: int) -> tuple[float, float]:

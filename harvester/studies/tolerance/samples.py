@@ -160,7 +160,8 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
         known = computed.off[name]
         off[name] = None if known is None else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
     values = {name: np.maximum(surface(many), 0.0) for name, surface in surfaces.items()}  # no power is below 0
-    check = f"{computed.check}; a polynomial through {len(x)} runs stands for the others"
+    ends = len(x) - count
+    check = f"{computed.check}; a polynomial through {count} runs, and {ends} at the ends, stands for the others"
     return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, check, computed.ratio), surfaces
 
 

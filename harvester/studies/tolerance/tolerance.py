@@ -63,7 +63,8 @@ def tolerance(
     computed again by a dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their
     correlation.
     Of ``samples`` devices (default: 10,000) the engine computes ``runs`` (default: 512 by a formula, else 24 for each
-    key and 24 more), and a polynomial through them stands for the others; a formula computes all where it is rough.
+    key and 24 more), and a polynomial through them, and through the outer ends of each spread, stands for the others; a
+    formula computes all where it is rough.
     ``out`` is a folder for tolerance.csv, tolerance.png, provenance.json and a folder for each sweep; ``resume``,
     ``workers``, ``scheduler`` and ``vector`` are those of `harvester.sweep`.
 
