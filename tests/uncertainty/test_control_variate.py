@@ -41,13 +41,17 @@ def test_no_bias(n):
 @pytest.mark.statistics
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.999])
 def test_stated_error(correlation):
-    """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many."""
+    """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many.
+
+    As 8 pairs weigh the other 8, the squared error that is stated is 8 to 15 % above the variance; of 4000 variances
+    the scatter is 2.3 %.
+    """
     found = many(4000, 16, correlation, 0.02)
     inside = np.mean([abs(one.value.value - 3.0) < one.value.sampling95 for one in found])
     assert abs(inside - 0.95) < 0.015
     squares = np.mean([one.value.stderr**2 for one in found])
     values = np.array([one.value.value for one in found])
-    assert squares == pytest.approx(values.var(), rel=0.15)
+    assert 0.99 < squares / values.var() < 1.24
 
 
 def test_weight_and_correlation():
