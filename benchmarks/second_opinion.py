@@ -10,7 +10,6 @@ Circuits: the whole device as one netlist, run by `ngspice -b`, the mass as a co
 
 import math
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from whole_device import mean_power
 
 import harvester as hv
 
@@ -115,46 +115,18 @@ def by_heun(scene: hv.Scene, seed: int, count: int, duration: float, burn_in: fl
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(count))
 
 
-DECK = """whole device
-Vbase b0 0 SIN(0 {force!r} {f!r} 0 0 90)
-Lmass b0 b1 {M!r}
-Rdamping b1 b2 {c!r}
-Cspring b2 b3 {compliance!r}
-Etransformer b3 b4 p 0 {theta!r}
-Vspeed b4 0 0
-Ftransformer 0 p Vspeed {theta!r}
-Cp p 0 {Cp!r}
-Xload p 0 {name} {parameters}
-{subcircuit}
-.options method=gear maxord=2 reltol={reltol!r}
-.save @r.xload.rload[p]
-.tran {step!r} {end!r} {begin!r} {step!r} uic
-.control
-run
-meas tran power AVG @r.xload.rload[p]
-.endc
-.end
-"""
-
-
 def by_ngspice(scene: hv.Scene, steps: int, reltol: float, settled: float = 6.0) -> float:
     """Mean power (W) of the load by ngspice alone, after ``settled`` time constants of load and smoothing capacitor."""
     o, p, e, load = scene.oscillator, scene.piezo, scene.excitation, scene.load
     text = (ROOT / "netlists" / f"{load.netlist}.cir").read_text()
     period = 1.0 / e.frequency
     wait = math.ceil(settled * load.parameters["R"] * load.parameters["C"] / period) + 20
-    deck = DECK.format(
-        force=o.mass * e.acceleration_amplitude, f=e.frequency, M=o.mass, compliance=1.0 / o.stiffness,
-        c=2.0 * o.damping_ratio * math.sqrt(o.mass * o.stiffness), theta=p.coupling, Cp=p.capacitance,
-        name=load.netlist, parameters=" ".join(f"{k}={v!r}" for k, v in load.parameters.items()),
-        subcircuit=re.search(r"^\.subckt.*?^\.ends[^\n]*", text, re.DOTALL | re.MULTILINE)[0],
-        reltol=reltol, step=period / steps, begin=wait * period, end=(wait + 2) * period,
-    )  # fmt: skip
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False)
-    found = re.search(r"power\s+=\s+(\S+)", done.stdout)
-    if found is None or "aborted" in done.stdout + done.stderr:
-        raise SystemExit(f"ngspice alone failed:\n{(done.stdout + done.stderr)[-600:]}")
-    return float(found[1])
+    device = {
+        "M": o.mass, "k": o.stiffness, "c": 2.0 * o.damping_ratio * math.sqrt(o.mass * o.stiffness),
+        "theta": p.coupling, "Cp": p.capacitance, "force": o.mass * e.acceleration_amplitude, "f": e.frequency,
+    }  # fmt: skip
+    subcircuit = re.search(r"^\.subckt.*?^\.ends[^\n]*", text, re.DOTALL | re.MULTILINE)[0]
+    return mean_power(device, load.netlist, load.parameters, subcircuit, wait, reltol, steps)
 
 
 @dataclass(frozen=True)

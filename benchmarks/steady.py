@@ -6,11 +6,10 @@ periods are averaged.  Its options are those that engine `spice` gives it; a sec
 tolerance and a quarter of the step, says how far off the first is.  Ours is one call, its processes started.
 """
 
-import re
-import subprocess
 import time
 
 from common import report
+from whole_device import mean_power
 
 PLATE = {"M": 0.04, "k": 16.0, "c": 0.16, "theta": 1.4e-4, "Cp": 50.2e-9, "g": 0.05, "f": 3.2}
 BIMORPH = {"M": 16.542e-3, "k": 1364.1, "c": 0.25652, "theta": 2.5261e-3, "Cp": 41.259e-9, "g": 1.0, "f": 45.6}
@@ -22,39 +21,14 @@ CASES = {  # device, circuit, load and storage, periods until the circuit has se
     "SECE": (PLATE, "sece", {"R": 2e6, "C": 2e-7}, 40),
 }
 G = 9.80665
-MESH = """whole device
-Vbase b0 0 SIN(0 {force!r} {f!r} 0 0 90)
-Lmass b0 b1 {M!r}
-Rdamping b1 b2 {c!r}
-Cspring b2 b3 {compliance!r}
-Etransformer b3 b4 p 0 {theta!r}
-Vspeed b4 0 0
-Ftransformer 0 p Vspeed {theta!r}
-Cp p 0 {Cp!r}
-Xload p 0 {name} {parameters}
-{text}
-.options method=gear maxord=2 reltol={reltol!r}
-.save @r.xload.rload[p]
-.tran {step!r} {end!r} {begin!r} {step!r} uic
-.control
-run
-meas tran power AVG @r.xload.rload[p]
-.endc
-.end
-"""
 
 
 def alone(device, load, periods, reltol, steps):
     """Mean power (W) by ngspice alone, and its seconds."""
-    period = 1.0 / device["f"]
-    parameters = " ".join(f"{name}={value!r}" for name, value in load.parameters.items())
-    given = device | {"force": device["M"] * G * device["g"], "compliance": 1.0 / device["k"], "name": load.name}
-    times = {"step": period / steps, "end": periods * period, "begin": (periods - 2) * period}
-    deck = MESH.format(**given, parameters=parameters, text=load.text, reltol=reltol, **times)
+    given = device | {"force": device["M"] * G * device["g"]}
     begin = time.perf_counter()
-    done = subprocess.run(["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False)
-    seconds = time.perf_counter() - begin
-    return float(re.search(r"power\s+=\s+(\S+)", done.stdout)[1]), seconds
+    power = mean_power(given, load.name, load.parameters, load.text, periods - 2, reltol, steps)
+    return power, time.perf_counter() - begin
 
 
 def main():

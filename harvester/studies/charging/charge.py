@@ -154,7 +154,9 @@ def _known(engine: str, runs: int) -> str:
     if engine == Ideal.NAME:
         return (
             "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; "
-            "that of ideal diodes and switches is not known from within: compare with engine 'spice'"
+            "as runs are looked at now and then, a few that just reach the target may be missed, and the share that "
+            "does is a lower bound; the error of ideal diodes and switches is not known from within: compare with "
+            "engine 'spice'"
         )
     random = "" if runs > 1 else "nothing is random, so that one run is all; "
     change = "the error of the step is the change at twice the step and ten times ngspice's tolerance"
