@@ -1,14 +1,18 @@
 """Sphinx: the narrative pages and the reference of `harvester.__all__`; `make docs`."""
 
 import itertools
+import sys
+from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
+sys.path.insert(0, str(Path(__file__).parent))  # command_help.py lies beside this file
+
 project = "harvester"
 html_title = "harvester"
 copyright = "the authors; GPL-3.0-or-later"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "command_help"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3

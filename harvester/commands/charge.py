@@ -4,6 +4,7 @@ from typing import Any
 
 import cloup
 
+from harvester.commands.completion import engines
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_needs_out, vector_option
@@ -24,7 +25,9 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
         show_default=True,
         help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist.",
     ),
-    cloup.option("--engine", help="ideal or spice.  Default: ideal where it serves, else spice."),
+    cloup.option(
+        "--engine", shell_complete=engines, help="ideal or spice.  Default: ideal where it serves, else spice."
+    ),
     cloup.option(
         "--duration", help="How long a run is watched, such as 60s.  Default: until all have arrived, at most five R C."
     ),

@@ -2,6 +2,7 @@
 
 import cloup
 
+from harvester.commands.completion import engines
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
 from harvester.commands.options import figure, probe_option, scene_argument, seed_option, time_of, vector_option
@@ -16,7 +17,9 @@ from harvester.commands.options import figure, probe_option, scene_argument, see
 @cloup.option_group(
     "What to compute",
     cloup.option(
-        "--engine", help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice."
+        "--engine",
+        shell_complete=engines,
+        help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice.",
     ),
     cloup.option(
         "--duration",

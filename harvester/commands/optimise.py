@@ -4,6 +4,7 @@ from typing import Any
 
 import cloup
 
+from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
@@ -19,10 +20,15 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
 @cloup.option_group(
     "What to compute",
     cloup.option(
-        "--over", multiple=True, required=True, help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys."
+        "--over",
+        shell_complete=scene_keys,
+        multiple=True,
+        required=True,
+        help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.",
     ),
     cloup.option(
         "--engine",
+        shell_complete=engines,
         help="exact, published, averaged, ensemble, ideal or spice.  Default: exact for a linear scene, else ensemble; "
         "for a netlist, spice.",
     ),
@@ -33,7 +39,14 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
         "--limit", "limits", multiple=True, metavar="TEXT", help="Such as 'voltage_rms < 3 V'; see tolerance."
     ),
     cloup.option("--lifetime", metavar="TIME", help="For limits of peaks; see tolerance."),
-    cloup.option("--vary", "varied", multiple=True, metavar="KEY=SPREAD", help="As in tolerance; about each value."),
+    cloup.option(
+        "--vary",
+        "varied",
+        shell_complete=scene_keys,
+        multiple=True,
+        metavar="KEY=SPREAD",
+        help="As in tolerance; about each value.",
+    ),
     cloup.option(
         "--for", "share", metavar="PERCENT", help="Power that all but so many devices exceed.  Default: the mean."
     ),

@@ -7,6 +7,7 @@ import click
 import cloup
 from cloup.constraints import If, require_all
 
+from harvester.commands.completion import scene_files
 from harvester.errors import refused
 from harvester.scene.units import fraction, seconds, time
 
@@ -42,7 +43,9 @@ def _form(text: str) -> str:
     return text
 
 
-scene_argument = cloup.argument("path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.")
+scene_argument = cloup.argument(
+    "path", metavar="SCENE", help="A scene file: 'harvester new FILE.toml' makes one.", shell_complete=scene_files
+)
 seed_option = cloup.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="The same seed, the same noise."
 )

@@ -4,6 +4,7 @@ from typing import Any
 
 import cloup
 
+from harvester.commands.completion import engines
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer, echo_json
 from harvester.commands.options import json_option, probe_option, sampling, scene_argument
@@ -22,6 +23,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     "What to compute",
     cloup.option(
         "--engine",
+        shell_complete=engines,
         help="exact, published, averaged, ensemble, ideal or spice.  Default: exact for a linear scene, else ensemble; "
         "for a netlist, spice; with --within, the cheapest that is known to reach it.",
     ),

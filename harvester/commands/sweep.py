@@ -5,6 +5,7 @@ from typing import Any
 import cloup
 from cloup.constraints import mutually_exclusive, require_any
 
+from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
 from harvester.commands.options import figure, sampling, scene_argument, vector_option
@@ -24,7 +25,13 @@ one_runner = mutually_exclusive.rephrased(
 @scene_argument
 @cloup.option_group(
     "Where",
-    cloup.option("--vary", "varied", multiple=True, help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
+    cloup.option(
+        "--vary",
+        "varied",
+        shell_complete=scene_keys,
+        multiple=True,
+        help="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.",
+    ),
     cloup.option(
         "--points", metavar="FILE.csv", help="Instead of --vary: a list, scene keys first, then a point a line."
     ),
@@ -35,6 +42,7 @@ one_runner = mutually_exclusive.rephrased(
     cloup.option(
         "--engine",
         "engines",
+        shell_complete=engines,
         multiple=True,
         help="Repeatable.  Default: exact for a linear scene, spice for a netlist, else all that serve SCENE; "
         "with --within, see run.",

@@ -4,6 +4,7 @@ from typing import Any
 
 import cloup
 
+from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import (
@@ -29,6 +30,7 @@ from harvester.commands.sweep import one_runner
     cloup.option(
         "--vary",
         "varied",
+        shell_complete=scene_keys,
         metavar="KEY=SPREAD",
         multiple=True,
         required=True,
@@ -51,7 +53,9 @@ from harvester.commands.sweep import one_runner
 )
 @cloup.option_group(
     "What to compute",
-    cloup.option("--engine", help="Default: the cheapest whose own error is small against the spread."),
+    cloup.option(
+        "--engine", shell_complete=engines, help="Default: the cheapest whose own error is small against the spread."
+    ),
     cloup.option("--samples", type=int, metavar="N", help="Devices in the distribution.  Default: 10000."),
     cloup.option(
         "--runs",

@@ -16,7 +16,16 @@ from harvester.cli import cli
 from tests.support.paths import ROOT
 
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-LANGUAGES = {"sh", "python", "toml", "text", "{include}", "{toctree}", "{eval-rst}"}  # those in braces are Sphinx's
+LANGUAGES = {
+    "sh",
+    "python",
+    "toml",
+    "text",
+    "{include}",
+    "{toctree}",
+    "{eval-rst}",
+    "{command-help}",
+}  # those in braces are Sphinx's
 
 
 @dataclass(frozen=True)

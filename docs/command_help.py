@@ -1,0 +1,42 @@
+"""A directive for Sphinx: the help of the program and of every command of it, made from the commands themselves."""
+
+import click
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from harvester.cli import cli
+
+
+WIDTH = 92  # columns that fit a page
+
+
+class CommandHelp(SphinxDirective):
+    """One section a command, with the text of its --help."""
+
+    def run(self) -> list[nodes.Node]:
+        """The program's own help first, then its commands in the order in which that help names them."""
+        program = _context(cli, "harvester")
+        pages = [("harvester", program.get_help())]
+        for section in cli.list_sections(program):
+            for name, command in section.commands.items():
+                pages.append((f"harvester {name}", _context(command, name, parent=program).get_help()))
+        return [self._section(title, click.unstyle(text)) for title, text in pages]
+
+    @staticmethod
+    def _section(title: str, text: str) -> nodes.section:
+        section = nodes.section(ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)])
+        section += nodes.title(text=title)
+        section += nodes.literal_block(text=text, language="text")
+        return section
+
+
+def _context(command: click.Command, name: str, parent: click.Context | None = None) -> click.Context:
+    """The context in which a command prints its help, without reading any argument."""
+    return command.make_context(name, [], parent, resilient_parsing=True, terminal_width=WIDTH)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Called by Sphinx."""
+    app.add_directive("command-help", CommandHelp)
+    return {"parallel_read_safe": True}
