@@ -7,7 +7,6 @@ from sphinx.util.docutils import SphinxDirective
 
 from harvester.cli import cli
 
-
 WIDTH = 92  # columns that fit a page
 
 
