@@ -1,11 +1,12 @@
 """An engine's answer: values with their errors, what it took, and what to beware of."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from harvester import figures
 from harvester.answers.probes import ProbeMeans
 from harvester.arrays import Floats
+from harvester.equations.repeated_shaking import Events
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value, number
@@ -44,6 +45,17 @@ class Estimate:
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
+    events: Events | None = None  # the shocks or steps, where the shaking is made of such
+
+    @property
+    def energy_per_event(self) -> Value | None:
+        """The mean energy that the load takes of one shock or step, E[P] over their rate; None without events."""
+        if self.events is None:
+            return None
+        energy = self.mean_power.scaled(1.0 / self.events.rate)
+        if not self.events.memory:
+            return energy
+        return replace(energy, model=(energy.model or 0.0) + self.events.memory * abs(energy.value))
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -56,18 +68,28 @@ class Estimate:
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
-        return {
-            "engine": self.engine,
-            "mean_square_voltage": number(self.mean_square_voltage),
-            "mean_power": number(self.mean_power),
-            "nondimensional": self.nondimensional,
-            "effects": list(self.effects),
-            "seconds": self.seconds,
-            "steps": self.steps,
-            "reason": self.reason,
-            "warnings": list(self.warnings),
-            "details": self.details,
-        } | ({"probes": {name: one.as_json() for name, one in self.probes.items()}} if self.probes else {})
+        return (
+            {
+                "engine": self.engine,
+                "mean_square_voltage": number(self.mean_square_voltage),
+                "mean_power": number(self.mean_power),
+                "nondimensional": self.nondimensional,
+                "effects": list(self.effects),
+                "seconds": self.seconds,
+                "steps": self.steps,
+                "reason": self.reason,
+                "warnings": list(self.warnings),
+                "details": self.details,
+            }
+            | self._events_as_json()
+            | ({"probes": {name: one.as_json() for name, one in self.probes.items()}} if self.probes else {})
+        )
+
+    def _events_as_json(self) -> dict[str, Any]:
+        """The rate of events and the energy of one, where there are any."""
+        if self.events is None or self.energy_per_event is None:
+            return {}
+        return {"event_rate": self.events.rate, "energy_per_event": number(self.energy_per_event)}
 
     def __str__(self) -> str:
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
@@ -77,6 +99,8 @@ class Estimate:
             f"  mean square voltage  {self.mean_square_voltage.text(self.unit_names.mean_square_voltage)}",
             f"  effects              {', '.join(self.effects)}",
         ]
+        if self.energy_per_event is not None:
+            lines.insert(3, f"  energy per event     {self.energy_per_event.text(self.unit_names.energy)}")
         lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
         lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
@@ -85,8 +109,10 @@ class Estimate:
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
 
+        energy = self.energy_per_event
         rows = [
             ("mean power", self.mean_power.text(self.unit_names.power)),
+            *([] if energy is None else [("energy per event", energy.text(self.unit_names.energy))]),
             ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
             ("effects", ", ".join(self.effects)),
             ("seconds", f"{self.seconds:.2g}"),

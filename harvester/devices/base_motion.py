@@ -26,7 +26,7 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
     excitation = problem.scene.excitation or Excitation()
     spacing = 2.0 * math.pi / (problem.scales.frequency * POINTS)
     sources = []
-    if excitation.acceleration_amplitude and excitation.frequency:
+    if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
         amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
         sources.append(f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite")
         sources.append(f"Vharmonic {{}} SIN(0 {-amplitude:.10g} {frequency:.10g} 0 0 90)")

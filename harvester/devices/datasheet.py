@@ -33,6 +33,8 @@ _FREQUENCY = "excitation.frequency"
 _CLAMPED = "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF"
 _COUPLING = "Gives the coupling, theta^2/(K Cp) = (f_oc/f_sc)^2 - 1, Cp clamped."
 _PEAK = "Harmonic acceleration of the base, peak, such as 0.1 g"
+_TURNS = "With --profile: of its sine, steps or turns (1500 rpm)."
+TEXTS = ("profile", "harmonics")  # fields that are no number
 
 FIELDS = {
     field.name: field
@@ -51,7 +53,16 @@ FIELDS = {
             "acceleration_psd", "excitation.acceleration_psd", SHAKING, "White noise, one-sided, such as 1e-5 g^2/Hz"
         ),
         Field("acceleration_amplitude", "excitation.acceleration_amplitude", SHAKING, _PEAK, "With --drive-frequency."),
-        Field("drive_frequency", _FREQUENCY, SHAKING, "Frequency of the harmonic acceleration, such as 4 Hz"),
+        Field("drive_frequency", _FREQUENCY, SHAKING, "Frequency of the harmonic acceleration, such as 4 Hz", _TURNS),
+        Field(
+            "profile", "", SHAKING, "Instead: shaking by name, such as walking", "harvester keys profile lists them."
+        ),
+        Field("level", "excitation.level", SHAKING, "Factor of the profile's accelerations, such as 0.5"),
+        Field("pulse_duration", "excitation.pulse_duration", SHAKING, "Duration of a profile's shock, such as 11 ms"),
+        Field(
+            "event_rate", "excitation.event_rate", SHAKING, "Shocks a second, such as 0.5 Hz", "Default: a single one."
+        ),
+        Field("harmonics", "", SHAKING, "Peaks of a machine's lines at 1, 2, ... times its speed: '0.1 g, 0.03 g'"),
         Field("resistance", "load.resistance", LOAD, "Load resistance, such as 1 Mohm", "Or --netlist."),
     )
 }

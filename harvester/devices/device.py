@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from harvester.devices.datasheet import FIELDS, arguments
+from harvester.devices.datasheet import FIELDS, TEXTS, arguments
 from harvester.errors import InputError, invalid, refused
 from harvester.scene.keys import kind_of
 from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.scene.profiles.catalogue import SHARED
 from harvester.scene.units import prefix_factor, split_unit
 from harvester.uncertainty.value import Value
 
@@ -23,6 +24,11 @@ _COPIED = {  # fields that stand in the scene file as they are: their tables, ke
     "acceleration_psd": ("excitation", "acceleration_psd", "one-sided density of the base's white noise"),
     "acceleration_amplitude": ("excitation", "acceleration_amplitude", "of the base's harmonic motion, peak"),
     "drive_frequency": ("excitation", "frequency", "of the harmonic motion"),
+    "profile": ("excitation", "profile", "shaking by name; harvester keys profile"),
+    "level": ("excitation", "level", "times the accelerations of the profile"),
+    "pulse_duration": ("excitation", "pulse_duration", "of a shock"),
+    "event_rate": ("excitation", "event_rate", "shocks a second; without it a single one"),
+    "harmonics": ("excitation", "harmonics", "peaks at 1, 2, ... times the speed of rotation"),
     "resistance": ("load", "resistance", "across the electrodes"),
 }
 
@@ -32,7 +38,7 @@ class Entry:
     """One line of the scene file: a key, its value and a comment."""
 
     key: str
-    value: float | str | dict[str, float | str]
+    value: float | str | list[str] | dict[str, float | str]
     comment: str
 
 
@@ -73,11 +79,8 @@ def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[
     for pair in (("damping_ratio", "q"), ("coupling", "open_circuit_frequency")):
         if all(name in known for name in pair):
             raise InputError(f"one of {arguments(pair)} must be left out, but both are given")
-    for name, other in (
-        ("gap", "restitution"),
-        ("acceleration_amplitude", "drive_frequency"),
-        ("drive_frequency", "acceleration_amplitude"),
-    ):
+    harmonic = (("acceleration_amplitude", "drive_frequency"), ("drive_frequency", "acceleration_amplitude"))
+    for name, other in (("gap", "restitution"), *(() if "profile" in known else harmonic)):
         if name in known and other not in known:
             raise InputError(f"`{other}` must be given with `{name}`, but is left out")
     if "resistance" in known and netlist is not None:
@@ -99,14 +102,17 @@ def scene_tables(
         raise InputError(
             f"these must be given: {', '.join(arguments(choice, ' or ') for choice in needed)}, but are left out"
         )
-    values = {name: read(name, text) for name, text in texts.items()}
-    written = {name: _as_written(name, text) for name, text in texts.items()}
+    values = {name: read(name, text) for name, text in texts.items() if name not in TEXTS}
+    written: dict[str, float | str] = {name: _as_written(name, texts[name]) for name in values}
+    words = {name: texts[name].strip() for name in TEXTS if name in texts}
     tables: Tables = {"": [Entry("title", title, "")] if title else []}
     tables |= {"oscillator": _oscillator(values, written), "piezo": _piezo(values, written)}
     tables |= {"stop": [], "excitation": [], "load": []}
     for name, (table, key, comment) in _COPIED.items():
         if name in texts:
-            tables[table].append(Entry(key, written[name], comment))
+            value = [one.strip() for one in words[name].split(",")] if name == "harmonics" else None
+            whose = "of the profile" if key in SHARED and "profile" in texts else comment
+            tables[table].append(Entry(key, value or {**written, **words}[name], whose))
     if netlist is not None:
         tables["load"].append(Entry("netlist", netlist, "a file of netlists/, or a path"))
     if parameters:

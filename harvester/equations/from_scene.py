@@ -14,7 +14,8 @@ No physical result depends on the length l (a test).
 import math
 
 from harvester.equations.coefficients import Equations
-from harvester.equations.scales import Scales, recorded_shaking
+from harvester.equations.repeated_shaking import recorded_shaking
+from harvester.equations.scales import Scales
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, Stop
@@ -71,7 +72,8 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
     excitation = scene.excitation or Excitation()
     noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
     resistance = scene.load.resistance if scene.load else None
-    record, density = recorded_shaking(excitation)
+    record, density = recorded_shaking(scene)
+    harmonic = excitation.profile is None  # else the amplitude and the frequency are those of the profile
     return Equations(
         linear=-1.0 if oscillator.stiffness < 0.0 else None,
         alpha2=scaled(oscillator.quadratic_stiffness, s.length / stiffness),
@@ -89,8 +91,8 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
         stop_damping=scaled(stop.damping, 1.0 / rate),
         n1=None if excitation.filtered else noise,
         n2=excitation.stiffness_noise or None,
-        drive=scaled(excitation.acceleration_amplitude, 1.0 / (s.length * s.frequency**2)),
-        drive_frequency=scaled(excitation.frequency, TURN / s.frequency),
+        drive=scaled(excitation.acceleration_amplitude, 1.0 / (s.length * s.frequency**2)) if harmonic else None,
+        drive_frequency=scaled(excitation.frequency, TURN / s.frequency) if harmonic else None,
         coloured=noise if excitation.filtered else None,
         correlation_time=scaled(excitation.correlation_time, s.frequency),
         centre=scaled(excitation.centre_frequency, TURN / s.frequency),

@@ -3,10 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from harvester.equations.repeated_shaking import recorded_shaking
 from harvester.errors import InputError
 from harvester.scene.physical import Excitation
-from harvester.scene.record_files import read_density, read_record
-from harvester.scene.records import Record, TabulatedDensity
 from harvester.scene.scene import Scene
 from harvester.scene.units import LARGEST, SMALLEST
 
@@ -82,20 +81,14 @@ def natural_length(scene: Scene) -> float:
     excitation = scene.excitation or Excitation()
     if excitation.acceleration_psd:
         return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
-    if excitation.acceleration_amplitude:
+    if excitation.acceleration_amplitude and excitation.profile is None:
         return excitation.acceleration_amplitude * oscillator.mass / stiffness
-    for recorded in recorded_shaking(excitation):
+    for recorded in recorded_shaking(scene):
         if recorded is not None:
             return recorded.rms * oscillator.mass / stiffness
     if oscillator.cubic_stiffness:
         return math.sqrt(stiffness / abs(oscillator.cubic_stiffness))
     return 1e-3
-
-
-def recorded_shaking(excitation: Excitation) -> tuple[Record | None, TabulatedDensity | None]:
-    """The base's acceleration in time, and its density, in SI units."""
-    record, density = excitation.acceleration_file, excitation.acceleration_psd_file
-    return None if record is None else read_record(record), None if density is None else read_density(density)
 
 
 def _within(what: str, value: float) -> None:

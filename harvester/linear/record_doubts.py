@@ -24,7 +24,7 @@ TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond th
 def record_doubts(eqs: Equations) -> list[str]:
     """Warnings of a record that is sampled too coarsely for the response, or whose join at the end matters."""
     record = eqs.record
-    if record is None:
+    if record is None or record.exact:
         return []
     found = []
     w, p = _lines(record)

@@ -16,6 +16,7 @@ class AnswerUnits:
     voltage: str = ""
     mean_square_voltage: str = ""
     power: str = ""
+    energy: str = ""
 
     @staticmethod
     def of(physical: bool) -> "AnswerUnits":
@@ -23,5 +24,5 @@ class AnswerUnits:
         return SI if physical else NONDIMENSIONAL
 
 
-SI = AnswerUnits("s", "Hz", "1/s", "m", "m/s", "m/s^2", "V", "V^2", "W")
+SI = AnswerUnits("s", "Hz", "1/s", "m", "m/s", "m/s^2", "V", "V^2", "W", "J")
 NONDIMENSIONAL = AnswerUnits()

@@ -9,12 +9,14 @@ from harvester.uncertainty.value import Value
 
 
 def lead(estimate: Estimate) -> list[str]:
-    """The answer in two lines: mean power and mean square voltage."""
+    """The answer in lines: mean power, mean square voltage and, of shocks or steps, the energy of one."""
     units = estimate.unit_names
     word = "" if units.power else " (nondimensional)"
+    energy = estimate.energy_per_event
     return [
         f"Mean power {with_errors(estimate.mean_power, units.power)}{word}",
         f"Mean square voltage {with_errors(estimate.mean_square_voltage, units.mean_square_voltage)}{word}",
+        *([] if energy is None else [f"Energy per event {with_errors(energy, units.energy)}"]),
     ]
 
 

@@ -11,12 +11,15 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
 
     ``amplitude``, ``frequency`` and ``noise`` are the names of the table's keys.
     """
-    pairs = [(amplitude, frequency), (frequency, amplitude), ("centre_frequency", "bandwidth")]
+    profile = getattr(table, "profile", None) is not None  # which says by itself what goes with an amplitude
+    pairs = [] if profile else [(amplitude, frequency), (frequency, amplitude)]
+    pairs += [("centre_frequency", "bandwidth")]
     pairs += [("bandwidth", "centre_frequency"), ("correlation_time", noise), ("bandwidth", noise)]
     for key, other in pairs:
         if getattr(table, key) is not None and getattr(table, other) is None:
             raise InputError(f"{table.TABLE}.{other} must be given with {key}, but is left out")
-    names = (amplitude, "correlation_time", "centre_frequency", "acceleration_file", "acceleration_psd_file")
+    names = ["profile" if profile else amplitude, "correlation_time", "centre_frequency"]
+    names += ["acceleration_file", "acceleration_psd_file"]
     present = [key for key in names if getattr(table, key, None) is not None]
     if len(present) > 1:
         raise InputError(f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given")

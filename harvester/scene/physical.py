@@ -30,6 +30,7 @@ from harvester.scene.kinds import (
     STOP_STIFFNESS,
     TIME,
 )
+from harvester.scene.profiles.catalogue import check_profile
 from harvester.scene.table import CONFIG, SceneTable
 
 FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation that name files
@@ -126,8 +127,8 @@ class Excitation(SceneTable):
     ``acceleration_psd`` is the one-sided density of white noise; with ``correlation_time`` T that at low frequencies of
     noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
     that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
-    white noise may go with; so it may with a record in time, ``acceleration_file``, or a table of the density,
-    ``acceleration_psd_file`` (`harvester.scene.records`).
+    white noise may go with; so it may with a record in time, ``acceleration_file``, a table of the density,
+    ``acceleration_psd_file`` (`harvester.scene.records`), or a ``profile`` by name (`harvester.scene.profiles`).
 
     >>> import harvester as hv
     >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'
@@ -137,8 +138,10 @@ class Excitation(SceneTable):
     TABLE: ClassVar[str] = "excitation"
     acceleration_psd: Annotated[float, ACCELERATION_PSD, "white noise of the base, one-sided density"] | None = None
     stiffness_noise: Annotated[float, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"] | None = None
-    acceleration_amplitude: Annotated[float, ACCELERATION, "harmonic acceleration of the base, peak"] | None = None
-    frequency: Annotated[float, FREQUENCY, "of the harmonic"] | None = None
+    acceleration_amplitude: Annotated[float, ACCELERATION, "harmonic of the base, peak; or that of a shock"] | None = (
+        None
+    )
+    frequency: Annotated[float, FREQUENCY, "of the harmonic; of a profile: turns, steps, ... a second"] | None = None
     correlation_time: Annotated[float, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] | None = None
     centre_frequency: Annotated[float, FREQUENCY, "the noise has a band: its centre"] | None = None
     bandwidth: Annotated[float, FREQUENCY, "between the half-power points of that band"] | None = None
@@ -148,8 +151,21 @@ class Excitation(SceneTable):
     acceleration_psd_file: (
         Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"] | None
     ) = None
+    profile: Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None = None
+    level: Annotated[float, NUMBER, "times the accelerations of a profile; negative: turned round"] | None = None
+    pulse_duration: Annotated[float, TIME, "of a shock; of a damped sine the time to 1/e"] | None = None
+    event_rate: Annotated[float, FREQUENCY, "shocks a second; left out: a single one, from rest"] | None = None
+    harmonics: (
+        Annotated[
+            tuple[Annotated[float, ACCELERATION], ...],
+            "of a machine: peaks at 1, 2, ... times its frequency",
+            "['0.1 g', '0.03 g']",
+        ]
+        | None
+    ) = None
 
     def __post_init__(self) -> None:
+        check_profile(vars(self))
         check_shaking(self, "acceleration_amplitude", "frequency", "acceleration_psd")
 
     @property

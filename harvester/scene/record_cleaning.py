@@ -165,6 +165,8 @@ def _without_drift(values: Floats, spacing: float, found: list[str]) -> Floats:
 def _near_nyquist(values: Floats, rate: float, warnings: list[str]) -> None:
     """Warn where much of the power is just below half the rate: more may have been folded down from above."""
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
+    power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
+    power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0
     share = float(power[round(NEAR_NYQUIST * len(power)) :].sum() / power.sum())
     if share > LOUD:
         warnings.append(

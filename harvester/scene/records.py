@@ -25,10 +25,14 @@ _FINER = 8  # points of a fine grid to one that the content needs, for cubic int
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """One period of a record: samples of shape (n,), ``spacing`` apart."""
+    """One period of a record: samples of shape (n,), ``spacing`` apart.
+
+    ``exact``: the shaking is just that Fourier series, as that of a profile, rather than what a sensor read of it.
+    """
 
     spacing: float
     values: Floats
+    exact: bool = False
 
     @property
     def period(self) -> float:
@@ -42,7 +46,7 @@ class Record:
 
     def scaled(self, time: float, value: float) -> "Record":
         """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""
-        return Record(self.spacing * time, self.values * value)
+        return Record(self.spacing * time, self.values * value, self.exact)
 
     def sampled(self, count: int, cut: float = math.inf) -> Floats:
         """The Fourier series at ``count`` even times of a period, without frequencies above theirs or above ``cut``."""

@@ -45,5 +45,7 @@ def _in_one_line(error: pydantic.ValidationError, table: type[SceneTable]) -> In
             return refused(key, first["ctx"]["error"], first["input"])
         case "string_type":
             return invalid(key, "be a text", first["input"])
+        case "tuple_type":
+            return invalid(key, "be a list", first["input"])
         case _:
             return invalid(key, "be a table of keys", first["input"])

@@ -172,3 +172,13 @@ def test_files_that_are_none(harvester, tmp_path):
     assert "must have rows of numbers below the names" in harvester("record", path)[2]
     with pytest.raises(hv.InputError, match=r"harvester record FILE --axis z --out clean\.csv"):
         read_record(str(written(tmp_path / "b.csv", "t (s),x (g),y (g)", T, SHAKING, SHAKING)))
+
+
+@pytest.mark.parametrize("n", [1000, 1001])
+def test_octaves_have_all_the_power(harvester, tmp_path, n):
+    """Parseval, at even and odd numbers of samples: the line at half the rate counts once, and no line is left out."""
+    t = np.arange(n) / RATE
+    values = SHAKING[:n] + 0.2 * np.cos(np.pi * np.arange(n)) * (t < 1.0)
+    path = written(tmp_path / "a.csv", "t [s],a [g]", t, values)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert answer["rms"] == pytest.approx(sum(band["rms"] ** 2 for band in answer["bands"]) ** 0.5, rel=1e-9)

@@ -1,0 +1,133 @@
+"""The base's recorded acceleration or tabulated density in SI units, from a file or from a profile by its name.
+
+A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the linear device
+without its stops and its load is left.  What is left with the load changes the energy of the next by twice that part.
+"""
+
+import math
+from dataclasses import dataclass
+
+from harvester.equations.bounds import SLOWEST, growth_near
+from harvester.equations.coefficients import Equations
+from harvester.errors import InputError
+from harvester.scene.physical import Oscillator
+from harvester.scene.profiles.catalogue import PROFILES
+from harvester.scene.profiles.densities import density
+from harvester.scene.profiles.lines import STEP_RATE, machine, walking
+from harvester.scene.profiles.shocks import SHOCKS, shock
+from harvester.scene.record_files import read_density, read_record
+from harvester.scene.records import Record, TabulatedDensity
+from harvester.scene.scene import Scene
+
+LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is told
+
+
+@dataclass(frozen=True)
+class Events:
+    """Shocks or steps that shake the base, ``rate`` of them a second.
+
+    Where a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.
+    """
+
+    rate: float
+    single: bool = False
+    memory: float = 0.0
+
+    @property
+    def warning(self) -> str:
+        """What to beware of in the mean power of single events; empty for others."""
+        if not self.single:
+            return ""
+        return (
+            f"the shock is a single one: the mean power is over {1.0 / self.rate:.4g} s, in which the device comes to "
+            "rest; that time changes with the damping: compare the energy per event, or give event_rate"
+        )
+
+
+def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
+    """The base's acceleration in time, and its density, in SI units; None each where the scene has none.
+
+    Raises InputError for a file that cannot be read, and for a profile whose numbers do not go together.
+    """
+    excitation = scene.excitation
+    if excitation is None:
+        return None, None
+    if excitation.profile is not None:
+        return _by_name(scene)
+    file, table = excitation.acceleration_file, excitation.acceleration_psd_file
+    return None if file is None else read_record(file), None if table is None else read_density(table)
+
+
+def events(scene: Scene) -> Events | None:
+    """The shocks or steps that shake the base; None where the shaking is no sequence of events."""
+    excitation = scene.excitation
+    if excitation is None or excitation.profile is None:
+        return None
+    if excitation.profile in SHOCKS:
+        period = _period(scene)
+        single = excitation.event_rate is None
+        return Events(1.0 / period, single, _memory(scene, period) if single else 0.0)
+    return Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
+
+
+def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
+    """The record or density of the scene's profile."""
+    excitation, oscillator = scene.excitation, scene.oscillator
+    assert excitation is not None and excitation.profile is not None and oscillator is not None, "the caller checks"
+    name, level = excitation.profile, 1.0 if excitation.level is None else excitation.level
+    if PROFILES[name].random:
+        return None, density(name, level)
+    if name == "machine":
+        assert excitation.frequency is not None and excitation.harmonics is not None, "Excitation checks this"
+        return machine(excitation.frequency, excitation.harmonics, level), None
+    if name == "walking":
+        return walking(excitation.frequency, level), None
+    amplitude, duration = excitation.acceleration_amplitude, excitation.pulse_duration
+    assert amplitude is not None and duration is not None, "Excitation checks this"
+    resonance = _w0(oscillator) / (2.0 * math.pi)
+    found = shock(name, amplitude, duration, excitation.frequency, _period(scene), resonance)
+    return found.scaled(1.0, level), None
+
+
+def _period(scene: Scene) -> float:
+    """The time from shock to shock in s; of a single one until the device without its load is at rest.
+
+    It does not depend on the load, so that the best load is that of most energy.
+
+    Raises InputError for a single shock of a device without damping.
+    """
+    excitation, oscillator = scene.excitation, scene.oscillator
+    assert excitation is not None and oscillator is not None, "Scene checks this"
+    if excitation.event_rate is not None:
+        return 1.0 / excitation.event_rate
+    decay = 0.5 * _damping(oscillator)
+    if not decay > SLOWEST:
+        raise InputError(
+            "excitation.event_rate must be given for a device without damping, which does not come to rest after a "
+            "shock, but is left out"
+        )
+    return (excitation.pulse_duration or 0.0) + math.log(1.0 / LEFT) / (decay * _w0(oscillator))
+
+
+def _memory(scene: Scene, period: float) -> float:
+    """The part of an event's energy that depends on the one before: twice the amplitude that is left after a period."""
+    oscillator, piezo = scene.oscillator, scene.piezo
+    assert oscillator is not None and piezo is not None, "Scene checks this"
+    w0, resistance = _w0(oscillator), scene.load.resistance if scene.load else None
+    free = Equations(
+        linear=-1.0 if oscillator.stiffness < 0.0 else None,
+        c1=-_damping(oscillator),
+        beta=piezo.coupling**2 / (abs(oscillator.stiffness) * piezo.capacitance),
+        mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * w0),
+    )
+    found = 2.0 * math.exp(min(growth_near(free), 0.0) * w0 * period)
+    return found if found > SMALLEST else 0.0
+
+
+def _w0(oscillator: Oscillator) -> float:
+    return math.sqrt(abs(oscillator.stiffness) / oscillator.mass)
+
+
+def _damping(oscillator: Oscillator) -> float:
+    """Nondimensional, -c1."""
+    return (oscillator.damping or 0.0) / (oscillator.mass * _w0(oscillator)) + 2.0 * (oscillator.damping_ratio or 0.0)
