@@ -9,7 +9,7 @@ from harvester.figures.quantities import logarithm, scale
 from harvester.figures.shapes import EstimateShape, PathShape
 from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
 
-_SHOWN = 40.0  # 1/w0 of the path
+_SHOWN = 0.4  # of the path, its end
 _LEDGER = "ledger_"
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
@@ -88,19 +88,26 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
         powers.set_xlabel(f"{x.label}; bars: 95 % sampling + step + model, as far as stated")
         powers.grid(visible=False, axis="y")
         for panel, path in zip(axes[1:, 0], curves, strict=True):
-            shown = path.t > path.t[-1] - _SHOWN
-            t = path.t[shown]
+            shown = path.t > (1.0 - _SHOWN) * path.t[-1]
+            clock = scale("time", path.unit_names.time, path.t[shown])
+            volt = scale("voltage", path.unit_names.voltage, [*path.spice[shown], *path.decoupled[shown]])
+            t = path.t[shown] / clock.factor
             published, spice = STYLES["published"], STYLES["spice"]["color"]
             look = {"color": published["color"], "linestyle": published["linestyle"], "linewidth": 1.1}
-            panel.plot(t, path.decoupled[shown], **look, label="published: V decoupled from x and x'")
-            panel.plot(t, path.exact[shown], color=STYLES["ensemble"]["color"], linewidth=4, label="exact RC update")
-            panel.plot(t, path.spice[shown], color=spice, linewidth=1, label="ngspice")
+            panel.plot(t, path.decoupled[shown] / volt.factor, **look, label="published: V decoupled from x and x'")
+            panel.plot(
+                t,
+                path.exact[shown] / volt.factor,
+                color=STYLES["ensemble"]["color"],
+                linewidth=4,
+                label="exact RC update",
+            )
+            panel.plot(t, path.spice[shown] / volt.factor, color=spice, linewidth=1, label="ngspice")
             text = f"decoupled off by {path.decoupled_error:.0%} RMS, ngspice by {path.spice_error:.1g} of the exact"
             panel.set_title(f"One path {path.title}: {text}")
-            panel.set_ylabel("voltage V\n(nondimensional)")
+            panel.set_ylabel(volt.label.replace(" (", "\n("))
             panel.set_xlim(t[0], t[-1])
-        if paths:
-            axes[-1, 0].set_xlabel("time ω0 t (nondimensional)")
+            panel.set_xlabel(clock.label if panel is axes[-1, 0] else "")
         entitle(figure, title, "Engines side by side")
         legend(figure)
     return figure

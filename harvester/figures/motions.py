@@ -3,7 +3,9 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
+from harvester.arrays import Floats
 from harvester.figures.quantities import scale
 from harvester.figures.shapes import MotionShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
@@ -12,6 +14,9 @@ _INK, _PALE = "#0072B2", "0.72"
 _STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, (5, 2))}
 _MOST = 4000  # points of a line
 _PROBES = 4  # that are drawn
+_DOTS = 20_000  # of the phase plane
+_BINS = 80  # of a density
+_GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
@@ -51,9 +56,8 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         for number, stop in enumerate(stops):
             axes[0, 0].axhline(stop, **_STOP, label="_" if number else "stop" if len(stops) == 1 else "stops")
         plane, density = axes[0, 1], axes[1, 1]
-        some = slice(None, None, max(1, int(settled.sum()) // 20_000))
         dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
-        plane.plot(shown["x"][settled][some], shown["v"][settled][some], ".", zorder=1, **dots)
+        plane.plot(*_between(path, 0.25 * end, shown["x"], shown["v"]), ".", zorder=1, **dots)
         plane.plot(shown["x"][few], shown["v"][few], color=_INK, linewidth=0.7)
         plane.set_xlabel(scales["x"].label)
         plane.set_ylabel(scales["v"].label)
@@ -61,18 +65,56 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         for here in (plane, density):
             for stop in stops:
                 here.axvline(stop, **_STOP)
+        for here in axes.flat:
+            here.yaxis.set_major_locator(MaxNLocator(4))
+        for here in axes[:, 0]:
+            here.xaxis.set_major_locator(MaxNLocator(6))
+        for here in axes[:, 1]:
+            here.xaxis.set_major_locator(MaxNLocator(3))
         others = probes if path.acceleration is None else ["voltage", *probes]
         for here, name in zip(axes[2:, 1], others, strict=True):
             _density(here, shown[name][settled], scales[name].label)
         entitle(figure, title, "One path")
-        note = "Phase plane: the end of the path, and in grey the last three quarters of it, as the densities are."
+        note = (
+            "Phase plane: the end of the path, and in grey the last three quarters of it, which the densities are of."
+        )
         legend(figure, note)
     return figure
 
 
-def _density(here: Any, values: Any, label: str) -> None:
+def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """At most `_DOTS` places after the time ``start``, at times without a common period, so that they make no spokes.
+
+    They lie on the lines between readings; none is taken where an impact turned the velocity between two readings.
+    """
+    count = min(int(np.sum(path.t >= start)), _DOTS)
+    at = start + (path.t[-1] - start) * ((np.arange(count) * _GOLDEN) % 1.0)
+    before = np.searchsorted(path.t, at)
+    hits = np.sort(path.impacts[:, 0])
+    clear = np.searchsorted(hits, path.t[before]) == np.searchsorted(hits, path.t[np.maximum(before - 1, 0)])
+    return np.interp(at[clear], path.t, x), np.interp(at[clear], path.t, v)
+
+
+def time_spent(values: Floats, edges: Floats) -> Floats:
+    """The share of time, shape (n - 1,), that a path spends between edges of shape (n,), as a density.
+
+    The path goes straight from reading to reading, so that readings at the same few phases of a period leave no gaps.
+    """
+    low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
+    width = np.maximum(high - low, 1e-12 * (edges[-1] - edges[0]))
+    below = np.array([np.mean(np.clip((edge - low) / width, 0.0, 1.0)) for edge in edges])
+    below[-1] = 1.0  # the last edge is the largest value itself
+    shares: Floats = np.diff(below) / np.diff(edges)
+    return shares
+
+
+def _density(here: Any, values: Floats, label: str) -> None:
     """Draw how often each value is taken, as a density whose integral is 1."""
-    here.hist(values, 80, density=True, color=_PALE)
+    low, high = float(values.min()), float(values.max())
+    if low == high:  # it stands still
+        low, high = low - 0.5, high + 0.5
+    edges = np.linspace(low, high, _BINS + 1)
+    here.stairs(time_spent(values, edges), edges, fill=True, color=_PALE)
     here.set_xlabel(label)
     unit = label[label.rindex("(") + 1 : -1]
     here.set_ylabel("density (nondimensional)" if "nondimensional" in unit else f"density (1/{unit})")

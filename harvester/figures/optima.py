@@ -8,16 +8,20 @@ from matplotlib.axes import Axes
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, mark, scale
 from harvester.figures.shapes import BestKeyShape, OptimumShape
+from harvester.figures.smoothing import FEWEST, smooth
 from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
+_MAP = "Map: a smooth surface through the evaluations; white where there is none near."
 _MOST_BARS = 150  # evaluations with an error bar each
 _STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6, "label": "optimum"}
 _STAR["clip_on"] = False
+_GRID = 121  # points a side of a map
 
 
 def optimum(answer: OptimumShape, title: str | None) -> Plot:
-    """Draw the engine's evaluations, the optimum and its interval: contours over two keys, else a panel for each."""
+    """Draw the engine's evaluations, the optimum and its interval: a map over two keys, else a panel for each."""
     keys = answer.keys
     own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
     places = np.array([p.u for p in own])
@@ -29,14 +33,17 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     with styled():
         columns = 1 if plane else len(keys)
         figure, axes = new(1, columns, (WIDTH, 4.4), squeeze=False, sharey=True)
+        sampling = np.array([v.sampling95 / NORMAL_QUANTILE for v in powers]) / y.factor
         if plane:
-            _plane(axes[0, 0], answer, places, x, power, y.label)
+            _plane(axes[0, 0], answer, places, x, power, sampling, y.label)
         for number, here in enumerate(() if plane else axes[0]):
             _panel(here, answer, keys[number], x[:, number], power, error, y.factor)
+        if len(keys) == 1 and len(own) >= FEWEST and np.ptp(places) > 0.0:
+            _guide(axes[0, 0], keys[0], places, power, sampling)
         if not plane:
             axes[0, 0].set_ylabel(y.label)
         entitle(figure, title, "Largest mean power")
-        legend(figure, _NOTE if error.any() and len(own) <= _MOST_BARS else "")
+        legend(figure, _MAP if plane else _NOTE if error.any() and len(own) <= _MOST_BARS else "")
     return figure
 
 
@@ -60,18 +67,33 @@ def _panel(
     here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
 
 
-def _plane(here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: Floats, label: str) -> None:
-    """Draw contours over two keys, triangulated as they were searched: by ratio where the axis is logarithmic."""
-    from matplotlib.tri import Triangulation
+def _guide(here: Axes, key: BestKeyShape, places: Floats, power: Floats, sampling: Floats) -> None:
+    """Draw a smooth line through the evaluations of one key, which leads the eye."""
+    u = np.linspace(places.min(), places.max(), 300)[:, None]
+    by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
+    x = np.array([key.range.value(float(one)) for one in u[:, 0]]) / by
+    here.plot(x, smooth(places, power, sampling, u), color="0.5", linewidth=1.0, zorder=1.5, label="guide to the eye")
 
+
+def _plane(
+    here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: Floats, sampling: Floats, label: str
+) -> None:
+    """Draw a smooth map over two keys, made as they were searched: by ratio where the axis is logarithmic."""
     one, two = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (one.range, two.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
     x = x / by
-    triangles = Triangulation(places[:, 0], places[:, 1]).triangles
-    filled = here.tricontourf(Triangulation(x[:, 0], x[:, 1], triangles), power, levels=12, cmap="viridis")
+    side = np.linspace(0.0, 1.0, _GRID)
+    u = np.stack(np.meshgrid(side, side), axis=-1)
+    surface = smooth(places, power, sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
+    surface = np.clip(surface, power.min(), power.max())  # a spline may overshoot
+    across, up = (np.array([k.range.value(float(v)) for v in side]) / b for k, b in zip(answer.keys, by, strict=True))
+    filled = here.pcolormesh(across, up, surface, cmap="viridis", shading="gouraud", rasterized=True)
     assert here.figure is not None
     here.figure.colorbar(filled, ax=here, label=label)
+    if power.max() > power.min():
+        lines = here.contour(across, up, surface, 8, colors="white", linewidths=0.6, alpha=0.8)
+        here.clabel(lines, fontsize=7, fmt="%.4g")
     dots: dict[str, Any] = {"marker": "o", "markersize": 3 if len(x) < 100 else 1.5, "linestyle": "none"}
     dots |= {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.4}
     here.plot(x[:, 0], x[:, 1], **dots, label=f"evaluations by {answer.engine}")
@@ -82,3 +104,5 @@ def _plane(here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: F
     look = _STAR | {"color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
     here.errorbar(one.value / by[0], two.value / by[1], spans[1], spans[0], **look)
     here.grid(visible=False)
+    here.set_xlim(across[0], across[-1])
+    here.set_ylim(up[0], up[-1])

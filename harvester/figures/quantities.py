@@ -91,13 +91,21 @@ def logarithm(axis: Axis, prefixes: bool = False) -> None:
 
 
 def plain(value: float) -> str:
-    """A number as people write it: 0.001, 20, 10⁻⁵, 2·10⁶."""
+    """A number as people write it: 0.001, 20, 23710, 10⁻⁵, 2·10⁶."""
     exponent = math.floor(math.log10(abs(value)) + 1e-9) if value else 0
     if -4 < exponent < 5:
-        return f"{value:.4g}"
+        return f"{value:.4g}" if exponent < 4 else f"{value:.0f}"
     power = f"10{str(exponent).translate(_SUPERSCRIPT)}"
     digits = f"{value / 10.0**exponent:.3g}"
     return power if digits == "1" else f"{digits}·{power}"
+
+
+def amount(value: float, unit: str) -> str:
+    """A number with its unit in the one style of legends: 23.7 kΩ, 0.9, 10⁻⁵ (m/s²)²/Hz; "" is no unit."""
+    if unit not in _PREFIXED:
+        return f"{plain(value)} {written(unit)}".rstrip()
+    of = scale("", unit, [value])
+    return f"{value / of.factor:.4g} {of.label[2:-1]}"
 
 
 def broken(label: str, most: int) -> str:

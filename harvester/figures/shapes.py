@@ -26,10 +26,12 @@ class EstimateShape(Protocol):
 
 
 class PathShape(Protocol):
-    """The voltage of one path from three sources, nondimensional, with relative RMS errors."""
+    """The voltage of one path from three sources, with relative RMS errors."""
 
     @property
     def title(self) -> str: ...
+    @property
+    def unit_names(self) -> AnswerUnits: ...
     @property
     def t(self) -> Floats: ...
     @property
@@ -182,10 +184,15 @@ class AxisShape(Protocol):
 
 
 class SweepShape(Protocol):
-    """Rows of sweep.csv as texts; ``listed`` says that the axes hold the values of one point after another."""
+    """Rows of sweep.csv as texts; ``listed`` says that the axes hold the values of one point after another.
+
+    ``along`` is the axis that curves are drawn along.
+    """
 
     @property
     def axes(self) -> Sequence[AxisShape]: ...
+    @property
+    def along(self) -> AxisShape: ...
     @property
     def rows(self) -> list[dict[str, str]]: ...
     @property

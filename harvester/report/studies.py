@@ -97,7 +97,7 @@ def of_sweep(scene: Scene | Problem, table: Table) -> Page:
     figure = drawing(
         table.plot(None),
         f"Mean power against {keys}. {'. '.join(line for line in best if line)}.",
-        f"Mean power against {table.axes[0].key}, engine by engine.",
+        f"Mean power against {table.along.key}, engine by engine.",
     )
     failed = sum(bool(row["error"]) for row in table.rows)
     found = Section(

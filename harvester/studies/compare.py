@@ -25,6 +25,7 @@ from harvester.errors import (
     UnboundedResponseError,
     names_arguments,
 )
+from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import z_score
 
 # Of time.
@@ -35,7 +36,7 @@ PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 @dataclass(frozen=True)
 class PathComparison:
-    """V on one noise path from three sources, nondimensional, arrays of shape (n,).
+    """V on one noise path from three sources, in the scene's units (`unit_names`), arrays of shape (n,).
 
     ``spice`` from ngspice, ``exact`` from the exact RC update, ``decoupled`` from the x and x' of
     the ngspice path by V = (w^2 x + mu x')/(mu^2 + w^2) (paper, Eq. 6), w^2 at the amplitude
@@ -48,6 +49,12 @@ class PathComparison:
     spice: Floats
     exact: Floats
     decoupled: Floats
+    physical: bool = False
+
+    @property
+    def unit_names(self) -> AnswerUnits:
+        """The units of its numbers."""
+        return AnswerUnits.of(self.physical)
 
     @property
     def spice_error(self) -> float:
@@ -215,7 +222,10 @@ def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = Non
     alpha, beta, mu = eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0
     A = amplitude_through(path.x, path.v, alpha, beta, mu)
     V = decoupled(path.x, path.v, omega2(A, alpha, beta, mu), mu)
-    return PathComparison(title, path.t, path.x, path.V, exact.V, V)
+    units = problem.units
+    spice, exactly, without = (voltage * units.volts for voltage in (path.V, exact.V, V))
+    t, x = path.t / units.frequency, path.x * units.length
+    return PathComparison(title, t, x, spice, exactly, without, problem.physical)
 
 
 def _relative_rms(a: Floats, b: Floats) -> float:

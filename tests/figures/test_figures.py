@@ -176,9 +176,10 @@ def test_several_values_of_another_key_differ_in_marker_and_the_rest_is_told():
     rows = [
         row(1e-6 * (k + 1), **{R: str(x), "stop.restitution": str(r)})
         for k, r in enumerate(np.linspace(0.1, 0.9, 8))
-        for x in (1e3, 1e5)
+        for x in np.geomspace(1e3, 1e5, 9)
     ]
-    figure = table({R: (1e3, 1e5), "stop.restitution": tuple(np.linspace(0.1, 0.9, 8))}, rows).plot()
+    axes = {R: tuple(np.geomspace(1e3, 1e5, 9)), "stop.restitution": tuple(np.linspace(0.1, 0.9, 8))}
+    figure = table(axes, rows).plot()
     assert len({str(one.get_marker()) for one in figure.axes[0].lines}) == 6
     assert any("The first 6 of 8" in text for text in drawn(figure))
 

@@ -39,6 +39,11 @@ class Table:
     listed: bool = False
     about: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def along(self) -> Axis:
+        """The axis that curves are drawn along: that of the most values, the first of equals; of a list the first."""
+        return self.axes[0] if self.listed else max(self.axes, key=lambda axis: len(axis.values))
+
     def text(self) -> str:
         """The CSV file."""
         return "".join(lines([a.key for a in self.axes], self.rows))
@@ -85,7 +90,7 @@ class Table:
         return AnswerUnits.of("nondimensional" not in self.about.get("scene", {}))
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """Mean power against the first key as a matplotlib figure, ``title`` (empty: the scene's; None: none) above."""
+        """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
         return figures.sweep(self, scene.get("title", "") if title == "" else title)
 

@@ -1,0 +1,133 @@
+"""The curves of a sweep's figure: which rows make a curve, and what tells engines and values of other keys apart.
+
+One curve an engine: colour, line and marker are the engine's (`harvester.figures.style.STYLES`).  Several curves an
+engine, one for each value of the other keys: the colour, dark to light, and the marker are the value's, and the line
+is the engine's.  Both survive a grey print.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from harvester.arrays import Floats
+from harvester.figures.quantities import amount, quantity
+from harvester.figures.shapes import SweepShape
+from harvester.figures.style import INK, MARKERS, STYLES, paler
+from harvester.uncertainty.value import NORMAL_QUANTILE
+
+Rows = list[dict[str, str]]
+MOST_SHOWN = 2000  # points of a curve
+MOST_CURVES = 6  # values of the other keys
+_MARKS = "osv^Dx"  # one for each value of the other keys
+_COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#BFA000", "#E67E22")  # viridis, its end darkened for paper
+_PALE = {"ensemble": 0.6, "ideal": 0.3}  # wide lines under the thin ones of the same colour
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Mean powers of rows and their errors, each of shape (n,), in W over the unit drawn.
+
+    ``sampling`` are 1.96 standard errors (95 % where samples are many) and ``step`` the errors of the finite step, of
+    engines that sample; ``model`` is the error that an engine without samples states of itself.  All are 0 where there
+    is none.
+    """
+
+    power: Floats
+    sampling: Floats
+    step: Floats
+    model: Floats
+
+    @staticmethod
+    def of(rows: Rows, unit: float) -> "Levels":
+        """The mean powers of some rows in units of ``unit``."""
+        power, sampling, bias = (
+            np.array([number(row, f"mean_power{end}") for row in rows]) / unit for end in ("", "_stderr", "_bias")
+        )
+        sampled = np.isfinite(sampling)
+        bias = np.nan_to_num(bias)
+        return Levels(
+            power, NORMAL_QUANTILE * np.nan_to_num(sampling), np.where(sampled, bias, 0.0), np.where(sampled, 0.0, bias)
+        )
+
+    def over(self, base: "Levels") -> "Levels":
+        """These powers over others at the same points, with the errors of both; the ``model`` is that of these."""
+        ratio = _quotient(self.power, base.power)
+        own, other = (_quotient(one.sampling, one.power) for one in (self, base))
+        size = np.abs(ratio)
+        sampling = size * np.hypot(np.nan_to_num(own), np.nan_to_num(other))
+        step = size * sum(np.nan_to_num(np.abs(_quotient(one.step, one.power))) for one in (self, base))
+        model = size * np.nan_to_num(np.abs(_quotient(self.model, self.power)))
+        return Levels(ratio, np.nan_to_num(sampling), np.nan_to_num(step), np.nan_to_num(model))
+
+
+def number(row: dict[str, str], name: str) -> float:
+    """A cell as a number; nan where it is empty."""
+    return float(row[name]) if row[name] else np.nan
+
+
+def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
+    """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
+    along = table.along
+    others = () if table.listed else tuple(axis for axis in table.axes if axis.key != along.key)
+    found: dict[tuple[str, ...], dict[str, Rows]] = {}
+    for row in table.rows:
+        found.setdefault(tuple(row[a.key] for a in others), {}).setdefault(row["engine"], []).append(row)
+    curves = {}
+    for group, of_engine in found.items():
+        told = []
+        for a, value in zip(others, group, strict=True):
+            name, unit = quantity(a.key)
+            told.append(f"{name.split(' = ')[0]} {amount(float(value), '' if unit == 'SI' else unit)}")
+        for rows in of_engine.values():
+            rows.sort(key=lambda row: float(row[along.key]))
+        curves[", ".join(told)] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
+    return curves
+
+
+def style(engine: str, table: SweepShape, number: int, groups: int, points: int) -> dict[str, Any]:
+    """The style of an engine's curve at the ``number``-th of the ``groups`` of values of the other keys.
+
+    Points of a list, which are no line, and a point alone are markers.
+    """
+    look = dict(STYLES.get(engine, {"label": engine, "color": "0.3"}))
+    alone = points == 1 or (table.listed and len(table.axes) > 1)
+    if groups > 1:
+        look["color"] = paler(_colour(number, groups), _PALE.get(engine, 0.0))
+    if alone:
+        look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 5}
+    elif groups > 1:
+        marks = look.get("linestyle") == "none"  # hollow, over the filled ones of the lines
+        look |= {"marker": _MARKS[number], "markersize": 6 if marks else 3.5, "markevery": max(1, points // 15)}
+        look |= {"markerfacecolor": "none" if marks else look["color"]}
+    return look
+
+
+def legend_lines(found: dict[str, Any], engines: list[str], points: int) -> list[Line2D]:
+    """The legend entries where there are several values of the other keys: the engines in ink, then each value."""
+    if len(found) < 2:
+        return []
+    entries = []
+    for engine in engines:
+        look: dict[str, Any] = {"color": paler(INK, _PALE.get(engine, 0.0)), "label": engine}
+        look |= {k: v for k, v in STYLES.get(engine, {}).items() if k in ("linestyle", "linewidth", "marker", "label")}
+        if points == 1:
+            look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o")}
+        entries.append(Line2D([], [], markerfacecolor="none", **look))
+    marks: dict[str, Any] = {"linestyle": "none", "markersize": 4.5}
+    return entries + [
+        Line2D([], [], color=_colour(n, len(found)), marker=_MARKS[n], label=label, **marks)
+        for n, label in enumerate(found)
+    ]
+
+
+def _colour(number: int, groups: int) -> str:
+    """The colour of the ``number``-th of ``groups`` values: from dark to light, as far apart as there are colours."""
+    return _COLOURS[round(number * (len(_COLOURS) - 1) / max(1, groups - 1))]
+
+
+def _quotient(values: Floats, by: Floats) -> Floats:
+    """Values divided by others; nan where these are 0."""
+    quotients: Floats = np.divide(values, by, out=np.full(len(values), np.nan), where=by != 0.0)
+    return quotients
