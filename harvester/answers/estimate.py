@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from harvester import figures
+from harvester.answers.details import rows
 from harvester.answers.probes import ProbeMeans
 from harvester.arrays import Floats
 from harvester.equations.repeated_shaking import Events
@@ -13,7 +14,7 @@ from harvester.uncertainty.value import Value, number
 
 
 @names_arguments
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """What an engine found for a scene: mean square voltage and mean power with their errors.
 
@@ -101,16 +102,18 @@ class Estimate:
         ]
         if self.energy_per_event is not None:
             lines.insert(3, f"  energy per event     {self.energy_per_event.text(self.unit_names.energy)}")
-        lines += [f"  {key:<20} {value:.4g}" for key, value in self.details.items()]
+        lines += [f"  {name:<20} {text}" for name, text in rows(self.details, self.unit_names)]
         lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+
+    __repr__ = __str__  # what Python shows is what a command prints
 
     def _repr_html_(self) -> str:
         from harvester.printing import notebook
 
         energy = self.energy_per_event
-        rows = [
+        shown = [
             ("mean power", self.mean_power.text(self.unit_names.power)),
             *([] if energy is None else [("energy per event", energy.text(self.unit_names.energy))]),
             ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
@@ -118,4 +121,4 @@ class Estimate:
             ("seconds", f"{self.seconds:.2g}"),
         ]
         notes = ([f"note: {self.reason}"] if self.reason else []) + notebook.warnings(self.warnings)
-        return notebook.table(self.engine, (), rows, notes)
+        return notebook.table(self.engine, (), shown, notes)

@@ -95,6 +95,7 @@ def sweep(
     with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}) as bar:
         runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}
         table = compute_table(scene, where, chosen, out, tick=bar.row, skip=bar.skip, vector=vector, **runners)
-    echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *printed_rows.warnings(table.rows)]))
+    notes = [*printed_rows.warnings(table.rows), *printed_rows.failures(table.rows)]
+    echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *notes]))
     echo_written(out, "sweep.csv", "sweep.nc", *figure("sweep", vector), "provenance.json")
     save_report(file, lambda report: report.of_sweep(scene, table))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from harvester.answers.details import rows as details_of
 from harvester.answers.estimate import Estimate
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import TextTable
@@ -60,20 +61,12 @@ def refusals(refused: dict[str, str]) -> list[TextTable]:
 
 def details(estimate: Estimate) -> list[TextTable]:
     """The table of an answer's details, such as step and trajectories, if there are any."""
-    rows = []
-    for name, value in estimate.details.items():
-        power = name.startswith("ledger_") and name != "ledger_residual"
-        rows.append(
-            [name.replace("_", " "), amount(value, estimate.unit_names.power) if power else signs(f"{value:.5g}")]
-        )
+    rows = [[name, signs(text)] for name, text in details_of(estimate.details, estimate.unit_names)]
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
     ]
-    unit = "seconds" if estimate.unit_names.time else "units of 1/ω0"
-    return (
-        [TextTable("Details", ["what", "value"], rows, (1,), f"Step, burn-in and duration in {unit}.")] if rows else []
-    )
+    return [TextTable("Details", ["what", "value"], rows, (1,))] if rows else []
 
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:

@@ -2,7 +2,7 @@
 
 import re
 
-from harvester.uncertainty.value import Value
+from harvester.uncertainty import value
 
 _SIGNS = {" +- ": " ± ", "^2": "²", "^3": "³", "^4": "⁴", "^5": "⁵", "ohm": "Ω"}
 NONE = "-"  # no such error, or not known: the reason stands beside the table
@@ -11,24 +11,17 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 def amount(number: float, unit: str) -> str:
     """A number with its unit: four digits, and a prefix where the unit takes one."""
-    if unit == "kg":
-        number, unit = 1e3 * number, "g"
-    return signs(Value(number).text("" if unit == "1" else unit))
+    return signs(value.amount(number, unit))
 
 
-def with_errors(value: Value, unit: str) -> str:
+def with_errors(one: value.Value, unit: str) -> str:
     """A value with each of its errors named."""
-    return signs(value.text(unit))
+    return signs(one.text(unit))
 
 
-def share(error: float | None, value: float) -> str:
+def share(error: float | None, of: float) -> str:
     """An error in percent of a value."""
-    if error is None or value == 0.0:
-        return NONE
-    percent = abs(100.0 * error / value)
-    if 0.0 < percent < 1e-3:
-        return "< 0.001 %"
-    return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.0f} %"
+    return NONE if error is None or of == 0.0 else value.percent(error, of)
 
 
 def signs(text: str) -> str:

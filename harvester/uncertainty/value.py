@@ -13,7 +13,7 @@ NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of m
 
 
 @names_arguments
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Value:
     """A number with its errors of sampling, of the step and of the model.
 
@@ -28,6 +28,8 @@ class Value:
     8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
     >>> print(hv.Value(8.4e-6, stderr=1e-8, unknown="the step").text("W"))
     8.4 uW (95 % of sampling within 0.02; the error of the step is not known)
+    >>> hv.Value(0.25, stderr=1e-3)  # a value knows no unit: it shows itself in that of its answer
+    0.25 +- 0.002 (95 %, sampling)
     """
 
     value: float
@@ -75,7 +77,8 @@ class Value:
 
     def text(self, unit: str) -> str:
         """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
-        scale, prefix = _engineering(self.value) if unit and "^" not in unit else (1.0, "")
+        prefixed = unit and "^" not in unit and not unit[0].isdigit()
+        scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
         digits = 4
         if self.error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
@@ -90,6 +93,9 @@ class Value:
             text += f" +- {self.model / scale:.2g} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
+    def __repr__(self) -> str:
+        return self.text("")
+
     def _known_parts(self, scale: float) -> str:
         """The errors that are known, in units of ``scale``, and what is not."""
         parts = [
@@ -102,6 +108,21 @@ class Value:
             if error is not None
         ]
         return "; ".join([", ".join(parts)] * bool(parts) + [f"the error of {self.unknown} is not known"])
+
+
+def amount(number: float, unit: str) -> str:
+    """A number without an error with its unit: four digits, and a prefix where the unit takes one; "1" is no unit."""
+    if unit == "kg":
+        number, unit = 1e3 * number, "g"
+    return Value(number).text("" if unit == "1" else unit)
+
+
+def percent(error: float, value: float) -> str:
+    """An error in percent of a value other than 0."""
+    share = abs(100.0 * error / value)
+    if 0.0 < share < 1e-3:
+        return "< 0.001 %"
+    return f"{share:.2g} %" if share < 99.5 else f"{share:.0f} %"
 
 
 def number(value: Value) -> dict[str, float | None]:

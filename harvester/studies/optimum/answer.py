@@ -10,7 +10,7 @@ from harvester.scene.keys import unit_of
 from harvester.studies.optimum.evaluations import Evaluation
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.output_folder import csv_text
-from harvester.uncertainty.value import Value, number
+from harvester.uncertainty.value import Value, amount, number
 
 _ENDS = {-1: "low", 1: "high"}
 
@@ -31,9 +31,9 @@ class OptimalKey:
 
     def __str__(self) -> str:
         unit = unit_of(self.range.key)
-        text = f"{_shown(self.value, unit)}"
+        text = f"{amount(self.value, unit)}"
         if self.low95 is not None and self.high95 is not None:
-            text += f", between {_shown(self.low95, unit)} and {_shown(self.high95, unit)}"
+            text += f", between {amount(self.low95, unit)} and {amount(self.high95, unit)}"
         if self.boundary:
             text += f" (the {self.boundary} end of its range: the best may lie beyond)"
         return text
@@ -118,7 +118,7 @@ class Optimum:
         elif self.why:
             lines.append(f"  no interval of the keys: {self.why}")
         for keys, power in self.peaks[1:]:
-            where = ", ".join(f"{name} = {_shown(value, unit_of(name))}" for name, value in keys.items())
+            where = ", ".join(f"{name} = {amount(value, unit_of(name))}" for name, value in keys.items())
             lines.append(f"  another peak: {power.text(unit)} at {where}")
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
@@ -147,10 +147,6 @@ class Optimum:
             place = [repr(r.value(float(u))) for r, u in zip(ranges, p.u, strict=True)]
             rows.append([*place, p.engine, p.stage, p.seed, *numbers])
         return csv_text([*(r.key for r in ranges), *names], rows)
-
-
-def _shown(value: float, unit: str) -> str:
-    return Value(value).text("" if unit == "1" else unit)
 
 
 def end(face: float) -> str | None:

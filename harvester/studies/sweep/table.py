@@ -82,7 +82,9 @@ class Table:
         head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.unit_names)
         more = len(self.rows) - len(shown)
         notes = [f"{more} rows more"] if more > 0 else []
-        return notebook.table("sweep", head, shown, notes + printed_rows.warnings(self.rows))
+        return notebook.table(
+            "sweep", head, shown, notes + printed_rows.warnings(self.rows) + printed_rows.failures(self.rows)
+        )
 
     @property
     def unit_names(self) -> AnswerUnits:

@@ -17,7 +17,7 @@ from harvester.studies.tolerance.distribution import Interval, Quantile
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.sensitivity import Sensitivity
 from harvester.studies.tolerance.spreads import PartSpread
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import amount
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ class Tolerance:
         rows = [["devices below", "mean power", "95 %", "RMS voltage", "95 %"]]
         for share, power in self.quantiles.items():
             voltage = self.voltages[share]
-            rows.append([f"{share:.0%}", _shown(power.value, unit), _range(power, unit)])
-            rows[-1] += [_shown(voltage.value, volt), _range(voltage, volt)]
+            rows.append([f"{share:.0%}", amount(power.value, unit), _range(power, unit)])
+            rows[-1] += [amount(voltage.value, volt), _range(voltage, volt)]
         return columns(rows, right=True)
 
     def _keys(self, unit: str) -> list[str]:
@@ -142,8 +142,8 @@ class Tolerance:
             shares = ["-", "-"]
             if one is not None:
                 shares = [f"{one.first:.3f} +- {one.first_error95:.2g}", f"{one.total:.3f} +- {one.total_error95:.2g}"]
-            ends = " to ".join(_shown(end, "" if own == "1" else own) for end in bar.ends)
-            rows.append([bar.key, ends, " to ".join(_shown(power, unit) for power in bar.powers), *shares])
+            ends = " to ".join(amount(end, own) for end in bar.ends)
+            rows.append([bar.key, ends, " to ".join(amount(power, unit) for power in bar.powers), *shares])
         return columns(rows)
 
     def _repr_html_(self) -> str:
@@ -155,7 +155,7 @@ class Tolerance:
         """What a table of two columns shows of it: names, and numbers with their intervals."""
         unit = self.unit_names.power
         found = [
-            (f"{share:.0%} of devices are below", f"{_shown(one.value, unit)} ({_range(one, unit)})")
+            (f"{share:.0%} of devices are below", f"{amount(one.value, unit)} ({_range(one, unit)})")
             for share, one in self.quantiles.items()
         ]
         for limit, one in zip(self.limits, self.met_each, strict=True):
@@ -175,16 +175,12 @@ class Tolerance:
         return csv_text(heads, body)
 
 
-def _shown(value: float, unit: str) -> str:
-    return Value(value).text(unit)
-
-
 def _range(one: Quantile, unit: str) -> str:
     """The interval in words; an end for which there are too few samples is not given."""
     if one.low is None or one.high is None:
-        below = "" if one.high is None else f"below {_shown(one.high, unit)}"
-        return below or ("not known" if one.low is None else f"above {_shown(one.low, unit)}")
-    return f"{_shown(one.low, unit)} to {_shown(one.high, unit)}"
+        below = "" if one.high is None else f"below {amount(one.high, unit)}"
+        return below or ("not known" if one.low is None else f"above {amount(one.low, unit)}")
+    return f"{amount(one.low, unit)} to {amount(one.high, unit)}"
 
 
 def _shares(one: Interval) -> str:

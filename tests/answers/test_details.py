@@ -1,0 +1,49 @@
+"""The details of an answer carry their units: times, powers, shares and the computer's seconds."""
+
+import harvester as hv
+from harvester.answers.details import rows
+from harvester.printing.answer_units import NONDIMENSIONAL, SI
+
+DETAILS = {
+    "step": 0.003337,
+    "burn_in": 11.21,
+    "trajectories": 4096.0,
+    "warm_up_seconds": 7.596,
+    "power_balance": 0.0239,
+    "power_balance_stderr": 0.01,
+    "power_balance_bias": 0.001,
+    "ledger_input": 8.1e-6,
+    "ledger_residual": -0.0003,
+    "step_error": 2e-9,
+    "slow_share": 0.1361,
+    "exchange_per_cycle": 0.6788,
+}
+
+
+def test_details_have_units():
+    assert rows(DETAILS, SI) == [
+        ("step", "3.337 ms"),
+        ("burn in", "11.21 s"),
+        ("trajectories", "4096"),
+        ("warm up", "7.6 s of computing"),
+        ("power balance", "2.4 +- 2 (95 %, sampling) +- 0.1 (step) % of the power that came in"),
+        ("ledger input", "8.1 uW"),
+        ("ledger residual", "-0.03 % of its largest entry"),
+        ("step error", "2 nW"),
+        ("slow share", "14 % of E[V^2]"),
+        ("exchange per cycle", "0.6788"),
+    ]
+
+
+def test_a_nondimensional_scene_says_what_its_times_are():
+    found = dict(rows(DETAILS, NONDIMENSIONAL))
+    assert (found["step"], found["ledger input"]) == ("0.003337 (1/w0)", "8.1e-06")
+    assert found["warm up"] == "7.6 s of computing"
+
+
+def test_answers_print_themselves_in_python():
+    answer = hv.Averaged().run("examples/plate_with_stop.toml")
+    assert repr(answer) == str(answer)
+    assert repr(answer).splitlines()[1].startswith("  mean power           8.3")
+    assert repr(answer.mean_square_voltage) == answer.mean_square_voltage.text("")
+    assert str(hv.Value(-0.08, stderr=1e-3).text("1/s")).endswith(" 1/s")  # and no milli of it
