@@ -25,7 +25,7 @@ def compare(
     path: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
 ) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
-    from harvester.commands.progress import Bar
+    from harvester.commands.progress import EFFORT, Bar
     from harvester.machine import files
     from harvester.scene.toml import load
     from harvester.studies import compare as study
@@ -33,7 +33,7 @@ def compare(
     scene = load(path)
     folder = files.folder(out or ".") if out or not as_json else None
     file = report_file(report, out)
-    with Bar("compare") as bar:
+    with Bar("compare", shorter=EFFORT) as bar:
         result = study.compare(scene, tick=bar.tell, **options)
     if folder is not None:
         from harvester import figures

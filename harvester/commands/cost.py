@@ -32,7 +32,8 @@ def cost(path: str, out: str, seed: int, budget: float, vector: tuple[str, ...],
 
     scene = load(path)
     file = report_file(report, out)
-    with Bar("cost") as bar:
+    with Bar("cost", shorter="a shorter --budget", budget=budget) as bar:
+        bar.announce(budget)
         answer = study.cost(scene, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
     echo(table(answer))
     echo_written(out, "cost.csv", *figure("cost", vector), "provenance.json")

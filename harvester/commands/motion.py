@@ -59,7 +59,7 @@ def motion(
     scene = load(path)
     if engine is None:
         engine = "spice" if probe else default_sampler(scene)
-    with Bar("motion", known=False):
-        answer = study.draw(scene, out, engine, duration, seed, vector, from_rest, probe)
+    with Bar("motion", known=False, shorter="a shorter --duration") as bar:
+        answer = study.draw(scene, out, engine, duration, seed, vector, from_rest, probe, bar.expect)
     echo(str(answer))
     echo_written(out, "motion.csv", "motion.npz", *figure("motion", vector), "provenance.json")

@@ -90,7 +90,7 @@ def optimise(
     if limits or varied or lifetime or share is not None or any(one.steps for one in ranges):
         formula = "averaged" if Exact.refusal(Problem(scene)) else "exact"
         inner = selection.engine(engine or formula, within=within, **options)
-        with Bar("optimise", at_most=True) as bar:
+        with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=budget or 60.0) as bar:
             files: Any = {
                 "out": out,
                 "vector": vector,
@@ -105,7 +105,7 @@ def optimise(
             echo_written(out, "optimise.csv", *figure("optimise", vector), "provenance.json")
         return
     chosen = selection.engine(selection.default_engine(scene, **options) if engine is None else engine, **options)
-    with Bar("optimise", at_most=True) as bar:
+    with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=budget or 60.0) as bar:
         answer = study.optimise(scene, ranges, chosen, within or 0.01, budget or 60.0, out, bar.tell, vector)
     echo_answer(answer, as_json)
     if out is not None and not as_json:

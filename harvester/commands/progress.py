@@ -1,31 +1,51 @@
-"""Progress on a terminal, with the time that is left; nothing in a pipe.
+"""Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
 
-The clock of a bar goes on between two reports; the time left is that of the last report, less what has passed since.
+The clock of a bar goes on between two reports.  The time left is that of the last report less what has passed since;
+where the next report is overdue, so is the rest, and the time left grows again: it is never 0 before the end.
 """
 
+import sys
 import threading
 import time
 from typing import Any, Self
 
 from tqdm import tqdm
+from tqdm.contrib import DummyTqdmFile
 
 REDRAWN = 0.5  # seconds between two looks at the clock
 FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {left} left{postfix}"
 UNKNOWN = "{desc}: {elapsed}"  # where nobody knows how much there is to do
+LONG = 30.0  # seconds: what will take more says so
+SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their rate is told
+EFFORT = "fewer --trajectories, a shorter --duration or a larger --within"  # of engines that sample
+MOST = 0.99  # of a bar that goes by the clock
 
 
 class Bar(tqdm):  # type: ignore[misc]
     """A progress bar that shows the fraction done, the time left and what is at work.
 
-    ``known`` is False where nobody knows how much there is to do.  ``at_most`` says that the fraction is that of a
-    budget, which need not be spent.
+    ``known`` is False where nobody knows how much there is to do.  ``budget`` says that the fraction is that of so many
+    seconds, which ``at_most`` need not be spent.  ``shorter`` names what shortens the work, such as "--budget": with
+    it, work that will take more than half a minute says so in a line on stderr, as soon as that was measured.
     """
 
-    def __init__(self, what: str, file: Any = None, known: bool = True, at_most: bool = False) -> None:
-        self.at_most = at_most
+    def __init__(
+        self,
+        what: str,
+        file: Any = None,
+        known: bool = True,
+        at_most: bool = False,
+        shorter: str = "",
+        budget: float | None = None,
+    ) -> None:
+        self.what, self.at_most, self.shorter, self.budget = what, at_most, shorter, budget
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
-        self.last = (time.monotonic(), 0.0)
+        self.begun = time.monotonic()
+        self.last = (self.begun, 0.0)
+        self.stride = 0.0  # the largest growth of the fraction between two reports
         self.seconds: float | None = None  # left at the last report
+        self.by_clock = False  # the fraction is that of the seconds that were expected
+        self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
         super().__init__(total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file)
         self.ended = threading.Event()
@@ -35,6 +55,9 @@ class Bar(tqdm):  # type: ignore[misc]
     def _redraw(self) -> None:
         """Keep the bar's clock going until it is closed."""
         while not self.ended.wait(REDRAWN):
+            if self.by_clock and self.seconds:
+                passed = time.monotonic() - self.last[0]
+                self.n = int(1000 * min(passed / max(self.seconds, passed), MOST))
             self.refresh()
 
     @property
@@ -42,18 +65,47 @@ class Bar(tqdm):  # type: ignore[misc]
         """What the bar's format may name: tqdm's own and ``left``, the time left."""
         left, seconds = "?", self.seconds
         if seconds is not None:
-            passed = time.monotonic() - self.last[0]
-            left = ("at most " if self.at_most else "") + self.format_interval(round(max(seconds - passed, 0.0)))
+            now = time.monotonic()
+            rest = max(seconds - (now - self.last[0]), self._overdue(now), 1.0)
+            left = ("at most " if self.at_most else "") + self.format_interval(round(rest))
         return {**super().format_dict, "left": left}
 
     def tell(self, fraction: float, what: str = "") -> None:
         """Show the fraction done and ``what`` is at work; the rest is taken to go on at the same rate."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
-            self.first, self.seconds = (now, fraction), None
+            self.first, self.seconds, self.stride = (now, fraction), None, 0.0
         elif fraction > self.first[1]:
             self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
+            self.stride = max(self.stride, fraction - self.last[1])
+        if self.budget is not None:
+            self.seconds = (1.0 - fraction) * self.budget
         self._show(fraction, what)
+
+    def expect(self, seconds: float) -> None:
+        """Go by the clock from now on: a pilot says that the work takes about so many seconds."""
+        self.seconds, self.by_clock, self.bar_format = seconds, True, FORMAT
+        self._show(0.0, "")
+
+    def announce(self, seconds: float) -> None:
+        """Say in a line on stderr, once, that all of it takes so many seconds, if they are many, and what helps."""
+        if self.shorter and seconds > LONG:
+            limit = "at most" if self.at_most else "about"
+            shorten = "shorten it" if " or " in self.shorter else "shortens it"
+            text = f"{self.what}: {limit} {duration(seconds)} in all; {self.shorter} {shorten}"
+            self.write(text, file=sys.stderr if self.disable else self.fp)
+            self.shorter = ""
+
+    def _overdue(self, now: float) -> float:
+        """The time left at the rate up to now, if the next report were about to come."""
+        if self.by_clock:
+            return 0.1 * (now - self.last[0])
+        if self.budget is not None:
+            return 0.0
+        fraction = self.last[1] + min(self.stride, 0.5 * (1.0 - self.last[1]))
+        if self.first is None or fraction <= self.first[1]:
+            return 0.0
+        return (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
 
     def _show(self, fraction: float, what: str) -> None:
         """Draw the bar anew."""
@@ -61,14 +113,28 @@ class Bar(tqdm):  # type: ignore[misc]
         if what:
             self.set_postfix_str(what, refresh=False)
         self.update(int(1000 * min(fraction, 1.0)) - self.n)
+        if self.seconds is not None and self._is_sure():
+            self.announce(self.budget or self.last[0] - self.begun + self.seconds)
+
+    def _is_sure(self) -> bool:
+        """Whether enough was measured for the time of the whole."""
+        if self.by_clock:
+            return True
+        if self.budget is not None:
+            return self.last[0] - self.begun >= SURE
+        return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= ENOUGH
 
     def close(self) -> None:
         """Take the bar off the screen."""
         if hasattr(self, "ended"):
             self.ended.set()
+        if self.others is not None:
+            sys.stderr, self.others = self.others, None
         super().close()
 
     def __enter__(self) -> Self:
+        if not self.disable and self.fp == sys.stderr:  # notices stand above the bar, not in its line
+            self.others, sys.stderr = sys.stderr, DummyTqdmFile(sys.stderr)
         return self
 
 
@@ -76,26 +142,59 @@ class RowsBar(Bar):
     """A progress bar for rows of several engines, which differ by orders of magnitude in the time that one takes.
 
     The time left is that of each engine's rows to come at the mean of its rows so far; not known as long as an engine
-    has none.
+    has none.  Behind it stand the engine of the last row, and how many of its rows are done.
     """
 
-    def __init__(self, what: str, rows: dict[str, int], file: Any = None) -> None:
-        self.left_of, self.seconds_of = dict(rows), dict.fromkeys(rows, 0.0)
+    def __init__(self, what: str, rows: dict[str, int], file: Any = None, shorter: str = "") -> None:
+        self.rows_of, self.left_of, self.seconds_of = dict(rows), dict(rows), dict.fromkeys(rows, 0.0)
         self.done_of = dict.fromkeys(rows, 0)
         self.rows = sum(rows.values())
-        super().__init__(what, file)
+        super().__init__(what, file, shorter=shorter)
 
     def skip(self, engine: str) -> None:
         """Count a row that was there already."""
         self.left_of[engine] -= 1
-        self._show(1.0 - sum(self.left_of.values()) / self.rows, engine)
+        self._count(engine)
 
     def row(self, engine: str) -> None:
         """Count a row that was computed since the last one."""
         self.seconds_of[engine] += time.monotonic() - self.last[0]
         self.done_of[engine] += 1
         self.left_of[engine] -= 1
+        means = self._means()
+        if means is not None:
+            self.seconds = sum(self.left_of[name] * mean for name, mean in means.items())
+        self._count(engine)
+
+    def _count(self, engine: str) -> None:
+        """Show how many rows there are of all, and of this engine."""
+        done, of = self.rows_of[engine] - self.left_of[engine], self.rows_of[engine]
+        self._show(1.0 - sum(self.left_of.values()) / self.rows, f"{engine} {done} of {of}".strip())
+
+    def _means(self) -> dict[str, float] | None:
+        """The mean seconds of a row of each engine that has rows to come; None where one has no row yet."""
         to_come = [name for name, left in self.left_of.items() if left]
-        if all(self.done_of[name] for name in to_come):
-            self.seconds = sum(self.left_of[name] * self.seconds_of[name] / self.done_of[name] for name in to_come)
-        self._show(1.0 - sum(self.left_of.values()) / self.rows, engine)
+        if not all(self.done_of[name] for name in to_come):
+            return None
+        return {name: self.seconds_of[name] / self.done_of[name] for name in to_come}
+
+    def _is_sure(self) -> bool:
+        """Whether enough was measured: a row of each engine that has rows to come."""
+        return self.last[0] - self.begun >= SURE
+
+    def _overdue(self, now: float) -> float:
+        """The time left after the row at work, longer by as much as that row is overdue."""
+        means = self._means()
+        if not means or self.seconds is None:
+            return 0.0
+        due = min(max(means.values()), 0.5 * self.seconds)
+        return (self.seconds - due) * max(1.0, (now - self.last[0]) / due) if due > 0.0 else 0.0
+
+
+def duration(seconds: float) -> str:
+    """A time in words with the digits that an estimate has: 45 s, 4 min, 3 h."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            count = seconds / size
+            return f"{count:.0f} {unit}" if count >= 9.5 else f"{count:.2g} {unit}"
+    return f"{seconds:.0f} s"

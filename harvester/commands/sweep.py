@@ -79,7 +79,7 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester.commands.progress import RowsBar
+    from harvester.commands.progress import EFFORT, RowsBar
     from harvester.engines import selection
     from harvester.scene.toml import load
     from harvester.studies.sweep import printed_rows
@@ -92,7 +92,7 @@ def sweep(
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     chosen = selection.engines(engines or default, **options)
     file = report_file(report, out)
-    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}) as bar:
+    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT) as bar:
         runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}
         table = compute_table(scene, where, chosen, out, tick=bar.row, skip=bar.skip, vector=vector, **runners)
     notes = [*printed_rows.warnings(table.rows), *printed_rows.failures(table.rows)]

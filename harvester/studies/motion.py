@@ -6,7 +6,8 @@ error of sampling, as it is no mean; that of its step is of second order (with n
 
 import io
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
 ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
 MOST_STEPS = 5_000_000
+MANY_STEPS, PILOT = 50_000, 0.02  # of a path by ngspice whose time a pilot measures, and the pilot's share of it
+Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
 
 
 @names_arguments
@@ -115,12 +118,14 @@ def motion(
     seed: int = 0,
     from_rest: bool = False,
     probe: Sequence[str] = (),
+    expected: Expected | None = None,
 ) -> Motion:
     """Compute one path from rest; a plot shows its last ``duration``, in seconds (nondimensional scene: 1/w0).
 
     Four times as long goes before that, in which the response settles; ``from_rest`` leaves it out, and shows the
     beginning.  ``probe`` names further quantities of the circuit, such as "store" or "v(a,b)"
-    (`harvester.netlists.probes`), for engine `spice`.
+    (`harvester.netlists.probes`), for engine `spice`.  ``expected`` is called with the seconds that a long path by
+    ngspice will take, measured on a short one.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
@@ -158,7 +163,7 @@ def motion(
     if engine == "ensemble":
         path, seen = trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0))
     else:
-        path, seen = _in_ngspice(problem, noise, h, stride, shaking, probes)
+        path, seen = _in_ngspice(problem, noise, h, stride, shaking, probes, expected)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     low, high = eqs.gap or 0.0, eqs.opposite_gap
     has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
@@ -203,7 +208,13 @@ def _step(problem: Problem) -> float:
 
 
 def _in_ngspice(
-    problem: Problem, noise: Floats, h: float, stride: int, shaking: Floats | None, probes: tuple[Probe, ...]
+    problem: Problem,
+    noise: Floats,
+    h: float,
+    stride: int,
+    shaking: Floats | None,
+    probes: tuple[Probe, ...],
+    expected: Expected | None,
 ) -> "tuple[Path, Floats]":
     from harvester.circuit.charging import probed_path_in_worker
     from harvester.circuit.ngspice.library import find_library
@@ -212,6 +223,12 @@ def _in_ngspice(
     find_library()
     assert problem.circuit is not None, "the engine refuses an open circuit"
     device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes)
+    if expected is not None and len(noise) > MANY_STEPS:
+        few = round(PILOT * len(noise))
+        for _ in range(2):  # the first starts the process
+            begin = time.perf_counter()
+            probed_path_in_worker(device, noise[:few], None if shaking is None else shaking[: few + 1])
+        expected((time.perf_counter() - begin) / PILOT)
     return probed_path_in_worker(device, noise, shaking)
 
 
@@ -224,6 +241,7 @@ def draw(
     vector: Sequence[str] = (),
     from_rest: bool = False,
     probe: Sequence[str] = (),
+    expected: Expected | None = None,
 ) -> Motion:
     """Compute a `motion`, and write its files.
 
@@ -231,7 +249,7 @@ def draw(
     """
     folder = OutputFolder(out, vector)
     problem = Problem.of(scene)
-    found = motion(problem, engine, duration, seed, from_rest, probe)
+    found = motion(problem, engine, duration, seed, from_rest, probe, expected)
     asked = {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)}
     about = provenance(problem, **asked, duration=found.shown, step=found.step)
     folder.packed("motion", found.packed())

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from harvester.commands.progress import Bar, RowsBar
+from harvester.commands.progress import Bar, RowsBar, duration
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
 
@@ -41,11 +41,91 @@ def test_time_left_of_a_fraction(clock):
         clock[0] += 6.0
         assert "00:09 left" in str(bar)  # 15 s, 6 s later
         clock[0] += 60.0
-        assert "00:00 left" in str(bar)
+        assert "00:19 left" in str(bar)  # 0.15 more at the rate of 0.75 in 96 s: what is overdue is not done
         bar.tell(0.05)  # all begins anew, at a smaller step
         clock[0] += 10.0
         bar.tell(0.1)
         assert bar.seconds == pytest.approx(180.0)
+
+
+def test_there_is_time_left_before_the_end(clock):
+    """Quick first reports and a slow rest, as of formulas and then ngspice: never "00:00 left" at 12 %."""
+    with Bar("compare", Screen()) as bar:
+        for fraction in (0.0, 0.06, 0.12):
+            clock[0] += 0.1
+            bar.tell(fraction)
+        for _ in range(50):
+            clock[0] += 1.0
+            left = LEFT.search(str(bar))[2]
+            assert left != "00:00"
+        assert left > "03:00"  # 12 to 18 % in 50 s
+    with RowsBar("sweep", {"averaged": 5, "spice": 5}, Screen()) as bar:
+        for engine in ("averaged", "spice"):
+            clock[0] += 1.0
+            bar.row(engine)
+        clock[0] += 100.0
+        assert LEFT.search(str(bar))[2] > "01:00"
+
+
+def test_a_row_says_which_of_how_many(clock):
+    with RowsBar("sweep", {"averaged": 9, "spice": 4}, Screen()) as bar:
+        bar.skip("spice")
+        clock[0] += 1.0
+        bar.row("spice")
+        assert str(bar).endswith("spice 2 of 4")
+
+
+@pytest.mark.parametrize(("each", "told"), [(20.0, "sweep: about 3.3 min in all; fewer runs shortens it\n"), (2.0, "")])
+@pytest.mark.parametrize("screen", [Screen, io.StringIO], ids=["terminal", "pipe"])
+def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
+    """After a row of each engine, once, on a terminal and in a pipe; work of half a minute says nothing."""
+    where = screen()
+    monkeypatch.setattr("sys.stderr", where)
+    with RowsBar("sweep", {"spice": 10}, shorter="fewer runs") as bar:
+        for _ in range(4):
+            clock[0] += each
+            bar.row("spice")
+    said = [line for line in re.split(r"[\r\n]+", where.getvalue()) if " in all; " in line]
+    assert "".join(f"{line.strip()}\n" for line in said) == told
+    if screen is io.StringIO:
+        assert where.getvalue() == told
+
+
+def test_time_left_of_a_budget(clock):
+    """A share of the budget is spent: the rest of it is left, whatever the rate of the first reports."""
+    with Bar("optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0) as bar:
+        for fraction in (0.001, 0.1, 0.099):  # what is left of a budget may grow by a little
+            clock[0] += 2.0
+            bar.tell(fraction)
+        assert "at most 00:54 left" in str(bar)
+    assert "optimise: at most 60 s in all; a shorter --budget shortens it" in screen.getvalue()
+
+
+def test_notices_stand_above_the_bar(clock, monkeypatch):
+    """A line that the program prints meanwhile, such as that it compiles, is a line of its own."""
+    screen = Screen()
+    monkeypatch.setattr("sys.stderr", screen)
+    with Bar("run") as bar:
+        bar.tell(0.1)
+        print("compiling", file=sys.stderr)
+    assert sys.stderr is screen
+    assert "compiling" in [line.strip() for line in re.split(r"[\r\n]+", screen.getvalue())]
+
+
+def test_a_pilot_says_how_long(clock):
+    with Bar("motion", Screen(), known=False) as bar:
+        assert "left" not in str(bar)
+        clock[0] += 3.0
+        bar.expect(20.0)
+        clock[0] += 5.0
+        assert "00:15 left" in str(bar)
+        clock[0] += 35.0
+        assert "00:04 left" in str(bar)  # late: a tenth of what has passed
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(44.6, "45 s"), (95.0, "1.6 min"), (1200.0, "20 min"), (7200.0, "2 h")])
+def test_duration(seconds, text):
+    assert duration(seconds) == text
 
 
 def test_time_left_of_rows(clock):
