@@ -38,9 +38,13 @@ from .studies.frequency_response.response import response as response
 from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
 from .studies.optimum.answer import Optimum as Optimum
+from .studies.optimum.circuits import CircuitChoice as CircuitChoice
+from .studies.optimum.circuits import optimise_circuits as optimise_circuits
 from .studies.optimum.optimise import optimise as optimise
+from .studies.robust.front import Front as Front
 from .studies.robust.optimise import RobustOptimum as RobustOptimum
 from .studies.robust.optimise import optimise_robust as optimise_robust
+from .studies.robust.pareto import pareto as pareto
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep

@@ -1,5 +1,6 @@
 """The command `harvester optimise`."""
 
+from pathlib import Path
 from typing import Any
 
 import cloup
@@ -8,6 +9,7 @@ from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
+from harvester.errors import InputError, invalid
 
 
 @command(
@@ -15,6 +17,10 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
     "harvester optimise mine.toml --over load.resistance=1k:10M --over stop.restitution=.5:1 --out best",
     "harvester optimise mine.toml --over load.resistance=E24:100k:1M --vary piezo.capacitance=10% --for 5%",
     'harvester optimise mine.toml --over load.resistance=1k:10M --limit "voltage_rms < 2 V"',
+    "harvester optimise bridge.toml --over load.netlist=bridge,parallel_sshi,sece --over load.parameters.R=100k:10M "
+    "--engine ideal",
+    "harvester optimise mine.toml --over load.resistance=1k:10M --pareto peak_displacement --lifetime '5 years' "
+    "--out front",
 )
 @scene_argument
 @cloup.option_group(
@@ -24,7 +30,8 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
         shell_complete=scene_keys,
         multiple=True,
         required=True,
-        help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.",
+        help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
+        "circuits, each with its own best values of the other keys, and its own --budget.",
     ),
     cloup.option(
         "--engine",
@@ -38,7 +45,13 @@ from harvester.commands.options import figure, json_option, sampling, scene_argu
     cloup.option(
         "--limit", "limits", multiple=True, metavar="TEXT", help="Such as 'voltage_rms < 3 V'; see tolerance."
     ),
-    cloup.option("--lifetime", metavar="TIME", help="For limits of peaks; see tolerance."),
+    cloup.option(
+        "--pareto",
+        metavar="QUANTITY",
+        help="A second aim, such as peak_displacement, to be low (voltage_rms:high: high): the most power for each of "
+        "its values.",
+    ),
+    cloup.option("--lifetime", metavar="TIME", help="For peaks; see tolerance."),
     cloup.option(
         "--vary",
         "varied",
@@ -66,6 +79,7 @@ def optimise(
     varied: tuple[str, ...],
     share: str | None,
     lifetime: str | None,
+    pareto: str | None,
     engine: str | None,
     within: float | None,
     budget: float | None,
@@ -79,34 +93,56 @@ def optimise(
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
     """
     from harvester.commands.progress import Bar
-    from harvester.engines import Exact, selection
+    from harvester.engines import Exact, Spice, selection
     from harvester.equations.problem import Problem
     from harvester.scene.toml import load
     from harvester.studies.optimum import optimise as study
+    from harvester.studies.optimum.circuits import optimise_circuits
     from harvester.studies.optimum.ranges import parse
     from harvester.studies.robust.optimise import optimise_robust
+    from harvester.studies.robust.pareto import pareto as front_of
 
+    circuits, over, varied = _circuits(over, varied)
     scene, ranges = load(path), [parse(text) for text in over]
-    if limits or varied or lifetime or share is not None or any(one.steps for one in ranges):
-        formula = "averaged" if Exact.refusal(Problem(scene)) else "exact"
-        inner = selection.engine(engine or formula, within=within, **options)
-        with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=budget or 60.0) as bar:
-            files: Any = {
-                "out": out,
-                "vector": vector,
-                "tick": bar.tell,
-                "lifetime": lifetime,
-                "within": within or 0.01,
-            }
-            files["budget"] = budget or 60.0
-            best = optimise_robust(scene, ranges, varied, share, limits, inner, **files)
-        echo_answer(best, as_json)
-        if out is not None and not as_json:
-            echo_written(out, "optimise.csv", *figure("optimise", vector), "provenance.json")
-        return
-    chosen = selection.engine(selection.default_engine(scene, **options) if engine is None else engine, **options)
-    with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=budget or 60.0) as bar:
-        answer = study.optimise(scene, ranges, chosen, within or 0.01, budget or 60.0, out, bar.tell, vector)
+    special = limits or varied or lifetime or pareto or share is not None or any(one.steps for one in ranges)
+    if circuits and special:
+        names = "`limit`, `lifetime`, `vary`, `for`, `pareto` and series"
+        raise InputError(f"{names} must be left out where circuits are compared, but one is given")
+    answer: Any
+    written = ["optimise.csv", *figure("optimise", vector), "provenance.json"]
+    asked = within or 0.01, budget or 60.0
+    whole = asked[1] * max(len(circuits), 1)
+    with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=whole) as bar:
+        if circuits:
+            written = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)]
+            which = selection.engine(engine or Spice.NAME, **options)
+            answer = optimise_circuits(scene, circuits, ranges, which, *asked, out, bar.tell, vector)
+        elif special:
+            formula = "averaged" if Exact.refusal(Problem(scene)) else "exact"
+            inner = selection.engine(engine or formula, within=within, **options)
+            files: Any = {"out": out, "vector": vector, "tick": bar.tell, "lifetime": lifetime}
+            files |= {"within": asked[0], "budget": asked[1]}
+            devices = varied, share, limits, inner
+            if pareto is None:
+                answer = optimise_robust(scene, ranges, *devices, **files)
+            else:
+                written = ["pareto.csv", *figure("pareto", vector), "provenance.json"]
+                answer = front_of(scene, ranges, pareto, *devices, **files)
+        else:
+            which = selection.engine(engine or selection.default_engine(scene, **options), **options)
+            answer = study.optimise(scene, ranges, which, *asked, out, bar.tell, vector)
     echo_answer(answer, as_json)
     if out is not None and not as_json:
-        echo_written(out, "optimise.csv", *figure("optimise", vector), "provenance.json")
+        echo_written(out, *written)
+
+
+def _circuits(over: tuple[str, ...], varied: tuple[str, ...]) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
+    """The circuits to choose from, which --over or --vary names, and what else these name."""
+    chosen = [text for text in (*over, *varied) if text.partition("=")[0].strip() in ("load.netlist", "netlist")]
+    if len(chosen) > 1:
+        raise InputError("`over` must name each key only once, but names 'load.netlist' twice")
+    over, varied = (tuple(text for text in some if text not in chosen) for some in (over, varied))
+    names = [name.strip() for name in chosen[0].partition("=")[2].split(",")] if chosen else []
+    if chosen and (len(set(names)) < 2 or not all(names)):
+        raise invalid("`over`", "be load.netlist=A,B,... with two circuits or more", chosen[0])
+    return names, over, varied

@@ -4,6 +4,7 @@ from .charging import charging as charging
 from .engines import comparison as comparison
 from .engines import cost as cost
 from .engines import estimate as estimate
+from .fronts import front as front
 from .identifications import identification as identification
 from .motions import motion as motion
 from .optima import optimum as optimum

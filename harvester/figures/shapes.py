@@ -127,6 +127,28 @@ class OptimumShape(Protocol):
     def estimate(self) -> EstimateShape: ...
 
 
+class FrontPointShape(Protocol):
+    """A design of a front: its power and its other quantity."""
+
+    @property
+    def mean_power(self) -> Value: ...
+    @property
+    def quantity(self) -> float: ...
+
+
+class FrontShape(Protocol):
+    """Designs of which none is better in both aims; ``quantity`` is the other one than the power, in ``unit``."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def unit_names(self) -> AnswerUnits: ...
+    @property
+    def points(self) -> Sequence[FrontPointShape]: ...
+
+
 class TheoriesShape(Protocol):
     """A number by both theories and by Monte Carlo with its standard error, nondimensional."""
 

@@ -27,6 +27,7 @@ from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, de
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
+SPENT = "the budget of"  # the first words of the warning of a search that the budget ended
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
 CANDIDATES = 3
 FIRST = 0.06  # half-width of the first box
@@ -237,7 +238,7 @@ class SampledSearch:
         seconds = [one.seconds for one in own if isinstance(one, Estimate)]
         more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
         return (
-            f"the budget of {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
+            f"{SPENT} {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
             f"{self.engine.NAME!r}: a search takes some {4 * design_size(self.surface.dimensions)}{more}"
         )
 

@@ -122,31 +122,44 @@ def optimise_robust(
         where the engine fails everywhere, the last error.
     """
     problem, found = Problem.of(scene), ranges(over)
-    inner = engine_of((Averaged if Exact.refusal(problem) else Exact)() if engine is None else engine)
-    if not isinstance(inner, Formula):
-        raise InputError(
-            "`engine` must be one of formulas, such as 'averaged', where `vary`, `limit` or a series is given, "
-            f"but is {inner.NAME!r}"
-        )
-    if reason := inner.refusal(problem):
-        raise InputError(reason)
     part = read_share(share)
-    start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
-    parts = spreads(vary, start) if vary else ()
-    if part is not None and not parts:
-        raise InputError("`for` must go with `vary`, which makes devices differ, but there is none")
     texts = [limits] if isinstance(limits, str) else limits
     bounds = tuple(read_limit(text, problem.physical) for text in texts)
     years = lifetime_of(bounds, lifetime, problem)
-    robust = Robust(inner, tuple((one.key, one.written) for one in parts), part, bounds, years)
+    robust = robust_engine(problem, found, vary, part, bounds, engine, years)
     best = optimise(problem, found, robust, within, budget, out, tick, vector)
     there = problem.scene.varied({key.range.key: key.value for key in best.keys})
     place = robust.place(there)[1]
-    answer = RobustOptimum(best, inner.NAME, part, robust.limits, place, _binding(robust, best, there, place))
+    answer = RobustOptimum(best, robust.engine.NAME, part, bounds, place, _binding(robust, best, there, place))
     if answer.met:
         return answer
     word = f"no place in the range meets all limits: this one breaks them by {answer.place.broken:.2g} relatively"
     return dataclasses.replace(answer, optimum=dataclasses.replace(best, warnings=(*best.warnings, word)))
+
+
+def robust_engine(
+    problem: Problem,
+    found: Sequence[Range],
+    vary: Mapping[str, str] | Sequence[str],
+    part: float | None,
+    bounds: tuple[Limit, ...],
+    engine: Named | None,
+    years: float | None,
+) -> Robust:
+    """The engine of a search over ``found``, as the arguments of `optimise_robust` describe it, with its errors."""
+    inner = engine_of((Averaged if Exact.refusal(problem) else Exact)() if engine is None else engine)
+    if not isinstance(inner, Formula):
+        raise InputError(
+            "`engine` must be one of formulas, such as 'averaged', where `vary`, `limit`, `pareto` or a series is "
+            f"given, but is {inner.NAME!r}"
+        )
+    if reason := inner.refusal(problem):
+        raise InputError(reason)
+    start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
+    parts = spreads(vary, start) if vary else ()
+    if part is not None and not parts:
+        raise InputError("`for` must go with `vary`, which makes devices differ, but there is none")
+    return Robust(inner, tuple((one.key, one.written) for one in parts), part, bounds, years)
 
 
 def _binding(robust: Robust, best: Optimum, there: Scene, place: Place) -> tuple[Limit, ...]:

@@ -126,3 +126,54 @@ def test_bad_input(harvester, words, error):
     status, out, err = harvester("optimise", PLATE, *words)
     assert (status, out) == (2, "")
     assert error in err and len(err.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_front_of_power_and_voltage():
+    """E[V^2] falls with mu: from the mu of most power to the range's end the front is the closed form."""
+    found = hv.pareto(LINEAR, MU, "mean_square_voltage", points=4)
+    free = hv.optimise(LINEAR, MU, "exact").keys[0].value
+    mus = [one.keys["nondimensional.mu"] for one in found.points]
+    assert mus[0] == pytest.approx(20.0) and mus[-1] == pytest.approx(free, rel=0.02)
+    assert len(mus) == 4 and sorted(mus, reverse=True) == mus
+    for one, mu in zip(found.points, mus, strict=True):
+        assert one.quantity == pytest.approx(systems.linear_v2(systems.linear(BETA, mu, DAMPING)), rel=1e-6)
+        assert one.mean_power.value == pytest.approx(linear_power(mu), rel=1e-6)
+    powers = [one.mean_power.value for one in found.points]
+    assert sorted(powers) == powers
+    rows = found.text().splitlines()
+    assert rows[0] == "nondimensional.mu,mean_square_voltage,mean_power,mean_power_error95" and len(rows) == 5
+
+
+def test_a_front_with_nothing_to_choose():
+    """Where the range holds no trade-off it is one design, and that is said."""
+    found = hv.pareto(LINEAR, {"nondimensional.mu": (5.0, 6.0)}, "voltage_rms:high", points=3)
+    assert len(found.points) == 1
+    assert found.warnings[0] == "there is nothing to choose: the most power has the best voltage_rms too"
+
+
+@pytest.mark.parametrize(
+    ("aim", "error"),
+    [
+        ("peak_displacment", "unknown quantity of --pareto 'peak_displacment': did you mean 'peak_displacement'?"),
+        (
+            "mean_power",
+            "unknown quantity of --pareto 'mean_power': it must be one of mean_square_voltage, "
+            "voltage_rms, peak_displacement, peak_voltage",
+        ),
+        ("voltage_rms:up", "--pareto must be voltage_rms:low or voltage_rms:high, but is 'voltage_rms:up'"),
+        ("peak_displacement", "--lifetime must be given for a limit of peak_displacement, but is left out"),
+    ],
+)
+def test_a_second_aim_that_cannot_be(harvester, aim, error):
+    status, out, err = harvester("optimise", PLATE, "--over", "load.resistance=1k:10M", "--pareto", aim)
+    assert (status, out, err) == (2, "", f"harvester: {error}\n")
+
+
+@pytest.mark.slow
+def test_the_front_by_the_command(harvester, tmp_path):
+    words = ("--over", "load.resistance=E6:100k:1M", "--pareto", "voltage_rms", "--out", tmp_path)
+    status, out, err = harvester("optimise", PLATE, *words)
+    assert (status, err) == (0, "")
+    assert "voltage_rms is to be low, the power large" in out and "680 kohm" in out
+    assert {one.name for one in tmp_path.iterdir()} == {"pareto.csv", "pareto.png", "provenance.json"}

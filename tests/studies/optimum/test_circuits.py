@@ -1,0 +1,56 @@
+"""The best of several circuits: each is searched by itself; what cannot be is refused before anything runs."""
+
+import json
+
+import pytest
+
+import harvester as hv
+from harvester.studies.optimum.circuits import CircuitChoice
+from tests.support.paths import EXAMPLES
+
+BRIDGE = EXAMPLES / "plate_bridge.toml"
+OVER = ("--over", "load.parameters.R=300k:3M")
+
+
+@pytest.mark.slow
+def test_each_circuit_has_its_own_best(harvester, tmp_path):
+    """The best of a short search of each, in the order of power, with a folder each; the parameters are kept."""
+    words = ("--over", "load.netlist=bridge,doubler", *OVER, "--engine", "ideal", "--trajectories", "64", "--json")
+    status, out, err = harvester("optimise", BRIDGE, *words, "--budget", "1.5s", "--out", tmp_path)
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    powers = {name: one["mean_power"]["value"] for name, one in found["circuits"].items()}
+    assert set(powers) == {"bridge", "doubler"} and found["best"] == max(powers, key=powers.__getitem__)
+    assert (tmp_path / "circuits.csv").read_text().startswith("load.netlist,load.parameters.R,mean_power,")
+    assert (tmp_path / "bridge" / "optimise.csv").exists() and (tmp_path / "doubler" / "optimise.png").exists()
+    about = json.loads((tmp_path / "doubler" / "provenance.json").read_text())
+    assert about["scene"]["load"]["netlist"] == "doubler" and set(about["scene"]["load"]["parameters"]) <= {"R", "C"}
+
+
+def test_the_table():
+    """The best first, what cannot be told from it named, and a circuit without an answer with its error."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
+    two = hv.optimise(scene, {"nondimensional.mu": (3.0, 10.0)}, "exact")
+    found = CircuitChoice({"two": two, "broken": hv.SimulationError("does not converge"), "one": one, "same": one}, 1.0)
+    assert found.best == "one" and found.alike == ("same",) and found.unfinished == ()
+    assert "the best circuit is one, which cannot be told from same" in str(found)
+    assert "no optimum of broken: does not converge" in str(found)
+    assert [row.split(",")[0] for row in found.text().splitlines()] == ["load.netlist", "two", "broken", "one", "same"]
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (("--over", "load.netlist=bridge,sec"), "unknown netlist 'sec': did you mean 'sece'?"),
+        (("--over", "load.netlist=bridge"), "--over must be load.netlist=A,B,... with two circuits or more"),
+        (("--over", "netlist=bridge,bridge"), "--over must be load.netlist=A,B,... with two circuits or more"),
+        (("--vary", "load.netlist=bridge,"), "--over must be load.netlist=A,B,... with two circuits or more"),
+        (("--over", "load.netlist=bridge,sece", "--limit", "voltage_rms < 2"), "must be left out where circuits are"),
+        (("--over", "load.netlist=bridge,../../etc/passwd"), "passwd"),
+    ],
+)
+def test_what_is_refused(harvester, words, error):
+    status, out, err = harvester("optimise", BRIDGE, *OVER, *words)
+    assert (status, out) == (2, "")
+    assert error in err and err.count("\n") == 1
