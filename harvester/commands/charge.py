@@ -13,6 +13,7 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
 @command(
     "harvester charge mine.toml --to 3.3V",
     "harvester charge mine.toml --to 3.3V --duration 10min --trajectories 10000 --out charge",
+    "harvester charge chip.toml --probe 'v(out,com)' --to 3V --duration 60s",
     "harvester charge shock.toml --to 1.8V --duration 0.5s --engine spice",
 )
 @scene_argument
@@ -29,7 +30,9 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
         "--engine", shell_complete=engines, help="ideal or spice.  Default: ideal where it serves, else spice."
     ),
     cloup.option(
-        "--duration", help="How long a run is watched, such as 60s.  Default: until all have arrived, at most five R C."
+        "--duration",
+        help="How long a run is watched, such as 60s; what it does after its arrival is told, too.  Default: until all "
+        "have arrived, at most five R C.",
     ),
     cloup.option(
         "--anywhere",

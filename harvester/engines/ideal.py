@@ -43,8 +43,8 @@ class Ideal(Ensemble):
         circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
         if circuit is None or ideal_circuit(circuit, problem.scales) is None:
             return (
-                f"engine 'ideal' must have one of the package's netlists, but the load is {problem.netlist!r}: "
-                "use engine 'spice'"
+                f"engine 'ideal' must have one of the netlists {', '.join(TOPOLOGIES)}, but the load is "
+                f"{problem.netlist!r}: use engine 'spice'"
             )
         return ""
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.allowed import allowed_lines, check_names, check_size
+from harvester.netlists.named_parts import with_parts
 from harvester.netlists.read_lines import Line, read_lines
 from harvester.netlists.subcircuits import Header, header_of, split_subcircuits, used_lines
 from harvester.scene.load import Load, is_path
@@ -81,7 +82,8 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
 
 def _read(path: Path, parameters: dict[str, float], capacitance: float | None, topology: str | None) -> LoadCircuit:
     """Read the netlist of a file; arguments as of `load_circuit`."""
-    subcircuits, outside = split_subcircuits(path.name, list(allowed_lines(read_lines(path))))
+    lines = with_parts(list(allowed_lines(read_lines(path))), netlist_folder() / "parts")
+    subcircuits, outside = split_subcircuits(path.name, lines)
     load = _with_rload(path, subcircuits)
     header = header_of(load[0])
     _check_header(path, header, load)

@@ -31,7 +31,7 @@ def test_wheel_runs_with_its_netlists(tmp_path):
     assert (tmp_path / "installed" / "harvester" / "report" / "page.html").is_file()
     code = "from harvester.netlists.load_circuit import load_circuit, netlist_folder\n"
     code += "from harvester.scene.load import Load\n"
-    code += "print(netlist_folder()); print(load_circuit(Load(netlist='bridge')).name)"
+    code += "print(netlist_folder()); print(load_circuit(Load(netlist='ltc3588')).name)"
     told = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
@@ -40,4 +40,4 @@ def test_wheel_runs_with_its_netlists(tmp_path):
         capture_output=True,
         text=True,
     ).stdout.split()
-    assert told == [str(tmp_path / "installed" / "harvester" / "netlists"), "bridge"]
+    assert told == [str(tmp_path / "installed" / "harvester" / "netlists"), "ltc3588"]

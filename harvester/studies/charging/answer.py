@@ -41,7 +41,8 @@ class Charging:
     ``runs`` that do, ``reached_between`` its 95 % interval; by the times ``low`` and ``high`` 5 and 95 % of them have.
     The curve has ``voltage``, the mean, its standard error (None for one run), and the 5 and 95 % ``quantiles`` over
     the runs at the times ``t``, and ``arrived``, the share that has reached the target by then; ``levels`` are voltages
-    up to the target.
+    up to the target.  ``afterwards`` is the share of the time that the probe is at or above the target once it has been
+    there, and ``rises`` how often a run rises to it; both are None where no ``duration`` was asked for, and by ideal.
 
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")
@@ -71,6 +72,8 @@ class Charging:
     physical: bool
     seconds: float
     steps: int
+    afterwards: Value | None = None
+    rises: float | None = None
     reason: str = ""
     warnings: tuple[str, ...] = ()
 
@@ -125,6 +128,8 @@ class Charging:
             "at_least": number(self.at_least),
             "reached": self.reached,
             "reached_between": list(self.reached_between),
+            "afterwards": None if self.afterwards is None else number(self.afterwards),
+            "rises": self.rises,
             "runs": self.runs,
             "duration": self.duration,
             "levels": [
@@ -158,6 +163,10 @@ class Charging:
             low, high = (f"{100 * one:.3g}" for one in self.reached_between)
             rows.append(["5 and 95 % of runs", " and ".join(bounds)])
             rows.append(["reached", f"{self.reached:.1%} of the runs (95 %: {low} to {high} %)"])
+        if self.afterwards is not None and self.rises is not None:
+            times = f"{self.rises:.4g} time{'s' * (self.rises != 1.0)}"
+            share = self.afterwards.scaled(100.0).text("")
+            rows.append(["then at or above it", f"{share} % of the time; it rises to it {times}"])
         rows += self._energy()
         lines += columns(rows, "  ")
         lines += [f"  note: {self.reason}"] if self.reason else []

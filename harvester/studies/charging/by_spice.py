@@ -11,13 +11,16 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
 from harvester.netlists.probes import Probe
+from harvester.studies.charging.afterwards import Afterwards, afterwards
 from harvester.studies.charging.asked import step_from_rest
 from harvester.studies.charging.passages import SAMPLES, Passages
 
 if TYPE_CHECKING:
+    from harvester.circuit.charging import ChargeRun
     from harvester.circuit.runs import CoupledDevice
 
 READING = 0.1  # nondimensional time between readings
+FINER = 2000  # looks for one of the curve's, at most, that say how long it stays above the target
 FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, and how much longer the next ones are
 
 
@@ -36,7 +39,7 @@ def charge_in_ngspice(
     """The passages of ``count`` runs, of a probe or (None) of the storage capacitor, through ``levels``.
 
     They go on for the ``duration`` (s); unless they are to do the ``whole`` of it, shorter ones come first, and the
-    first that all reach the last level are taken.
+    first that all reach the last level are taken.  Those that do the whole of it also say how long they stay above.
 
     Raises as `harvester.circuit.runs.measure_in_workers`.
     """
@@ -50,7 +53,7 @@ def charge_in_ngspice(
     length = end if whole else min(FIRST, end)
     steps = 0
     while True:
-        found = _runs(device, levels, length, count, seed, anywhere, progress)
+        found = _runs(device, levels, length, count, seed, anywhere, whole, progress)
         steps += found.steps
         if length >= end or found.reached == 1.0:
             return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
@@ -78,6 +81,7 @@ def _runs(
     count: int,
     seed: int,
     anywhere: bool,
+    whole: bool,
     progress: Progress | None,
 ) -> Passages:
     """Runs of a nondimensional ``length``; the other arguments as of `charge_in_ngspice`."""
@@ -87,16 +91,22 @@ def _runs(
     s, unit = device.scales, 2 * device.stride
     kicks = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
     end = length / s.frequency
-    at = np.linspace(0.0, end, SAMPLES)
+    finer = min(max(round(kicks / device.stride / (SAMPLES - 1)), 1), FINER) if whole else 1
+    at = np.linspace(0.0, end, (SAMPLES - 1) * finer + 1)
     root = np.random.SeedSequence([seed, 9])
     seeds = [child(root, k) for k in range(count)]
-    pairs = []
+    pairs: list[tuple[ChargeRun, ChargeRun]] = []
+    after: tuple[list[Afterwards], list[Afterwards]] = [], []
     for pair in charges_in_workers(device, seeds, kicks, levels, at, anywhere, math.inf):
-        pairs.append(pair)
+        for some, one in zip(after, pair, strict=True):
+            some.append(afterwards(at, one.sampled, float(levels[-1])))
+        fine, coarser = (dataclasses.replace(one, sampled=one.sampled[::finer].copy()) for one in pair)
+        pairs.append((fine, coarser))
         if progress is not None:
             progress(len(pairs) / count)
     times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
     times[times > end], coarse[coarse > end] = math.inf, math.inf
     steps = sum(one.steps for pair in pairs for one in pair)
     curves = np.array([pair[0].sampled for pair in pairs])
-    return Passages(levels, times, coarse, at, curves, end, pairs[0][0].smoothing, steps, 0.0)
+    smoothing, looked = pairs[0][0].smoothing, after if whole else None
+    return Passages(levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked)

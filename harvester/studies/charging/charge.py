@@ -50,7 +50,8 @@ def charge(
     ``to`` is a number or a text such as "3.3 V" (nondimensional scene: a number, in units of theta l/Cp); ``probe`` is
     the storage capacitor Csmooth, or as of `harvester.netlists.probes`.  ``engine`` None is `ideal` where that serves,
     else `spice`.  ``duration`` is how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0);
-    None: until all have arrived, but at most five time constants of store and load.  ``dt`` is the step.  A record, or
+    None: until all have arrived, but at most five time constants of store and load; with it, `spice` also says for how
+    much of the time the probe is at or above ``to`` once it has been there.  ``dt`` is the step.  A record, or
     a harmonic drive, begins at its beginning, or with ``anywhere`` at a random place.
 
     >>> import harvester as hv
@@ -140,6 +141,8 @@ def _answer(
         stderr=stderr,
         quantiles=(low_curve, high_curve),
         arrived=passages.arrived(),
+        afterwards=passages.share_afterwards(),
+        rises=passages.rises(),
         levels=tuple(levels),
         physical=problem.physical,
         seconds=passages.seconds,

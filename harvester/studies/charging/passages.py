@@ -1,11 +1,12 @@
 """When runs from empty reach a ladder of voltages, and their curves: what every engine hands to the study."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.studies.charging.afterwards import Afterwards
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value, mean_and_error
 
 LEVELS = 20  # up to the target
@@ -20,7 +21,8 @@ class Passages:
     ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a run first reaches
     each, infinite where it never does; ``coarse`` are the same runs at a coarser step.  ``curves``, shape (runs,
     samples), are voltages at the times ``at``; ``end`` is how long each run was watched; ``capacitance`` (F) that of
-    the store, 0 where it is not known; ``seconds`` what all took, without compilation.
+    the store, 0 where it is not known; ``seconds`` what all took, without compilation.  ``after`` is what comes after
+    the first passage of each run, and at the coarser step; None where that was not looked at.
     """
 
     levels: Floats
@@ -34,6 +36,7 @@ class Passages:
     seconds: float
     unknown: str = ""
     counted: float = 1.0  # times the change at the coarser step that its error is
+    after: tuple[list[Afterwards], list[Afterwards]] | None = None
 
     @property
     def reached(self) -> float:
@@ -80,6 +83,27 @@ class Passages:
         if not (np.isfinite(self.times[:, -1]).any() or np.isfinite(self.coarse[:, -1]).any()):
             return Value(self.end)
         return self.mean(np.minimum(self.times[:, -1], self.end), np.minimum(self.coarse[:, -1], self.end))
+
+    def share_afterwards(self) -> Value | None:
+        """The mean share of the time for which a run is at or above the target, once it has been there.
+
+        For a single run the spread over its cycles counts as an error of the step; for several the spread between them
+        is that of sampling, which has it already.  None where it was not looked at, or a
+        run never gets there.
+        """
+        if self.after is None:
+            return None
+        fine, coarse = (np.array([one.share for one in some]) for some in self.after)
+        if not (np.isfinite(fine).all() and np.isfinite(coarse).all()):
+            return None
+        found = self.mean(fine, coarse)
+        if len(fine) > 1:
+            return found
+        return replace(found, bias=(found.bias or 0.0) + self.after[0][0].error)
+
+    def rises(self) -> float | None:
+        """How often a run rises through the target, on average; None where that was not looked at."""
+        return None if self.after is None else float(np.mean([one.rises for one in self.after[0]]))
 
     def quantile(self, share: float, level: int = -1) -> float | None:
         """The time by which that share of the runs has reached a level; None where it is after the end."""
