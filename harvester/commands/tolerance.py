@@ -1,12 +1,12 @@
 """The command `harvester tolerance`."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cloup
 
 from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.messages import echo, echo_answer, echo_written
 from harvester.commands.options import (
     figure,
     json_option,
@@ -18,6 +18,11 @@ from harvester.commands.options import (
 )
 from harvester.commands.reports import report_file, report_option, save_report
 from harvester.commands.sweep import one_runner
+from harvester.errors import InputError
+
+if TYPE_CHECKING:
+    from harvester.identification.spreads import ScenesSpreads
+    from harvester.scene.scene import Scene
 
 
 @command(
@@ -33,8 +38,8 @@ from harvester.commands.sweep import one_runner
         shell_complete=scene_keys,
         metavar="KEY=SPREAD",
         multiple=True,
-        required=True,
-        help="Repeatable.  10% or LOW:HIGH: anywhere between; E24:5%: the nearest value of the series; normal:2% or "
+        help="Repeatable.  Default: the intervals that identify wrote into SCENE.  10% or LOW:HIGH: anywhere between; "
+        "E24:5%: the nearest value of the series; normal:2% or "
         "normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.",
     ),
     cloup.option(
@@ -111,9 +116,31 @@ def tolerance(
     from harvester.studies.tolerance.tolerance import tolerance as study
 
     scene, file = load(path), report_file(report, out)
+    stated = None if varied else _stated(path, scene)
+    if stated is not None and not options["correlate"]:
+        options["correlate"] = stated.correlate
     with Bar("tolerance") as bar:
-        answer = study(scene, varied, out=out, vector=vector, tick=bar.tell, **options)
+        answer = study(
+            scene, varied if stated is None else stated.vary, out=out, vector=vector, tick=bar.tell, **options
+        )
     echo_answer(answer, as_json)
+    if stated is not None and not as_json:
+        echo(str(stated))
     if out is not None and not as_json:
         echo_written(out, "tolerance.csv", *figure("tolerance", vector), "provenance.json")
     save_report(file, lambda report: report.of_tolerance(scene, answer, options["seed"]), quiet=as_json)
+
+
+def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
+    """The spreads that the comments of a scene file state; InputError where there is none."""
+    from harvester.identification.spreads import spreads_of
+    from harvester.machine import files
+    from harvester.scene.toml import MOST_BYTES
+
+    found = spreads_of(files.read(path, "scene", MOST_BYTES).decode(errors="replace"), scene)
+    if not found.vary:
+        raise InputError(
+            "`vary` must be given for one key or more where the scene file has no intervals of 'harvester identify', "
+            "but is left out"
+        )
+    return found
