@@ -8,6 +8,7 @@ from harvester.commands.completion import engines
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_needs_out, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
 
 
 @command(
@@ -50,18 +51,22 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
     "Output",
     cloup.option("--out", help="Folder for charge.csv, levels.csv, charge.png and provenance.json."),
     vector_option,
+    report_option,
     json_option,
 )
 @vector_needs_out()
-def charge(path: str, out: str | None, vector: tuple[str, ...], as_json: bool, **options: Any) -> None:
+def charge(
+    path: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
+) -> None:
     """The time that SCENE's storage capacitor takes from empty to a voltage, its spread, and the power on the way."""
     from harvester.commands.progress import Bar
     from harvester.scene.toml import load
     from harvester.studies.charging import charge as study
 
-    scene = load(path)
+    scene, file = load(path), report_file(report, out)
     with Bar("charge", at_most=True) as bar:
         answer = study.draw(scene, out, vector, progress=bar.tell, **options)
     echo_answer(answer, as_json)
     if out is not None and not as_json:
         echo_written(out, "charge.csv", "levels.csv", *figure("charge", vector), "provenance.json")
+    save_report(file, lambda report: report.of_charge(scene, answer, options["seed"]), quiet=as_json, scene=path)

@@ -42,4 +42,4 @@ def compare(
     echo_answer(result, as_json)
     if not as_json:
         echo_written(out or ".", *figure("compare", vector))
-    save_report(file, lambda report: report.of_comparison(scene, result, options["seed"]), quiet=as_json)
+    save_report(file, lambda report: report.of_comparison(scene, result, options["seed"]), quiet=as_json, scene=path)

@@ -37,4 +37,4 @@ def cost(path: str, out: str, seed: int, budget: float, vector: tuple[str, ...],
         answer = study.cost(scene, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
     echo(table(answer))
     echo_written(out, "cost.csv", *figure("cost", vector), "provenance.json")
-    save_report(file, lambda report: report.of_cost(scene, answer, seed, budget))
+    save_report(file, lambda report: report.of_cost(scene, answer, seed, budget), scene=path)

@@ -6,6 +6,7 @@ from harvester.commands.completion import engines
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
 from harvester.commands.options import figure, probe_option, scene_argument, seed_option, time_of, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
 
 
 @command(
@@ -38,6 +39,7 @@ from harvester.commands.options import figure, probe_option, scene_argument, see
     "Output",
     cloup.option("--out", required=True, help="Folder for motion.csv, motion.npz, motion.png and provenance.json."),
     vector_option,
+    report_option,
 )
 @cloup.option_group("Accuracy", seed_option)
 def motion(
@@ -49,6 +51,7 @@ def motion(
     out: str,
     seed: int,
     vector: tuple[str, ...],
+    report: str | None,
 ) -> None:
     """One path of SCENE: displacement, voltage and probes over time, phase plane, density."""
     from harvester.commands.progress import Bar
@@ -56,10 +59,11 @@ def motion(
     from harvester.scene.toml import load
     from harvester.studies import motion as study
 
-    scene = load(path)
+    scene, file = load(path), report_file(report, out)
     if engine is None:
         engine = "spice" if probe else default_sampler(scene)
     with Bar("motion", known=False, shorter="a shorter --duration") as bar:
         answer = study.draw(scene, out, engine, duration, seed, vector, from_rest, probe, bar.expect)
     echo(str(answer))
     echo_written(out, "motion.csv", "motion.npz", *figure("motion", vector), "provenance.json")
+    save_report(file, lambda report: report.of_motion(scene, answer, seed), scene=path)

@@ -9,6 +9,7 @@ from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
 from harvester.errors import InputError, invalid
 
 
@@ -69,6 +70,7 @@ from harvester.errors import InputError, invalid
     "Output",
     cloup.option("--out", help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json."),
     vector_option,
+    report_option,
     json_option,
 )
 @vector_needs_out()
@@ -85,6 +87,7 @@ def optimise(
     budget: float | None,
     out: str | None,
     vector: tuple[str, ...],
+    report: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -103,7 +106,7 @@ def optimise(
     from harvester.studies.robust.pareto import pareto as front_of
 
     circuits, over, varied = _circuits(over, varied)
-    scene, ranges = load(path), [parse(text) for text in over]
+    scene, ranges, file = load(path), [parse(text) for text in over], report_file(report, out)
     special = limits or varied or lifetime or pareto or share is not None or any(one.steps for one in ranges)
     if circuits and special:
         names = "`limit`, `lifetime`, `vary`, `for`, `pareto` and series"
@@ -134,6 +137,7 @@ def optimise(
     echo_answer(answer, as_json)
     if out is not None and not as_json:
         echo_written(out, *written)
+    save_report(file, lambda report: report.of_search(scene, answer, options["seed"]), quiet=as_json, scene=path)
 
 
 def _circuits(over: tuple[str, ...], varied: tuple[str, ...]) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:

@@ -17,6 +17,7 @@ FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {left} left{postfix}"
 UNKNOWN = "{desc}: {elapsed}"  # where nobody knows how much there is to do
 LONG = 30.0  # seconds: what will take more says so
 SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their rate is told
+QUICK = 10.0  # seconds after which what may spend a budget will not end at once
 EFFORT = "fewer --trajectories, a shorter --duration or a larger --within"  # of engines that sample
 MOST = 0.99  # of a bar that goes by the clock
 
@@ -121,7 +122,7 @@ class Bar(tqdm):  # type: ignore[misc]
         if self.by_clock:
             return True
         if self.budget is not None:
-            return self.last[0] - self.begun >= SURE
+            return self.last[0] - self.begun >= QUICK
         return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= ENOUGH
 
     def close(self) -> None:

@@ -51,12 +51,18 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     return path
 
 
-def save_report(file: Path | None, page: Callable[[Any], "Page"], quiet: bool = False) -> None:
-    """Write the page that ``page`` makes with `harvester.report`, if one is wanted, and say where unless ``quiet``."""
+def save_report(
+    file: Path | None, page: Callable[[Any], "Page"], quiet: bool = False, scene: str | None = None
+) -> None:
+    """Write the page that ``page`` makes with `harvester.report`, if one is wanted, and say where unless ``quiet``.
+
+    ``scene`` is the name of the scene's file, the title where the scene has none.
+    """
     if file is None:
         return
     from harvester import report
 
-    report.write(file, page(report))
+    found = page(report)
+    report.write(file, found if scene is None else report.titled(found, scene))
     if not quiet:
         click.echo(f"report: {file}")

@@ -75,4 +75,4 @@ def run(
         echo_json(answer.as_json() | {"extremes": largest.as_json()})
     else:
         echo(f"{answer}\n{largest}")
-    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json)
+    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json, scene=path)

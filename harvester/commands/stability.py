@@ -6,6 +6,7 @@ import cloup
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
 from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_needs_out, vector_option
+from harvester.commands.reports import report_file, report_option, save_report
 
 
 @command("harvester stability mine.toml", "harvester stability mine.toml --out stability")
@@ -21,22 +22,26 @@ from harvester.commands.options import figure, json_option, scene_argument, seed
     "Output",
     cloup.option("--out", help="Folder for stability.csv and .png: the region of stability in the plane (mu, D22)."),
     vector_option,
+    report_option,
     json_option,
 )
 @vector_needs_out()
-def stability(path: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], as_json: bool) -> None:
+def stability(
+    path: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
+) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
     from harvester.commands.progress import Bar, RowsBar
     from harvester.scene.toml import load
     from harvester.studies.stability import exponent, region
 
-    scene = load(path)
+    scene, file = load(path), report_file(report, out)
     with Bar("stability") as bar:
         answer = exponent.stability(scene, seed, trajectories, tick=bar.tell)
     echo_answer(answer, as_json)
-    if out is None:
-        return
-    with RowsBar("region", {"": len(region.LOADS)}) as rows:
-        region.draw(scene, out, seed, lambda: rows.row(""), vector)
-    if not as_json:
-        echo_written(out, "stability.csv", *figure("stability", vector))
+    found: list[region.Edge] = []
+    if out is not None:
+        with RowsBar("region", {"": len(region.LOADS)}) as rows:
+            found = region.draw(scene, out, seed, lambda: rows.row(""), vector)
+        if not as_json:
+            echo_written(out, "stability.csv", *figure("stability", vector))
+    save_report(file, lambda report: report.of_stability(scene, answer, seed, found), quiet=as_json, scene=path)

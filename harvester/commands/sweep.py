@@ -98,4 +98,4 @@ def sweep(
     notes = [*printed_rows.warnings(table.rows), *printed_rows.failures(table.rows)]
     echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *notes]))
     echo_written(out, "sweep.csv", "sweep.nc", *figure("sweep", vector), "provenance.json")
-    save_report(file, lambda report: report.of_sweep(scene, table))
+    save_report(file, lambda report: report.of_sweep(scene, table), scene=path)

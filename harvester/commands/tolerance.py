@@ -128,7 +128,7 @@ def tolerance(
         echo(str(stated))
     if out is not None and not as_json:
         echo_written(out, "tolerance.csv", *figure("tolerance", vector), "provenance.json")
-    save_report(file, lambda report: report.of_tolerance(scene, answer, options["seed"]), quiet=as_json)
+    save_report(file, lambda report: report.of_tolerance(scene, answer, options["seed"]), quiet=as_json, scene=path)
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":

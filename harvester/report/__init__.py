@@ -2,21 +2,29 @@
 
 from harvester.report.answers import of_comparison, of_run
 from harvester.report.identification import of_identification
-from harvester.report.page import Page, html, write
+from harvester.report.page import Page, html, titled, write
+from harvester.report.printed import of_charge, of_motion, of_response, of_stability
 from harvester.report.record import of_record
+from harvester.report.searches import of_search
 from harvester.report.studies import of_cost, of_paper, of_sweep
 from harvester.report.tolerances import of_tolerance
 
 __all__ = [
     "Page",
     "html",
+    "of_charge",
     "of_comparison",
     "of_cost",
     "of_identification",
+    "of_motion",
     "of_paper",
     "of_record",
+    "of_response",
     "of_run",
+    "of_search",
+    "of_stability",
     "of_sweep",
     "of_tolerance",
+    "titled",
     "write",
 ]

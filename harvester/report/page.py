@@ -5,6 +5,7 @@ What a user gave (title, netlist, warnings) is text, which jinja2 escapes.
 """
 
 import base64
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -61,7 +62,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A whole report: ``lead`` are its answers in a line each, ``about`` what made it, ``command`` what remakes it."""
+    """A whole report: ``lead`` are its answers in a line each, ``about`` what made it, ``command`` what remakes it.
+
+    An empty ``title`` becomes the name of the scene's file where there is one (`titled`).
+    """
 
     title: str
     kind: str
@@ -76,6 +80,11 @@ def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:
     return Drawing(figures.image(figure, "svg"), alt, caption)
 
 
+def titled(page: Page, file: str) -> Page:
+    """The page with the name of its scene's file, mine.toml as "mine", for a title where the scene has none."""
+    return page if page.title else dataclasses.replace(page, title=Path(file).stem)
+
+
 def html(page: Page) -> str:
     """The page as the text of an HTML file."""
     import jinja2
@@ -87,7 +96,7 @@ def html(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return templates.get_template("page.html").render(page=page)
+    return templates.get_template("page.html").render(page=titled(page, "A scene without a title"))
 
 
 def write(path: Path, page: Page) -> None:

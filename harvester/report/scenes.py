@@ -10,6 +10,7 @@ from harvester.report.numbers import amount, signs
 from harvester.report.page import Listing, Page, Section, TextTable
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
+from harvester.scene.written import as_written, written
 
 _COEFFICIENTS = {
     "linear": "linear stiffness (1 where it is not named)",
@@ -72,7 +73,7 @@ def scene_page(
     ``about`` is the provenance, ``text`` stands above the scene, ``made`` goes to `made_by`.
     """
     return Page(
-        title=problem.scene.title or "A scene without a title",
+        title=problem.scene.title,
         kind=kind,
         lead=lead,
         sections=[found, scene_section(problem, text), effects_section(problem)],
@@ -86,7 +87,7 @@ def scene_section(problem: Problem, text: str = "") -> Section:
     tables = [coefficients("In nondimensional numbers", problem.equations)]
     if problem.physical:
         tables = [_keys(problem.scene), *tables, _scales(problem)]
-    listings = [Listing("Scene file", problem.scene.to_toml())]
+    listings = [Listing("Scene file", as_written(problem.scene))]
     if problem.netlist is not None and problem.circuit is not None:
         listings.append(Listing(f"Netlist {problem.netlist}", problem.circuit.text, folded=True))
     return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
@@ -134,19 +135,22 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
 
 
 def _keys(scene: Scene) -> TextTable:
-    """The table of all keys of the scene file in SI units."""
+    """The table of all keys of the scene file, in the units that people write."""
     rows = []
     for table, keys in scene.tables().items():
         if isinstance(keys, dict):
             for name, value in keys.items():
-                rows += _key(f"{table}.{name}", value)
-    return TextTable("As given, in SI units", ["key", "value"], rows, (1,))
+                rows += _key(table, name, value)
+    return TextTable("As given", ["key", "value"], rows, (1,))
 
 
-def _key(key: str, value: Any) -> list[list[str]]:
+def _key(table: str, name: str, value: Any) -> list[list[str]]:
     if isinstance(value, dict):
-        return [[f"{key}.{name}", signs(f"{one:.5g} (SI)")] for name, one in value.items()]
-    return [[key, amount(value, unit_of(key)) if isinstance(value, float) else str(value)]]
+        return [[f"{table}.{name}.{part}", signs(f"{one:.5g} (SI)")] for part, one in value.items()]
+    shown = written(table, name, value)
+    if isinstance(shown, float):
+        return [[f"{table}.{name}", amount(shown, unit_of(f"{table}.{name}"))]]
+    return [[f"{table}.{name}", signs(shown) if shown is not value else str(value)]]
 
 
 def _scales(problem: Problem) -> TextTable:

@@ -6,11 +6,10 @@ error of sampling, as it is no mean; that of its step is of second order (with n
 
 import io
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,16 +23,12 @@ from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.netlists.probes import Probe, read_probes
 from harvester.printing.answer_units import AnswerUnits
 from harvester.scene.usual import unusual_values
+from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
-
-if TYPE_CHECKING:
-    from harvester.mechanics.kernels.path import Path
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
 ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
 MOST_STEPS = 5_000_000
-MANY_STEPS, PILOT = 50_000, 0.02  # of a path by ngspice whose time a pilot measures, and the pilot's share of it
-Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
 
 
 @names_arguments
@@ -163,7 +158,7 @@ def motion(
     if engine == "ensemble":
         path, seen = trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0))
     else:
-        path, seen = _in_ngspice(problem, noise, h, stride, shaking, probes, expected)
+        path, seen = path_in_ngspice(problem, noise, h, stride, shaking, probes, expected)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     low, high = eqs.gap or 0.0, eqs.opposite_gap
     has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
@@ -205,31 +200,6 @@ def _step(problem: Problem) -> float:
     check_bounded(eqs, driven=problem.netlist is not None)
     far = max(x * x for x in eqs.resting_places)
     return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
-
-
-def _in_ngspice(
-    problem: Problem,
-    noise: Floats,
-    h: float,
-    stride: int,
-    shaking: Floats | None,
-    probes: tuple[Probe, ...],
-    expected: Expected | None,
-) -> "tuple[Path, Floats]":
-    from harvester.circuit.charging import probed_path_in_worker
-    from harvester.circuit.ngspice.library import find_library
-    from harvester.circuit.runs import CoupledDevice
-
-    find_library()
-    assert problem.circuit is not None, "the engine refuses an open circuit"
-    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes)
-    if expected is not None and len(noise) > MANY_STEPS:
-        few = round(PILOT * len(noise))
-        for _ in range(2):  # the first starts the process
-            begin = time.perf_counter()
-            probed_path_in_worker(device, noise[:few], None if shaking is None else shaking[: few + 1])
-        expected((time.perf_counter() - begin) / PILOT)
-    return probed_path_in_worker(device, noise, shaking)
 
 
 def draw(

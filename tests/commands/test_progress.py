@@ -95,7 +95,7 @@ def test_time_left_of_a_budget(clock):
     """A share of the budget is spent: the rest of it is left, whatever the rate of the first reports."""
     with Bar("optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0) as bar:
         for fraction in (0.001, 0.1, 0.099):  # what is left of a budget may grow by a little
-            clock[0] += 2.0
+            clock[0] += 4.0
             bar.tell(fraction)
         assert "at most 00:54 left" in str(bar)
     assert "optimise: at most 60 s in all; a shorter --budget shortens it" in screen.getvalue()

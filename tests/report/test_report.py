@@ -16,11 +16,15 @@ from harvester import report
 from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
+from harvester.errors import InputError, SimulationError
 from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import EFFECTS, effects_section
 from harvester.studies.compare import Comparison
+from harvester.studies.optimum.circuits import CircuitChoice
 from harvester.studies.paper import Drawn, FigurePoint
+from harvester.studies.robust.front import Front, FrontPoint
+from harvester.studies.stability.exponent import Stability
+from harvester.studies.stability.region import Edge
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.paths import ROOT
@@ -181,6 +185,87 @@ def test_comparison():
     assert f"{z:.2f}" in page.text
     assert "the reference" in page.text
     assert "none" in page.text and "0.98 %" in page.text and "0.5 %" in page.text
+
+
+PLATE_HARMONIC = ROOT / "examples" / "plate_harmonic.toml"
+OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--over", "load.resistance=100k:1M", "--within", "5%")
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("response", PLATE_HARMONIC, "--sweep", "3Hz:6Hz:7", "--out", "."), ["half-power bandwidth", "4.5 Hz", "up"]),
+        (("motion", PLATE_HARMONIC, "--duration", "2", "--out", "."), ["One path is no mean", "largest", " mm/s"]),
+        (OPTIMUM, ["load.resistance: ", "The highest of what averaged evaluated", "(model, estimated) µW"]),
+        (
+            ("charge", ROOT / "examples" / "plate_bridge.toml", "--to", "2V", "--trajectories", "64"),
+            ["mean time to 2 V: ", "On the way", "2 V"],
+        ),
+    ],
+    ids=lambda one: one[0] if isinstance(one, tuple) else "",
+)
+def test_studies_that_say_what_they_found(harvester, tmp_path, monkeypatch, args, says):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = harvester(*args, "--report", "mine.html")
+    assert (status, err) == (0, "")
+    text = (tmp_path / "mine.html").read_text()
+    page = checked(text)
+    provenance_of(page)
+    for word in says:
+        assert word in page.text
+    assert command(text) == ["harvester", *map(str, args), "--report", "mine.html"]
+    assert page.tags.count("figure") == 1
+
+
+def test_front_and_circuits():
+    """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
+    scene = hv.load(ROOT / "examples" / "plate.toml")
+    points = tuple(FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r) for r in (1e5, 1e6))
+    front = Front("averaged", "peak_displacement", -1, points, True, 1.0, ("beware",))
+    page = checked(report.html(report.of_search(scene, front, 0)))
+    for word in ("100 µm", "100 kΩ", "peak displacement", "beware"):
+        assert word in page.text
+    best = hv.optimise(scene, {"load.resistance": ("100k", "1M")}, "exact")
+    choice = CircuitChoice({"bridge": best, "sece": SimulationError("it <failed>")}, 2.0)
+    page = checked(report.html(report.of_search(scene, choice, 0)))
+    for word in ("the best circuit is bridge", "no optimum", "it <failed>", "load.resistance = "):
+        assert word in page.text
+
+
+def test_stability():
+    """With the region there is a figure; without it only the exponents."""
+    answer = Stability(True, -1.0, -1.1, 0.01, Value(-1.2, 0.1, 0.0), None, ("beware",))
+    bare = report.html(report.of_stability(hv.load(PLATE), answer, 3))
+    assert "averaged: -1.1 ± 0.01 (model, estimated) 1/s" in bare
+    assert "rest is stable" in bare and "beware" in bare and "<figure>" not in bare
+    edges = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, float("inf"), 0.2, 0.2, float("inf"))]
+    page = checked(report.html(report.of_stability(hv.load(PLATE), answer, 3, edges)))
+    for word in ("The edge of stability", "0.02", "inf"):
+        assert word in page.text
+
+
+def test_a_scene_without_a_title_has_that_of_its_file(harvester, tmp_path):
+    scene = tmp_path / "my <beam>.toml"
+    scene.write_text(re.sub("title = .*", "", PLATE.read_text()))
+    file = tmp_path / "mine.html"
+    assert harvester("run", scene, "--engine", "averaged", "--report", file)[0] == 0
+    text = file.read_text()
+    assert '<h1 id="answer">my &lt;beam&gt;</h1>' in text
+    assert "A scene without a title" in report.html(report.of_run(hv.load(scene), estimates()[0], 0))
+
+
+def test_a_page_shows_what_the_user_wrote():
+    page = report.html(report.of_run(hv.load(PLATE), estimates()[0], 0))
+    text = Page(page).text
+    assert 'capacitance = "50.2 nF"' in text and "10⁻⁵ g²/Hz" in text
+    assert "0000000" not in text
+
+
+def test_figures_are_as_wide_as_the_page():
+    """On a phone, too: no figure has a width of its own."""
+    template = (ROOT / "harvester" / "report" / "page.html").read_text()
+    rule = re.search(r"figure img \{([^}]*)\}", template)[1]
+    assert "width: 100%" in rule and "min-width" not in rule
 
 
 def test_cost():

@@ -52,6 +52,16 @@ def test_ngspice_makes_the_same_path(eqs):
 
 
 @pytest.mark.ngspice
+def test_a_pilot_says_how_long_a_path_by_ngspice_takes(monkeypatch):
+    """Once, before it, and the path is what it is without a pilot; a harmonic drive, as it has shaking to cut short."""
+    monkeypatch.setattr("harvester.studies.motion_in_ngspice.MANY_STEPS", 100)
+    told = []
+    one, other = (motion(scene(DRIVEN), "spice", duration=20.0, expected=ask) for ask in (told.append, None))
+    assert len(told) == 1 and 0.0 < told[0] < 600.0
+    assert np.array_equal(one.voltage, other.voltage)
+
+
+@pytest.mark.ngspice
 def test_netlists_need_ngspice(tmp_path):
     bridge = hv.load("examples/plate_bridge.toml")
     with pytest.raises(CannotServeError, match="use engine 'spice'"):

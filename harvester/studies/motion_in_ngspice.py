@@ -1,0 +1,48 @@
+"""The path of `harvester.studies.motion` by ngspice in lock-step, and how long a long one will take."""
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from harvester.arrays import Floats
+from harvester.equations.problem import Problem
+from harvester.netlists.probes import Probe
+
+if TYPE_CHECKING:
+    from harvester.mechanics.kernels.path import Path
+
+MANY_STEPS, PILOT = 50_000, 0.02  # of a path whose time a pilot measures, and the pilot's share of it
+Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
+
+
+def path_in_ngspice(
+    problem: Problem,
+    noise: Floats,
+    h: float,
+    stride: int,
+    shaking: Floats | None,
+    probes: tuple[Probe, ...],
+    expected: Expected | None,
+) -> "tuple[Path, Floats]":
+    """The path of ``problem`` by ngspice, and its probes at the path's times, shape (probes, n).
+
+    ``noise``, shape (steps,), are its kicks, a step ``h`` (1/w0) apart; ``shaking``, shape (steps + 1,), are the base's
+    accelerations there; a reading is every ``stride`` steps.  ``expected`` is called with the seconds that a long path
+    will take, from two short ones.
+
+    Raises MissingProgramError without ngspice, and CircuitError where the circuit does not converge.
+    """
+    from harvester.circuit.charging import probed_path_in_worker
+    from harvester.circuit.ngspice.library import find_library
+    from harvester.circuit.runs import CoupledDevice
+
+    find_library()
+    assert problem.circuit is not None, "the engine refuses an open circuit"
+    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, stride, probes=probes)
+    if expected is not None and len(noise) > MANY_STEPS:
+        few = round(PILOT * len(noise))
+        for _ in range(2):  # the first starts the process
+            begin = time.perf_counter()
+            probed_path_in_worker(device, noise[:few], None if shaking is None else shaking[: few + 1])
+        expected((time.perf_counter() - begin) / PILOT)
+    return probed_path_in_worker(device, noise, shaking)

@@ -1,0 +1,30 @@
+"""A scene file as people write it: the units of few digits, and exactly the same scene."""
+
+import pytest
+
+import harvester as hv
+from harvester.scene.written import as_written
+from tests.support.paths import EXAMPLES
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_same_scene_comes_back(path):
+    scene = hv.load(path)
+    assert hv.loads(as_written(scene)) == scene
+
+
+def test_values_are_those_that_the_user_wrote():
+    text = as_written(hv.load(EXAMPLES / "plate_with_stop.toml"))
+    for line in ('mass = "40 g"', 'stiffness = "16 N/m"', 'capacitance = "50.2 nF"', 'resistance = "1 Mohm"'):
+        assert line in text.splitlines()
+    assert 'acceleration_psd = "1e-5 g^2/Hz"' in text
+    assert "restitution = 0.96" in text
+    assert "0000000000" not in text
+
+
+def test_a_value_of_many_digits_stays_a_number():
+    scene = hv.load(EXAMPLES / "plate.toml").varied(
+        {"load.resistance": 123456.789012345, "piezo.capacitance": 3e-8 / 7}
+    )
+    assert "resistance = 123456.789012345" in as_written(scene)
+    assert hv.loads(as_written(scene)) == scene
