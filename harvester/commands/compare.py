@@ -5,13 +5,22 @@ from typing import Any
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.messages import echo, echo_json, echo_written
 from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
 
 
-@command("harvester compare mine.toml --within 1% --out compare")
+@command("harvester compare mine.toml --within 1% --out compare", "harvester compare mine.toml --lifetime '5 years'")
 @scene_argument
+@cloup.option_group(
+    "Limits",
+    cloup.option(
+        "--lifetime",
+        metavar="TIME",
+        help="Also the largest displacement, voltage, strain and impact in that time ('5 years'): by Rice's formula "
+        "for a linear scene, and counted.",
+    ),
+)
 @sampling
 @cloup.option_group(
     "Output",
@@ -22,15 +31,24 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @vector_needs_out("as_json")
 def compare(
-    path: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
+    path: str,
+    lifetime: str | None,
+    out: str | None,
+    vector: tuple[str, ...],
+    report: str | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
     from harvester.commands.progress import EFFORT, Bar
     from harvester.machine import files
     from harvester.scene.toml import load
     from harvester.studies import compare as study
+    from harvester.studies.extremes.extremes import check_asked, extremes_both_ways
 
     scene = load(path)
+    if lifetime is not None:
+        check_asked(scene, lifetime)
     folder = files.folder(out or ".") if out or not as_json else None
     file = report_file(report, out)
     with Bar("compare", shorter=EFFORT) as bar:
@@ -39,7 +57,11 @@ def compare(
         from harvester import figures
 
         figures.save(result.plot(scene.title), folder, "compare", vector)
-    echo_answer(result, as_json)
-    if not as_json:
+    largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, options["seed"])
+    if as_json:
+        echo_json(result.as_json() | ({"extremes": [one.as_json() for one in largest]} if largest else {}))
+    else:
+        echo("\n".join(map(str, (result, *largest))))
         echo_written(out or ".", *figure("compare", vector))
-    save_report(file, lambda report: report.of_comparison(scene, result, options["seed"]), quiet=as_json, scene=path)
+    seed = options["seed"]
+    save_report(file, lambda report: report.of_comparison(scene, result, seed, largest), quiet=as_json, scene=path)

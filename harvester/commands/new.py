@@ -85,6 +85,7 @@ def new(
         check_alone(texts)
         made = lumped(beam)
         texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
+        texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
         geometry = words_of(beam, made)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title

@@ -53,9 +53,8 @@ def run(
     """Mean square voltage and mean power of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
-    from harvester.equations.problem import Problem
     from harvester.scene.toml import load
-    from harvester.studies.extremes.extremes import check_served, extremes, read_lifetime
+    from harvester.studies.extremes.extremes import check_asked, extremes
 
     scene = load(path)
     options["probe"] = probe or None
@@ -64,8 +63,7 @@ def run(
     chosen = selection.engine(engine, **options)
     file = report_file(report, None)
     if lifetime is not None:
-        read_lifetime(lifetime, scene.physical)
-        check_served(Problem.of(scene))
+        check_asked(scene, lifetime)
     with Bar(chosen.NAME) as bar:
         answer = chosen.run(scene, bar.tell)
     largest = None if lifetime is None else extremes(scene, lifetime, options["seed"])

@@ -30,6 +30,7 @@ class Field:
 MASS, PIEZO, STOP = "Mass and spring (two of the first three)", "Piezo", "Stop (left out: none)"
 SHAKING, LOAD = "Shaking of the base", "Load"
 _FREQUENCY = "excitation.frequency"
+_STRAIN = "Largest strain of the piezo over the displacement (1/m), such as 2.5"
 _CLAMPED = "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF"
 _COUPLING = "Gives the coupling, theta^2/(K Cp) = (f_oc/f_sc)^2 - 1, Cp clamped."
 _PEAK = "Harmonic acceleration of the base, peak, such as 0.1 g"
@@ -47,6 +48,7 @@ FIELDS = {
         Field("capacitance", "piezo.capacitance", PIEZO, _CLAMPED),
         Field("coupling", "piezo.coupling", PIEZO, "Force a volt, such as 1e-3 N/V", "Or --open-circuit-frequency."),
         Field("open_circuit_frequency", _FREQUENCY, PIEZO, "Resonance in open circuit, such as 4.8 Hz", _COUPLING),
+        Field("strain_per_displacement", "piezo.strain_per_displacement", PIEZO, _STRAIN, "For peak_strain."),
         Field("restitution", "stop.restitution", STOP, "Speed after over speed before an impact, such as 0.96"),
         Field("gap", "stop.gap", STOP, "Distance of the stop from rest, such as 0.5 mm", "Default: 0."),
         Field(

@@ -19,6 +19,7 @@ from harvester.uncertainty.value import Value
 _QUALITY = Kind("a quality factor", "", "125", above=0.0)
 _PREFIXED = ("ohm", "F", "Hz", "m")  # units that take a prefix as they stand
 _COPIED = {  # fields that stand in the scene file as they are: their tables, keys and comments
+    "strain_per_displacement": ("piezo", "strain_per_displacement", "1/m, largest strain of the piezo, at the clamp"),
     "restitution": ("stop", "restitution", "speed after over speed before an impact"),
     "gap": ("stop", "gap", "from the mass at rest; negative: pressed on it"),
     "acceleration_psd": ("excitation", "acceleration_psd", "one-sided density of the base's white noise"),

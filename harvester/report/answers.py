@@ -1,5 +1,7 @@
 """The reports of `run` and `compare`."""
 
+from collections.abc import Sequence
+
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
 from harvester.report import engines
@@ -41,8 +43,11 @@ def _largest(found: Extremes | None) -> list[TextTable]:
     return [TextTable(caption, rows[0], rows[1:], range(1, len(rows[0])), signs(found.method))]
 
 
-def of_comparison(scene: Scene | Problem, result: Comparison, seed: int) -> Page:
-    """The page of all engines side by side, with z-scores, refusals, and what the paths say."""
+def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()) -> Page:
+    """The page of all engines side by side, with z-scores, refusals, and what the paths say.
+
+    ``largest`` are the largest values over a lifetime, each way that they were found.
+    """
     problem = Problem.of(scene)
     figure = drawing(
         result.plot(None),
@@ -59,6 +64,7 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int) -> Page
             engines.reasons(result.estimates),
             *engines.refusals(result.refused),
             *_paths(result),
+            *(table for one in largest for table in _largest(one)),
         ],
         warnings=engines.warnings(result.estimates),
     )

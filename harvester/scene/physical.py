@@ -28,6 +28,7 @@ from harvester.scene.kinds import (
     STIFFNESS,
     STOP_DAMPING,
     STOP_STIFFNESS,
+    STRAIN_OF,
     TIME,
 )
 from harvester.scene.profiles.catalogue import check_profile
@@ -72,7 +73,8 @@ class Oscillator(SceneTable):
 class Piezo(SceneTable):
     """The piezoelectric transducer: force theta v on the mass, charge theta X into its capacitance.
 
-    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.
+    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.  ``strain_per_displacement`` (1/m)
+    is the largest strain of the piezo over the displacement: no equation has it, but limits and lifetimes have.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -82,6 +84,7 @@ class Piezo(SceneTable):
     TABLE: ClassVar[str] = "piezo"
     coupling: Annotated[float, COUPLING, "force a volt, which is charge a displacement"]
     capacitance: Annotated[float, CAPACITANCE, "clamped capacitance: with the mass held"]
+    strain_per_displacement: Annotated[float, STRAIN_OF, "largest strain of the piezo, for peak_strain"] | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=CONFIG)

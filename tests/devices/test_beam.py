@@ -49,6 +49,9 @@ def test_limits_in_closed_form():
     heavy = lumped(dataclasses.replace(thin, tip_mass=10.0))
     assert heavy.stiffness == pytest.approx(3.0 * bending / 0.1**3, rel=1e-3)
     assert heavy.mass == pytest.approx(10.0, rel=1e-3)
+    assert heavy.strain == pytest.approx(3.0 * 0.5e-3 / 0.1**2 * heavy.tip, rel=1e-3)  # 3 c/L^2 of a force at the tip
+    root = 1.8751041  # phi''(0)/phi(L) of a bare beam is k^2/L^2
+    assert bare.strain == pytest.approx(0.5e-3 * (root / 0.1) ** 2 * bare.tip, rel=1e-4)
     block = lumped(dataclasses.replace(DEVICE_A, tip_length=10e-3, tip_height=10e-3))
     assert block.stiffness / block.mass < lumped(DEVICE_A).stiffness / lumped(DEVICE_A).mass
 

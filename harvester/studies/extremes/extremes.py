@@ -16,6 +16,7 @@ from harvester.uncertainty.value import Value, number
 
 SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
 RICE = "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone"
+STRAIN = "peak_strain"  # of the piezo, where the scene has its piezo.strain_per_displacement
 LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
 
 
@@ -24,7 +25,8 @@ LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
 class Extremes:
     """The levels that a device's displacement, voltage and impacts stay below over a ``lifetime``, in `unit_names`.
 
-    ``levels`` map a quantity (peak_displacement, peak_voltage, peak_impact_speed) to the level for each of `SHARES`;
+    ``levels`` map a quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where the scene has
+    its piezo.strain_per_displacement) to the level for each of `SHARES`;
     ``impact_rate`` is the mean number of impacts a unit of time, None without a stop; ``method`` says how it was found.
 
     >>> import harvester as hv
@@ -47,7 +49,8 @@ class Extremes:
 
     def _unit(self, name: str) -> str:
         units = self.unit_names
-        return {"peak_displacement": units.length, "peak_voltage": units.voltage}.get(name, units.speed)
+        known = {"peak_displacement": units.length, "peak_voltage": units.voltage, STRAIN: ""}
+        return known.get(name, units.speed)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
@@ -73,12 +76,12 @@ class Extremes:
 
 
 @names_arguments
-def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
+def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0, *, counted: bool = False) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
     ``lifetime`` is in seconds (nondimensional scene: 1/w0) or a text such as "5 years".  A linear scene under white
     noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.peaks`); else the largest values of
-    blocks of a long path are extrapolated (`harvester.studies.extremes.tail`).
+    blocks of a long path are extrapolated (`harvester.studies.extremes.tail`): everywhere, where ``counted``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -101,33 +104,58 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0) -> Extremes:
     span = seconds * units.frequency
     scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     levels: dict[str, dict[float, Value]] = {}
-    if not Exact.refusal(problem) and eqs.n2 is None:
+    if rice_holds(problem) and not counted:
         for share in SHARES:
             for name, level in linear_peaks(problem, seconds, share).items():
                 levels.setdefault(name, {})[share] = level
         return Extremes(seconds, levels, None, RICE, problem.physical)
-    counted = count(eqs, seed)
-    blocks = span / counted.block
+    path = count(eqs, seed)
+    blocks = span / path.block
     if blocks < LEAST_TIMES:
         raise InputError(
-            f"`lifetime` must be at least {counted.block / units.frequency:.3g}, which the motion takes to forget "
+            f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion takes to forget "
             f"itself, but is {seconds:.3g}"
         )
-    named = {"peak_displacement": counted.x, "peak_voltage": counted.V}
-    if counted.speed is not None:
-        named["peak_impact_speed"] = counted.speed
+    named = {"peak_displacement": path.x, "peak_voltage": path.V}
+    if path.speed is not None:
+        named["peak_impact_speed"] = path.speed
         scales["peak_impact_speed"] = units.length * units.frequency
     for name, maxima in named.items():
         if maxima.max() > 0.0:
             tail = fit(maxima, seed)
             levels[name] = {p: tail.largest(p, blocks).scaled(scales[name]) for p in SHARES}
-    rate = None if counted.impacts is None else counted.impacts.scaled(units.frequency)
-    longer = f", {blocks / len(counted.x):.3g} times what was counted" if blocks > len(counted.x) else ""
+    if (strain := _strain(problem)) is not None and "peak_displacement" in levels:
+        levels[STRAIN] = {p: one.scaled(strain) for p, one in levels["peak_displacement"].items()}
+    rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
+    longer = f", {blocks / len(path.x):.3g} times what was counted" if blocks > len(path.x) else ""
     method = (
-        f"extrapolated from the largest values of {len(counted.x)} blocks of a path of "
-        f"{counted.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
+        f"extrapolated from the largest values of {len(path.x)} blocks of a path of "
+        f"{path.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
     )
     return Extremes(seconds, levels, rate, method, problem.physical)
+
+
+def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
+    """The largest values by Rice's formula, where it holds, and counted on a path; else as `extremes`."""
+    found = [extremes(scene, lifetime, seed)]
+    return [*found, extremes(scene, lifetime, seed, counted=True)] if found[0].method == RICE else found
+
+
+def check_asked(scene: AnyScene, lifetime: float | str) -> None:
+    """Raise what `extremes` would for a lifetime that is none, or a scene that has no largest values."""
+    problem = Problem.of(scene)
+    read_lifetime(lifetime, problem.physical)
+    check_served(problem)
+
+
+def rice_holds(problem: Problem) -> bool:
+    """Whether a problem that is served is linear, so that its response is Gaussian."""
+    return not Exact.refusal(problem) and problem.equations.n2 is None
+
+
+def _strain(problem: Problem) -> float | None:
+    """The largest strain of the piezo over the displacement, in 1/m; None where the scene does not have it."""
+    return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement
 
 
 def check_served(problem: Problem) -> None:
@@ -143,7 +171,8 @@ def check_served(problem: Problem) -> None:
 def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
     """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
 
-    In the scene's units; the error is up to where every passage counts alone (`harvester.linear.peaks`).
+    And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
+    to where every passage counts alone (`harvester.linear.peaks`).
 
     Raises CannotServeError for a scene that is not linear under white noise of its base alone.
     """
@@ -160,6 +189,8 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
         span = lifetime * units.frequency
         low, high = one.largest(share, span), one.bound(share, span)
         found[name] = Value(low, model=max(high - low, 0.0)).scaled(factor)
+    if (strain := _strain(problem)) is not None:
+        found[STRAIN] = found["peak_displacement"].scaled(strain)
     return found
 
 

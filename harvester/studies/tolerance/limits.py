@@ -11,17 +11,18 @@ from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.scene.kinds import Kind, with_prefix
-from harvester.studies.extremes.extremes import linear_peaks, read_lifetime
+from harvester.studies.extremes.extremes import STRAIN, linear_peaks, read_lifetime
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
 VOLTAGE = Kind("a voltage (V)", "V", "'2 V'")
 LENGTH = Kind("a displacement (m)", "m", "'1.5 mm'")
 NUMBER = Kind("a number", "", "0.05")
+PURE = Kind("a strain", "", "500e-6")
 # What may be limited, with its kind in SI units.
 QUANTITIES = {"mean_power": POWER, "mean_square_voltage": SQUARE, "voltage_rms": VOLTAGE}
-PEAKS = ("peak_displacement", "peak_voltage")  # over a lifetime: 95 % of devices of these values stay below
-QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE}
+PEAKS = ("peak_displacement", "peak_voltage", STRAIN)  # over a lifetime: 95 % of devices of these values stay below
+QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE, STRAIN: PURE}
 _FORM = re.compile(r"\s*([\w.]+)\s*(>=|<=|>|<)\s*(.+?)\s*")
 
 
@@ -61,7 +62,8 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
 def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
     """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None where none is.
 
-    Raises InputError where it is missing, or none of the limits is of a peak; CannotServeError for a scene of which no
+    Raises InputError where it is missing, none of the limits is of a peak, or a strain is limited that the scene does
+    not tell; CannotServeError for a scene of which no
     formula knows the peaks.
     """
     peaks = [one.quantity for one in limits if one.quantity in PEAKS]
@@ -72,5 +74,10 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
     found = read_lifetime(lifetime, problem.physical)
     if not peaks:
         raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
-    linear_peaks(problem, found)
+    known = linear_peaks(problem, found)
+    if STRAIN in peaks and STRAIN not in known:
+        raise InputError(
+            f"piezo.strain_per_displacement must be given for a limit of {STRAIN}, but is left out "
+            "('harvester new --bimorph' writes it)"
+        )
     return found

@@ -8,6 +8,7 @@ import pytest
 import harvester as hv
 from harvester.linear.peaks import peaks
 from harvester.studies.extremes.counted import count
+from harvester.studies.extremes.extremes import extremes_both_ways
 from harvester.studies.extremes.tail import fit
 from tests.support import systems
 from tests.support.paths import ROOT
@@ -78,3 +79,38 @@ def test_bad_input(harvester, path, words, error):
     status, out, err = harvester("run", ROOT / "examples" / f"{path}.toml", *words)
     assert (status, out) == (2, "") or (status, out) == (3, "")
     assert error in err and len(err.splitlines()) == 1
+
+
+def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
+    """`new --bimorph` writes the factor; lifetimes and limits have the strain, and say where the factor lacks."""
+    path, (q1, q2) = tmp_path / "beam.toml", ("--lifetime", "5 years")
+    sizes = {"length": "50.8mm", "width": "31.8mm", "substrate-thickness": "0.14mm", "piezo-thickness": "0.26mm"}
+    sizes |= {"tip-mass": "12g", "piezo": "PZT-5A", "substrate": "brass", "damping-ratio": "2.7%"}
+    sizes |= {"acceleration-psd": "1e-3 g^2/Hz", "resistance": "100k"}
+    words = [word for name, value in sizes.items() for word in (f"--{name}", value)]
+    assert harvester("new", path, "--bimorph", *words)[0] == 0
+    factor = hv.load(path).piezo.strain_per_displacement
+    found = json.loads(harvester("run", path, q1, q2, "--json")[1])["extremes"]
+    for share in ("0.5", "0.95"):
+        strain, far = (found[name][share] for name in ("peak_strain", "peak_displacement"))
+        assert strain["value"] == pytest.approx(factor * far["value"])
+        assert strain["error95"] == pytest.approx(factor * far["error95"])
+    over = ("--over", "load.resistance=E6:10k:1M", "--limit", "peak_strain < 100e-6")
+    answer = json.loads(harvester("optimise", path, *over, q1, q2, "--json")[1])
+    assert not answer["met"]
+    wanted = "piezo.strain_per_displacement must be given for a limit of peak_strain"
+    assert wanted in harvester("optimise", PLATE, *over, q1, q2)[2]
+
+
+@pytest.mark.slow
+def test_compare_has_both_ways(harvester, tmp_path):
+    """Rice's formula and what is counted, which agree within the errors of both; a scene that has none is refused."""
+    rice, counted = extremes_both_ways(PLATE, "1 day")
+    assert counted.method.startswith("extrapolated") and rice.method.startswith("Rice")
+    for name, of in rice.levels.items():
+        for share, one in of.items():
+            other = counted.levels[name][share]
+            assert abs(one.value - other.value) < 4.0 * other.stderr + one.error95
+    assert len(extremes_both_ways(STOP, "1 day")) == 1
+    status, out, err = harvester("compare", ROOT / "examples" / "plate_harmonic.toml", "--lifetime", "5 years")
+    assert (status, out) == (2, "") and "--lifetime must go with white noise alone" in err
