@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from harvester.arrays import Floats
-from harvester.averaging.two_scale import gap_densities as distant_densities
+from harvester.averaging.two_scale import gap_densities
 from harvester.averaging.two_scale.cycles import quarter
 from harvester.averaging.two_scale.energy_law import slope_on_grid
 from harvester.averaging.two_scale.law import TwoScale
@@ -26,7 +26,7 @@ _POINTS = 240  # of the integrals over displacement and velocity
 def amplitude_density(A: Floats, law: TwoScale) -> Floats:
     """Density p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
     if law.spread is not None:
-        return distant_densities.amplitude_density(A, law.spread, law.period)
+        return gap_densities.amplitude_density(A, law.spread, law.period)
     u, at = np.log(law.A), np.log(A)
     log_p = CubicSpline(u, np.log(law.mass / (u[1] - u[0])))(at) - at
     return np.asarray(np.where((at < u[0]) | (at > u[-1]), 0.0, np.exp(log_p)))
@@ -38,7 +38,7 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
     Raises SimulationError where the voltage is so strong that orbits of neighbouring amplitudes cross.
     """
     if law.spread is not None:
-        return distant_densities.state_density(x, v, law.spread)
+        return gap_densities.state_density(x, v, law.spread)
     u = np.log(law.A)
     du, kinetic = u[1] - u[0], _kinetic(np.abs(x), law)
     rise = slope_on_grid(np.broadcast_to(u, kinetic.shape), kinetic)
@@ -63,7 +63,7 @@ def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
 def displacement_density(x: Floats, law: TwoScale, stop: bool) -> Floats:
     """Density p(x) = int p(x, x') dx' at x of shape (m,)."""
     if law.spread is not None:
-        return distant_densities.displacement_density(x, law.spread)
+        return gap_densities.displacement_density(x, law.spread)
     v, dv = _velocities(law)
     return np.asarray(2.0 * dv * (state_density(x, v, law, stop).sum(axis=1)))
 
@@ -71,7 +71,7 @@ def displacement_density(x: Floats, law: TwoScale, stop: bool) -> Floats:
 def velocity_density(v: Floats, law: TwoScale, stop: bool) -> Floats:
     """Density p(x') = int p(x, x') dx at x' of shape (m,)."""
     if law.spread is not None:
-        return distant_densities.velocity_density(v, law.spread)
+        return gap_densities.velocity_density(v, law.spread)
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     x, weights = 0.5 * law.A[-1] * (nodes + 1.0), 0.5 * law.A[-1] * weights
     p = weights @ state_density(x, np.abs(v), law, stop)
