@@ -32,16 +32,16 @@ def between(rng, low, high):
 
 
 def random_scenes(count):
-    """Bounded, r from .7 to 1, beta from .02 to 2, mu from .02 to 10, half of them with each further effect."""
-    rng = np.random.default_rng(3)
+    """Bounded, r from .3 to 1, beta from .02 to 10, mu from .02 to 10, half of them with each further effect."""
+    rng = np.random.default_rng(13)
     return [
         Equations(
             alpha=rng.choice([None, between(rng, 0.1, 5)]),
-            beta=between(rng, 0.02, 2),
+            beta=between(rng, 0.02, 10),
             mu=between(rng, 0.02, 10),
-            c1=-between(rng, 0.005, 0.2),
+            c1=-between(rng, 0.002, 0.2),
             c3=rng.choice([None, between(rng, 0.01, 0.2)]),
-            restitution=float(rng.choice([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7])),
+            restitution=float(rng.uniform(0.3, 1.0)),
             n1=between(rng, 0.002, 0.05),
             n2=rng.choice([None, between(rng, 0.001, 0.02)]),
         )
@@ -75,7 +75,7 @@ if __name__ == "__main__":
     for title, changes in RANGES.items():
         scenes = [dataclasses.replace(PAPER, **change) for change in changes]
         rows += compare(title, scenes, [list(change.values())[-1] for change in changes])
-    random = compare("random", random_scenes(70), range(70))
+    random = compare("random", random_scenes(300), range(300))
     off = np.array([[abs(row["averaged off %"]), row["stated %"], abs(row["published off %"])] for row in random])
     rows += random
     rows.append({"what": "random: mean, largest off, averaged %", "": f"{off[:, 0].mean():.2f}, {off[:, 0].max():.2f}"})

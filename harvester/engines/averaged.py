@@ -13,6 +13,7 @@ from harvester.errors import names_arguments
 from harvester.uncertainty.value import Value
 
 DOUBTFUL = 0.05  # estimated model error that brings a warning
+LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
 
 
 @names_arguments
@@ -52,12 +53,14 @@ class Averaged(Formula):
                 f"averaging is doubtful here (estimated error {solution.bias:.0%}): {why}; check with 'ensemble'"
             )
         r = problem.equations.restitution
-        if r is not None and r < 0.5:
-            warnings.append(f"no averaging is reliable for a restitution coefficient of {r:g}, below .5")
+        if r is not None and r < LEAST_RESTITUTION:
+            warnings.append(
+                f"the error was not measured for a restitution coefficient of {r:g}, below {LEAST_RESTITUTION}"
+            )
         details = {
             "exchange_per_cycle": solution.exchange,
             "impact_loss_per_cycle": solution.impact_loss,
-            "slow_share": solution.slow / solution.mean_square_voltage,
+            "slow_share": solution.slow / (solution.fast + solution.slow),
         }
         reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
         return estimate(self.NAME, problem, v2, None, seconds, 0, reason, tuple(warnings), details)

@@ -245,28 +245,28 @@ def test_within_one_per_cent_of_the_coupled_equations(changes, most):
     ids=str,
 )
 def test_stated_error_is_the_real_one(changes):
-    """Where the theory fails, its own estimate of the error says so: the true one is between a tenth and 1.3 of it."""
+    """The true error is not above the stated one, and that is below 8 % here."""
     eqs = changed(PAPER, **changes)
     value, error = coupled(eqs)
     law = solve(eqs)
     true = abs(law.mean_square_voltage / value - 1)
-    assert true < 1.3 * law.bias + 2 * error / value
-    assert true > 0.1 * law.bias - 2 * error / value
+    assert true < law.bias + 2 * error / value
+    assert law.bias < 0.08
 
 
 def random_scene(rng):
-    """Bounded, r from .7 to 1, beta from .02 to 2, mu from .02 to 10, half of them with each further effect."""
+    """Bounded, r from .3 to 1, beta from .02 to 10, mu from .02 to 10, half of them with each further effect."""
 
     def between(low, high):
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     return Equations(
         alpha=rng.choice([None, between(0.1, 5)]),
-        beta=between(0.02, 2),
+        beta=between(0.02, 10),
         mu=between(0.02, 10),
         c1=-between(0.005, 0.2),
         c3=rng.choice([None, between(0.01, 0.2)]),
-        restitution=float(rng.choice([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7])),
+        restitution=float(rng.uniform(0.3, 1.0)),
         n1=between(0.002, 0.05),
         n2=rng.choice([None, between(0.001, 0.02)]),
     )
@@ -274,7 +274,7 @@ def random_scene(rng):
 
 @pytest.mark.statistics
 def test_stated_error_covers_random_scenes():
-    """The error that the theory states of itself is not exceeded, and is not idle: a fifth of it on average."""
+    """The error that the theory states of itself is not exceeded; 3 % for r >= .6 and beta <= 2."""
     rng, shares = np.random.default_rng(11), []
     for _ in range(11):
         eqs = random_scene(rng)
@@ -282,7 +282,10 @@ def test_stated_error_covers_random_scenes():
         law = solve(eqs)
         shares.append(abs(law.mean_square_voltage / value - 1) / law.bias)
         assert shares[-1] < 1 + 2 * error / value / law.bias, eqs
-    assert np.mean(shares) > 0.2
+        if eqs.restitution >= 0.6 and eqs.beta <= 2:
+            assert abs(law.mean_square_voltage / value - 1) < 0.03 + 2 * error / value, eqs
+            assert law.bias < 0.1
+    assert np.mean(shares) > 0.1
 
 
 @pytest.mark.parametrize(
@@ -337,7 +340,7 @@ def test_engine():
     assert not answer.warnings
     assert "(model, estimated)" in str(answer)
     assert "doubtful" in hv.Averaged().run(scene(changed(PAPER, restitution=0.5))).warnings[0]
-    assert "below .5" in hv.Averaged().run(scene(changed(PAPER, restitution=0.3))).warnings[1]
+    assert "below 0.3" in hv.Averaged().run(scene(changed(PAPER, restitution=0.25))).warnings[1]
 
 
 @pytest.mark.slow
