@@ -102,7 +102,9 @@ class Estimate:
         ]
         if self.energy_per_event is not None:
             lines.insert(3, f"  energy per event     {self.energy_per_event.text(self.unit_names.energy)}")
-        lines += [f"  {name:<20} {text}" for name, text in rows(self.details, self.unit_names)]
+        details = rows(self.details, self.unit_names)
+        width = max([20, *(len(name) for name, _ in details)])
+        lines += [f"  {name:<{width}} {text}" for name, text in details]
         lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])

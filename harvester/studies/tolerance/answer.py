@@ -135,7 +135,7 @@ class Tolerance:
 
     def _keys(self, unit: str) -> list[str]:
         """The lines of the keys, the one with the widest bar first."""
-        rows = [["key", "its spread", "alone, 5 % to 95 %", "share of variance, alone", "with others"]]
+        rows = [["key", "its spread", "alone, 5 % to 95 %", "variance share", "with others"]]
         for bar in self.tornado:
             own = unit_of(bar.key)
             one = self.sensitivity.get(bar.key)

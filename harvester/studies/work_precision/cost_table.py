@@ -110,7 +110,7 @@ def report(cost: Cost) -> str:
     lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *columns(cells, "  ")]
     engines, needed = cost.needed_cells()
     cells = [["within", *engines, "fastest"]]
-    cells += [[f"{target:.3g}", *row] for target, row in zip(TARGETS, needed, strict=True)]
+    cells += [[f"{100 * target:g} %", *row] for target, row in zip(TARGETS, needed, strict=True)]
     lines += [
         "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
         *columns(cells, "  "),
@@ -122,4 +122,4 @@ def report(cost: Cost) -> str:
 
 
 def _percent(error: float | None) -> str:
-    return "" if error is None else f"{error:.2%}"
+    return "" if error is None else f"{error:.2%}".replace("-0.00%", "0.00%")
