@@ -15,7 +15,7 @@ FIGURES = sorted((ROOT / "docs" / "gallery").glob("*.png"))
 
 # As in tests/test_readme.py.
 LESS = [
-    ("harvester sweep", ["--workers", "1", "--trajectories", "64"], {":13": ":3"}),
+    ("harvester sweep", ["--workers", "1", "--trajectories", "64"], {":13": ":3", ":61": ":3"}),
     ("harvester response", [], {":41": ":3", ":61": ":3"}),
     ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
     ("harvester compare", ["--within", "10%"], {}),
