@@ -94,17 +94,16 @@ class Estimate:
 
     def __str__(self) -> str:
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
-        lines = [
-            f"{self.engine}: {took}",
-            f"  mean power           {self.mean_power.text(self.unit_names.power)}",
-            f"  mean square voltage  {self.mean_square_voltage.text(self.unit_names.mean_square_voltage)}",
-            f"  effects              {', '.join(self.effects)}",
+        energy = self.energy_per_event
+        named = [
+            ("mean power", self.mean_power.text(self.unit_names.power)),
+            ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
+            *([] if energy is None else [("energy per event", energy.text(self.unit_names.energy))]),
+            ("effects", ", ".join(self.effects)),
+            *rows(self.details, self.unit_names),
         ]
-        if self.energy_per_event is not None:
-            lines.insert(3, f"  energy per event     {self.energy_per_event.text(self.unit_names.energy)}")
-        details = rows(self.details, self.unit_names)
-        width = max([20, *(len(name) for name, _ in details)])
-        lines += [f"  {name:<{width}} {text}" for name, text in details]
+        width = max([20, *(len(name) for name, _ in named)])
+        lines = [f"{self.engine}: {took}", *(f"  {name:<{width}} {text}" for name, text in named)]
         lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])

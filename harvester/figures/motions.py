@@ -17,6 +17,7 @@ _PROBES = 4  # that are drawn
 _DOTS = 20_000  # of the phase plane
 _BINS = 80  # of a density
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
+_ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
@@ -66,9 +67,9 @@ def motion(path: MotionShape, title: str | None) -> Plot:
             for stop in stops:
                 here.axvline(stop, **_STOP)
         for here in axes.flat:
-            here.yaxis.set_major_locator(MaxNLocator(4))
+            here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
         for here in axes[:, 0]:
-            here.xaxis.set_major_locator(MaxNLocator(6))
+            here.xaxis.set_major_locator(MaxNLocator(5, steps=_ROUND))
         for here in axes[:, 1]:
             here.xaxis.set_major_locator(MaxNLocator(3))
         others = probes if path.acceleration is None else ["voltage", *probes]
