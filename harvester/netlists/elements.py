@@ -7,10 +7,7 @@ from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.read_lines import Line
 from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
-
-# How many of the first words after an element's name are nodes that its current passes, by the letter of its kind.
-NODES = dict.fromkeys("rclvibdswefgh", 2) | {"j": 3, "q": 3, "m": 4, "t": 4}
-GROUND = ("0", "gnd")
+from harvester.netlists.syntax import GROUND, NODES
 
 
 @dataclass(frozen=True)

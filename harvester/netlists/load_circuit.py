@@ -12,13 +12,13 @@ from pathlib import Path
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.allowed import allowed_lines, check_names, check_size
-from harvester.netlists.named_parts import with_parts
+from harvester.netlists.flat import Board, as_subcircuit
+from harvester.netlists.named_parts import part_names, with_parts
 from harvester.netlists.read_lines import Line, read_lines
 from harvester.netlists.subcircuits import Header, header_of, split_subcircuits, used_lines
+from harvester.netlists.syntax import ngspice_number
 from harvester.scene.load import Load, is_path
-from harvester.scene.units import PREFIXES
 
-_SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}  # of ngspice
 _RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's arguments of a subcircuit call by name
 
 
@@ -42,6 +42,9 @@ class LoadCircuit:
         ``parameters``, and the defaults of the others where these are plain numbers.
     terminals, smoothing_nodes
         nodes of the piezo's electrodes and of Csmooth (empty without one), in lower case.
+    nets, renamed, ground
+        of a flat netlist (`harvester.netlists.flat`): the nodes by the names of its nets, the elements that have
+        another name here, and the node of its own ground ("": ground is an electrode).
     """
 
     name: str
@@ -53,6 +56,9 @@ class LoadCircuit:
     values: dict[str, float] = field(default_factory=dict)
     terminals: tuple[str, ...] = ("p", "n")
     smoothing_nodes: tuple[str, ...] = ()
+    nets: dict[str, str] = field(default_factory=dict)
+    renamed: dict[str, str] = field(default_factory=dict)
+    ground: str = ""
 
 
 def netlist_folder() -> Path:
@@ -71,29 +77,36 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     """
     if load.netlist is None:
         assert load.resistance is not None, "Load checks this"
-        return _read(netlist_folder() / "resistor.cir", {"R": load.resistance}, None, "resistor")
+        given = Load(netlist="resistor", parameters={"R": load.resistance})
+        return _read(netlist_folder() / "resistor.cir", given, None, "resistor")
     if is_path(load.netlist):
-        return _read(Path(load.netlist), load.parameters, capacitance, None)
+        return _read(Path(load.netlist), load, capacitance, None)
     known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
     if load.netlist not in known:
         raise unknown("netlist", load.netlist, known)
-    return _read(netlist_folder() / f"{load.netlist}.cir", load.parameters, capacitance, load.netlist)
+    return _read(netlist_folder() / f"{load.netlist}.cir", load, capacitance, load.netlist)
 
 
-def _read(path: Path, parameters: dict[str, float], capacitance: float | None, topology: str | None) -> LoadCircuit:
+def _read(path: Path, load: Load, capacitance: float | None, topology: str | None) -> LoadCircuit:
     """Read the netlist of a file; arguments as of `load_circuit`."""
-    lines = with_parts(list(allowed_lines(read_lines(path))), netlist_folder() / "parts")
-    subcircuits, outside = split_subcircuits(path.name, lines)
-    load = _with_rload(path, subcircuits)
-    header = header_of(load[0])
-    _check_header(path, header, load)
-    scene_values = _scene_values(header, parameters, capacitance)
+    folder = netlist_folder() / "parts"
+    board = Board(list(read_lines(path)))
+    if load.terminals is None and not any(line.word in (".subckt", ".ends") for line in board.lines):
+        must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
+        raise invalid(f"netlist {path.name}", must, "neither")
+    if load.terminals is not None:
+        board = as_subcircuit(path.name, board.lines, load, part_names(folder))
+    subcircuits, outside = split_subcircuits(path.name, with_parts(list(allowed_lines(board.lines)), folder))
+    body = _with_rload(path, subcircuits)
+    header = header_of(body[0])
+    _check_header(path, header, body)
+    scene_values = _scene_values(header, load.parameters, capacitance)
     check_names(subcircuits, outside)
     check_size(subcircuits, header.name.lower())
-    first = load[0].text
+    first = body[0].text
     for wanting in (key for key, value in header.defaults.items() if value is None):
         first = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={scene_values[wanting]!r}", first)
-    text = "\n".join([first, *(line.text for line in [*load[1:], *used_lines(load, subcircuits, outside)])])
+    text = "\n".join([first, *(line.text for line in [*body[1:], *used_lines(body, subcircuits, outside)])])
     defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
     values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
     return LoadCircuit(
@@ -101,11 +114,14 @@ def _read(path: Path, parameters: dict[str, float], capacitance: float | None, t
         text,
         scene_values,
         linear=path == netlist_folder() / "resistor.cir" and "R" in scene_values,
-        storage=_storage(load, values),
+        storage=_storage(body, values),
         topology=topology,
         values=values,
         terminals=tuple(terminal.lower() for terminal in header.terminals),
-        smoothing_nodes=_smoothing_nodes(load),
+        smoothing_nodes=_smoothing_nodes(body),
+        nets=board.nets,
+        renamed=board.elements,
+        ground=board.ground,
     )
 
 
@@ -115,7 +131,8 @@ def _with_rload(path: Path, subcircuits: dict[str, list[Line]]) -> list[Line]:
     if len(loads) != 1:
         many = len(loads) or "none"
         raise InputError(
-            f"netlist {path.name} must have one subcircuit with a resistor Rload, the load, but has {many}"
+            f"netlist {path.name} must have one subcircuit with a resistor Rload, the load, but has {many} (of a flat "
+            "netlist, load.terminals names the piezo's nets)"
         )
     return loads[0]
 
@@ -161,12 +178,6 @@ def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:
         if found is not None:
             return found.groups()
     return ()
-
-
-def ngspice_number(text: str) -> float | None:
-    """A number as ngspice writes it (2.2k, 5Meg, 1u); None for anything else."""
-    match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(meg|[tgkmunpf])?[a-z]*", text.strip().lower())
-    return None if match is None else float(match[1]) * 10.0 ** _SUFFIXES[match[2] or ""]
 
 
 def _scene_values(header: Header, parameters: dict[str, float], capacitance: float | None) -> dict[str, float]:

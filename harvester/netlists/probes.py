@@ -1,7 +1,7 @@
 """What to look at in a load circuit: the voltage of a node, the current through an element, the power that it takes.
 
     store       the voltage of the capacitor Csmooth
-    v(a), v(a,b)  the voltage of node a against ground, or against node b (V)
+    v(a), v(a,b)  the voltage of node a against ground, or against node b (V); a net of a flat netlist by its name there
     i(d1)       the current through an element, from its first node to its second (A)
     p(d1)       the power that it takes, v i; p(load) is that of Rload (W)
 
@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
-from harvester.netlists.elements import GROUND, Element, elements
+from harvester.netlists.elements import Element, elements
 from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.syntax import GROUND
 
 STORE = "store"
 FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"
@@ -91,23 +92,31 @@ def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
             )
         plus, minus = (_vector(node, load) for node in load.smoothing_nodes)
         return Probe(STORE, "V", plus, minus)
-    match = re.fullmatch(r"([vip])\(\s*([\w.]+)\s*(?:,\s*([\w.]+)\s*)?\)", text, re.ASCII)
+    name = r"([\w.+/~-]+)"
+    match = re.fullmatch(rf"([vip])\(\s*{name}\s*(?:,\s*{name}\s*)?\)", text)
     if match is None or (match[1] != "v" and match[3]):
         raise invalid("`probe`", FORM, text)
     kind, first, second = match.groups()
     name = f"{kind}({first}{',' + second if second else ''})"
     if kind == "v":
         nodes = {node for one in there for node in one.nodes} | {*load.terminals, *GROUND}
-        for node in filter(None, (first, second)):
-            if node not in nodes:
-                raise unknown(f"node of netlist {load.name}", node, sorted(nodes))
-        return Probe(name, "V", _vector(first, load), _vector(second, load) if second else "")
+        plus, minus = (_vector(_node(one, nodes, load), load) for one in (first, second or "0"))
+        return Probe(name, "V", plus, minus)
     named = {one.name: one for one in there}
+    first = load.renamed.get(first, first)
     if first == "load" and "load" not in named:
         first = "rload"
     if first not in named:
         raise unknown(f"element of netlist {load.name}", first, named)
     return _of_element(kind, name, named[first], load)
+
+
+def _node(name: str, nodes: set[str], load: LoadCircuit) -> str:
+    """The node of a name, which may be that of a flat netlist's net, with or without its slash."""
+    for one in (name, load.nets.get(name), load.nets.get(f"/{name}")):
+        if one in nodes:
+            return one
+    raise unknown(f"node of netlist {load.name}", name, sorted(nodes))
 
 
 def _of_element(kind: str, name: str, one: Element, load: LoadCircuit) -> Probe:
@@ -125,5 +134,6 @@ def _of_element(kind: str, name: str, one: Element, load: LoadCircuit) -> Probe:
 
 def _vector(node: str, load: LoadCircuit) -> str:
     """The vector of a node of the load in the whole circuit, where its second terminal is ground."""
-    outer = {load.terminals[0]: "p", load.terminals[1]: ""} | dict.fromkeys(GROUND, "")
+    ground = f"xload.{load.ground}" if load.ground else ""
+    outer = {load.terminals[0]: "p", load.terminals[1]: ""} | dict.fromkeys(GROUND, ground)
     return outer.get(node, f"xload.{node}")

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from harvester.errors import InputError, invalid
+from harvester.errors import InputError, invalid, unknown
 from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
-KNOWN = (".subckt", ".model", ".param", ".include", ".inc")  # one of which every file of a netlist has
+KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")  # one of which every file of a netlist has
+FLAT = (".title", ".end")  # or one of these, a flat netlist
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,53 @@ def read_lines(path: Path) -> Iterator[Line]:
 
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
     """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
-    for line in _joined_lines(path, left, included=bool(chain)):
+    yield from _with_included(_joined_lines(path, left, included=bool(chain)), path, root, chain, left)
+
+
+def _with_included(
+    lines: list[Line], path: Path, root: Path, chain: tuple[Path, ...], left: list[int]
+) -> Iterator[Line]:
+    """Yield lines of the file ``path``, and in place of those that name a file or a section of one what is in it."""
+    reading = (*chain, path.resolve())
+    for line in lines:
+        words = line.text.split()
         if line.word in (".include", ".inc"):
-            reading = (*chain, path.resolve())
-            yield from _lines_of(_included_file(line, path, root, reading), root, reading, left)
+            yield from _lines_of(_included_file(line.text, line, path, root, reading), root, reading, left)
+        elif line.word == ".lib" and len(words) > 2:
+            named = line.text.strip().rpartition(words[-1])[0]
+            library, name = _included_file(named, line, path, root, ()), words[-1].strip("\"'").lower()
+            if (place := library / name) in chain:
+                raise invalid(f"netlist {line.where}", "include no section within itself", name)
+            section = _section(_joined_lines(library, left, included=True), name, line, library)
+            yield from _with_included(section, library, root, (*reading, place), left)
+        elif line.word == ".lib":
+            raise InputError(
+                f"netlist {line.where} must name a file and a section of it, .lib FILE SECTION (a file without "
+                f"sections: .include FILE), but is {line.text[:60]!r}"
+            )
         else:
             yield line
+
+
+def _section(lines: list[Line], name: str, asked: Line, library: Path) -> list[Line]:
+    """The lines of a library between ``.lib NAME`` and ``.endl``."""
+    sections: dict[str, list[Line]] = {}
+    current: list[Line] | None = None
+    for line in lines:
+        words = line.text.split()
+        if line.word == ".lib" and len(words) == 2:
+            current = sections.setdefault(words[1].strip("\"'").lower(), [])
+        elif line.word == ".endl":
+            current = None
+        elif current is not None:
+            current.append(line)
+    if not sections:
+        raise InputError(
+            f"netlist {asked.where} must name a file with sections, but {library.name} has none: .include it"
+        )
+    if name not in sections:
+        raise unknown(f"section of {library.name} in netlist {asked.where}", name, sections)
+    return sections[name]
 
 
 def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
@@ -62,7 +104,7 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
             lines[-1] = Line(lines[-1].where, f"{lines[-1].text} {text[1:].strip()}".strip())
         else:
             lines.append(Line(where, text))
-    if lines and not any(line.word in KNOWN for line in lines):
+    if lines and not any(line.word in (KNOWN if included else (*KNOWN, *FLAT)) for line in lines):
         raise InputError(
             f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}, but has none: is it a netlist?"
         )
@@ -85,10 +127,10 @@ def _text(path: Path, left: list[int]) -> str:
     return text
 
 
-def _included_file(line: Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
-    """The file that an .include names, inside the netlist's folder ``root`` and not yet being read."""
-    name = line.text.split(maxsplit=1)[1].strip().strip("\"'") if " " in line.text else ""
-    must = "include a file in the netlist's folder"
+def _included_file(text: str, line: Line, path: Path, root: Path, chain: tuple[Path, ...]) -> Path:
+    """The file that the ``text`` of a line names, inside the netlist's folder ``root`` and not yet being read."""
+    name = text.split(maxsplit=1)[1].strip().strip("\"'") if " " in text else ""
+    must = "include a file in the netlist's folder (copy it there, and name it without a folder)"
     try:
         target = (path.parent / name).resolve(strict=True)
     except (OSError, RuntimeError, ValueError):

@@ -142,6 +142,7 @@ ACCELERATION_PSD = Kind(
     "a one-sided acceleration density ((m/s^2)^2/Hz)", "(m/s^2)^2/Hz", "'0.01 g^2/Hz'", least=0.0, gravity=True
 )
 FREQUENCY = Kind("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
+VOLTAGE = Kind("a voltage (V)", "V", "'3.3 V'")
 TIME = Kind("a time (s)", "s", "'50 ms'", above=0.0)
 NUMBER = Kind("a number", "", "0.05")
 NUMBER_FROM_0 = Kind("a number", "", "0.05", least=0.0)

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, invalid
-from harvester.scene.kinds import RESISTANCE, any_quantity
+from harvester.scene.kinds import RESISTANCE, VOLTAGE, any_quantity
 from harvester.scene.table import CONFIG, SceneTable
 
 
@@ -26,6 +26,16 @@ class Load(SceneTable):
     parameters: Annotated[
         dict[str, Annotated[float, BeforeValidator(any_quantity)]], "of the netlist", "{ R = '1 Mohm' }"
     ] = dataclasses.field(default_factory=dict)
+    terminals: (
+        Annotated[tuple[str, str], "nets of the piezo in a flat netlist, such as KiCad's", "['/PZ_P', '/PZ_N']"] | None
+    ) = None
+    resistor: Annotated[str, "of a flat netlist, whose power is asked for; else Rload", "'R3'"] | None = None
+    store: Annotated[str, "capacitor of a flat netlist that is the store; else Csmooth", "'C1'"] | None = None
+    supplies: Annotated[
+        dict[str, Annotated[float, BeforeValidator(VOLTAGE.read)]],
+        "nets of a flat netlist that an ideal source feeds",
+        "{ VCC = '3.3 V' }",
+    ] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if (self.resistance is None) == (self.netlist is None):
@@ -35,6 +45,11 @@ class Load(SceneTable):
             raise invalid("load.netlist", "be the name of a netlist or a path", self.netlist)
         if self.parameters and self.netlist is None:
             raise InputError("load.parameters must go with a netlist, but the load is a resistance")
+        flat = [key for key in ("resistor", "store", "supplies") if getattr(self, key)]
+        if flat and self.terminals is None:
+            raise InputError(f"load.{flat[0]} must go with load.terminals, the piezo's nets, but they are missing")
+        if self.terminals is not None and (self.netlist is None or not is_path(self.netlist)):
+            raise InputError("load.terminals must go with the file of a flat netlist, but load.netlist is none")
 
 
 def is_path(netlist: str) -> bool:
