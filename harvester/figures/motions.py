@@ -69,7 +69,7 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         for here in axes.flat:
             here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
         for here in axes[:, 0]:
-            here.xaxis.set_major_locator(MaxNLocator(5, steps=_ROUND))
+            here.xaxis.set_major_locator(MaxNLocator(6, steps=_ROUND))
         for here in axes[:, 1]:
             here.xaxis.set_major_locator(MaxNLocator(3))
         others = probes if path.acceleration is None else ["voltage", *probes]
