@@ -191,6 +191,7 @@ PLATE_HARMONIC = ROOT / "examples" / "plate_harmonic.toml"
 OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--over", "load.resistance=100k:1M", "--within", "5%")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("args", "says"),
     [
