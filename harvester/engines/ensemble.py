@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 TOLD = 0.5  # seconds of compilation that are worth a word
-NO_NOISE = "no sampling error: nothing is random, and all starts come to the same response"
+NO_NOISE = (
+    "no sampling error: nothing is random, and all starts that were tried come to the same response; a nonlinear "
+    "device may have another, which other starts reach"
+)
 ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
