@@ -128,7 +128,7 @@ def bistable() -> Plot:
     mean, error = (
         np.array([0.05 * getattr(a.mean_square_voltage, what) for a in answers]) for what in ("value", "error95")
     )
-    alone = np.array(["all starts come to the same" in a.reason for a in answers])
+    alone = np.array(["all starts that were tried" in a.reason for a in answers])
     for which, name, mark in (
         (alone, "ours, one response", "o"),
         (~alone, "ours, mean over starts: chaos, or several", "^"),
