@@ -31,7 +31,7 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
         .005 + .03 i + .02 i^2 + .01 o^2 + .2 q (1 + i) + min(8 (q - .22) (i + .1), 1)
 
     the last term where q is above .22: a piezo that holds so much makes the motion another one.  Not exceeded in the
-    600 scenes by which it was chosen, nor in 300 others.
+    600 scenes by which it was chosen, nor in 215 others.
     """
     i, q, own = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5)
     beyond = np.minimum(8.0 * np.maximum(q - 0.22, 0.0) * (i + 0.1), 1.0)  # where the piezo holds too much
