@@ -11,6 +11,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
+from harvester.engines.shocks import resolve_shocks
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
@@ -100,6 +101,7 @@ class Ensemble(Sampled):
         begin = time.perf_counter()
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
+        resolve_shocks(trajectories, problem, h)
         warnings = burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest

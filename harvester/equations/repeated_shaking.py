@@ -70,6 +70,15 @@ def events(scene: Scene) -> Events | None:
     return Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
 
 
+def briefest(scene: Scene) -> float | None:
+    """The time in s that the shocks of a scene change in: their duration, half a turn of their sine; None without."""
+    excitation = scene.excitation
+    if excitation is None or excitation.profile not in SHOCKS or excitation.pulse_duration is None:
+        return None
+    half = 0.5 / excitation.frequency if excitation.frequency is not None else excitation.pulse_duration
+    return min(half, excitation.pulse_duration)
+
+
 def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The record or density of the scene's profile."""
     excitation, oscillator = scene.excitation, scene.oscillator

@@ -10,6 +10,7 @@ import numpy as np
 from harvester.engines.ensemble import KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import NOT_WHITE
+from harvester.engines.shocks import resolve_shocks
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import invalid
@@ -129,6 +130,7 @@ def prepare(
     begin = time.perf_counter()
     count = affordable(eqs.is_steady, ideal, number(options.within))
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
+    resolve_shocks(pilot, problem, h)
     warnings = burn_in(pilot, number(options.budget))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
