@@ -59,7 +59,7 @@ def search(surface: Surface, engine: Engine, interval: bool = True) -> SearchRes
         except SpentError:
             low, high = _hull(surface, begin)
             missing = "the level set"
-        best = _with(best, low, high)
+        best = _with(_peak(surface, begin), low, high)  # the scans may have come nearer than the climb
         others = [p for p in climbed[1:] if np.all((p.u >= low) & (p.u <= high))]
         warnings = ["another peak is as high within the model's error: the interval holds both"] if others else []
         if missing:

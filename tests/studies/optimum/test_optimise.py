@@ -19,6 +19,7 @@ from harvester.studies.optimum import evaluations, optimise, ranges
 from harvester.studies.optimum.response_surface import Fit, design_size, exponents
 from harvester.uncertainty.value import Value
 from tests.support import systems
+from tests.support.paths import EXAMPLES
 
 BETA, DAMPING = 0.5, 0.05
 LINEAR = systems.scene(systems.linear(BETA, 1.0, DAMPING))
@@ -138,6 +139,13 @@ def test_exact_is_the_default_of_a_linear_scene():
     assert answer.engine == "exact"
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95 < 1.0001 * key.low95
     assert abs(answer.mean_power.value / linear_power(math.sqrt(1.0 + BETA)) - 1.0) < 1e-9
+
+
+def test_an_interval_holds_its_own_value():
+    """Engine `exact` is known to rounding, which is closer than the climb to the peak comes."""
+    scene = hv.load(EXAMPLES / "plate.toml")
+    (key,) = hv.optimise(scene, {"load.resistance": ("1k", "1M")}, "exact").keys
+    assert key.low95 < key.value < key.high95
 
 
 def test_formula_finds_the_exact_optimum():
