@@ -120,6 +120,9 @@ def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
     assert mean(t[cycles], power[cycles], 0.0) == pytest.approx(0.8 * 0.9 * given, rel=0.15)
     assert store[t > begin].min() > 2.4 - 0.1
     assert out.max() < 1.85
+    looks = rises(t, vin, 0.95 * (voc - drops))  # the first when the cold start has ended, the second 1 s later
+    assert len(looks) == 2
+    assert looks[1] - looks[0] == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_step_up_chip_stops_charging_when_full():
@@ -185,10 +188,49 @@ def test_self_powered_sshi_does_not_switch_below_its_drops():
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high"), [("ltc3588", 0.2, 0.5), ("bq25570", 0.2, 2.0), ("self_powered_sshi", 3.4, 4.4)]
+    ("name", "low", "high"),
+    [("ltc3588", 0.2, 0.5), ("bq25570", 0.2, 2.0), ("self_powered_sshi", 3.4, 4.4), ("node", 0.01, 0.11)],
 )
 def test_their_files_run_by_hand(name, low, high):
     """The power (mW) that `ngspice -b` prints of each file as it stands."""
     path = netlist_folder() / f"{name}.cir"
     said = subprocess.run(["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False).stdout
     assert low < 1e3 * float(said.split("load_power")[1].split()[1]) < high
+
+
+def node_current(volts, end, **given):
+    """Times and the current of a sensor node at a supply, given as ngspice's source."""
+    more = " ".join(f"{key}={value!r}" for key, value in given.items())
+    deck = [
+        "a node",
+        f"Vs supply 0 {volts}",
+        f"X1 supply 0 sensor_node {more}",
+        (netlist_folder() / "parts" / "sensor_node.lib").read_text(),
+        ".options reltol=1e-4 method=gear",
+        f".control\nset nobreak\ntran 0.2m {end!r} 0 0.2m uic\nlet y = -i(vs)\nprint col time y\n.endc\n.end\n",
+    ]
+    done = subprocess.run(
+        ["ngspice", "-b", "/dev/stdin"], input="\n".join(deck), capture_output=True, text=True, timeout=60, check=False
+    )
+    rows = [row.split()[1:3] for row in done.stdout.splitlines() if re.match(r"\d+\t", row)]
+    return np.array(rows, dtype=float).T
+
+
+def test_a_node_takes_the_mean_of_its_table():
+    """Over four cycles of 0.1 s: the trapezoids of the table, and what it takes asleep."""
+    t, current = node_current("3", 0.402, every=0.1)
+    table = np.array([[0.0, 4e-3], [10e-3, 4e-3], [10.5e-3, 20e-3], [15.5e-3, 20e-3], [16e-3, 2e-6], [0.1, 2e-6]]).T
+    charge = np.trapezoid(table[1], table[0])
+    cycles = (t >= 0.0015) & (t <= 0.4015)
+    assert np.trapezoid(current[cycles], t[cycles]) == pytest.approx(4 * charge, rel=0.02)
+    assert len(rises(t, current, 10e-3)) == 4
+    assert current.max() == pytest.approx(20e-3, rel=0.01)
+
+
+def test_a_node_stops_below_its_supply_and_begins_anew():
+    """The supply fails from 20 to 60 ms: nothing meanwhile, and the profile from its beginning afterwards."""
+    t, current = node_current("PWL(0 3 20m 3 21m 1 60m 1 61m 3)", 0.09, every=1.0)
+    assert np.interp(0.012, t, current) == pytest.approx(20e-3, rel=0.01)
+    assert current[(t > 0.025) & (t < 0.058)].max() < 1e-6
+    (again,) = rises(t[t > 0.05], current[t > 0.05], 10e-3)
+    assert again == pytest.approx(0.0605 + 0.0102, abs=2e-3)

@@ -219,7 +219,7 @@ def test_power_of_sece_does_not_depend_on_the_load():
     assert measured("sece", 1e7)[0] == pytest.approx(measured("sece", 1e6)[0], rel=0.06)
 
 
-CHIPS = ("ltc3588", "bq25570", "self_powered_sshi")  # tests/circuit/test_chips.py
+CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node")  # tests/circuit/test_chips.py
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ POINTS = {
     "2n5401": (PNP.format(-4.3, "2N5401"), GAIN, 60, 240),
     "bss138": ("I1 0 d 0.22\nVg g 0 10\nM1 d g 0 BSS138", "v(d)/0.22", 0.6, 0.8),
     "ltc3588_1": ("Vs vin 0 4\nR1 out 0 1Meg\nX1 p q vin out 0 ltc3588_1", "-i(vs)", 440e-9, 470e-9),
+    "sensor_node": ("Vs a 0 1.5\nX1 a 0 sensor_node", "-i(vs)", 95e-9, 105e-9),
     "bq25570_chip": ("Vs st 0 2\nR1 out 0 1Meg\nR2 in 0 1Meg\nX1 in st out 0 bq25570_chip", "-i(vs)", 470e-9, 500e-9),
 }
 
