@@ -27,6 +27,16 @@ if [ -n "$missing" ]; then
     $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null
 fi
 
+# The tests look at the page of `harvester explore` in a real browser; nothing else needs it.
+if ! command -v chromium >/dev/null && ! command -v chromium-browser >/dev/null && command -v apt-get >/dev/null; then
+    root=""
+    [ "$(id -u)" = 0 ] || root="sudo"
+    echo "setup: installing through apt-get${root:+ (with sudo)}, for make test only: chromium"
+    $root apt-get update -qq
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null ||
+        echo "setup: chromium was not installed, so the tests of the page in a browser will fail; all else works" >&2
+fi
+
 echo "setup: installing this package into .venv, with the versions of lock.txt"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint lock.txt --editable '.[test]'

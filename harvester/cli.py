@@ -14,6 +14,7 @@ from harvester.commands.charge import charge
 from harvester.commands.compare import compare
 from harvester.commands.cost import cost
 from harvester.commands.doctor import doctor
+from harvester.commands.explore import explore
 from harvester.commands.export import export
 from harvester.commands.help import SETTINGS
 from harvester.commands.identify import identify
@@ -51,7 +52,7 @@ A first session:
     help=HELP,
     sections=[
         cloup.Section("Your device", [new, keys, identify, record, export]),
-        cloup.Section("Its power", [run, sweep, optimise, tolerance, compare]),
+        cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability]),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],

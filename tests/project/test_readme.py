@@ -27,6 +27,7 @@ LESS = [
     ("harvester paper", ["3"], {}),
     ("harvester charge", ["--trajectories", "256"], {}),
     ("benchmarks/published.py", ["erturk_inman"], {}),
+    ("harvester explore", ["--help"], {}),  # which would serve for ever: tests/explore looks at its page
     ("response examples/published", [], {":301": ":3"}),
 ]
 

@@ -1,0 +1,126 @@
+"""What a page computes when a knob turns, in threads and in a worker process: the server itself only hands on."""
+
+import functools
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple, Protocol
+
+from harvester.engines.selection import refusals
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, named
+from harvester.explore import words
+from harvester.explore.live import Curve, Live, live
+from harvester.explore.newest import Newest
+from harvester.explore.paths import path_elsewhere
+from harvester.explore.runs import without
+from harvester.explore.slides import Slide
+from harvester.scene.scene import Scene
+
+POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
+RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
+PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
+
+
+def never() -> bool:
+    """Say that nothing newer waits."""
+    return False
+
+
+class Wanted(NamedTuple):
+    """What is to be computed: the scene as tables, and the key, its value and range on the axis."""
+
+    scene: Scene
+    tables: dict[str, Any]
+    key: str
+    at: float
+    slide: Slide
+
+
+class Shown(Protocol):
+    """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
+
+    def show(self, asked: Wanted, found: Live, serving: dict[str, str]) -> None:
+        """Draw what the formulas say."""
+        ...
+
+    def mean(self, text: str, doubts: list[str]) -> None:
+        """Say what the numbers mean."""
+        ...
+
+    def fail(self, text: str) -> None:
+        """Say that there is no answer, and why."""
+        ...
+
+    def say_of_path(self, text: str) -> None:
+        """Say how it stands with the path."""
+        ...
+
+    def show_path(self, found: dict[str, Any]) -> None:
+        """Draw a path."""
+        ...
+
+
+class Computing:
+    """The work of one page, for the newest state of its knobs; ``soon`` calls a function on the server's thread."""
+
+    def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
+        self._page, self._soon = page, soon
+        self._ended = threading.Event()
+        self._fine: tuple[Any, dict[str, Curve]] | None = None  # the last fine curves, and what they are of
+        self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
+        self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
+
+    def ask(self, wanted: Wanted) -> None:
+        """Compute all of it anew; what was asked for before is given up."""
+        self._live_work.ask(wanted)
+
+    def close(self) -> None:
+        """End the work."""
+        self._ended.set()
+        self._live_work.close()
+        self._path_work.close()
+
+    def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
+
+        A knob that is the axis itself moves the working point along a curve that is known.
+        """
+        try:
+            same = (without(asked.tables, asked.key), asked.key, asked.slide)
+            curves = self._fine[1] if self._fine and self._fine[0] == same else None
+            for fine in (False, True):
+                if fine and (self._ended.wait(RESTED) or overtaken()):
+                    return
+                found = live(asked.scene, asked.key, asked.at, asked.slide, fine, overtaken if fine else never, curves)
+                if found is None:
+                    return
+                self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem)))
+                if fine or curves is not None:
+                    self._fine = (same, found.curves)
+                    break
+            self._path_work.ask(asked)
+        except Exception as error:  # any is one line on the page
+            self._soon(functools.partial(self._page.fail, str(named(error))))
+
+    def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
+        if self._ended.wait(RESTED) or overtaken():
+            return
+        try:
+            self._soon(functools.partial(self._page.mean, *words.meanings(Problem(asked.scene))))
+        except HarvesterError as error:
+            self._soon(functools.partial(self._page.mean, words.problem_line(str(error)), []))
+        if overtaken():
+            return
+        self._soon(
+            lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
+        )
+        try:
+            found = path_elsewhere(asked.tables, overtaken, self._ended.is_set, PATIENCE)
+        except Exception as error:
+            text = str(named(error))
+            self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
+            return
+        if found is not None and not overtaken():
+            self._soon(lambda: self._page.show_path(found))

@@ -1,0 +1,41 @@
+"""What can be taken away from the page: the scene file, the figure, the report."""
+
+from typing import Any
+
+from harvester import figures, report
+from harvester.errors import SimulationError
+from harvester.explore.live import Live
+from harvester.studies.output_folder import provenance
+from harvester.studies.sweep.points import Axis
+from harvester.studies.sweep.rows import answered
+from harvester.studies.sweep.table import Table
+
+
+def table(live: Live, runs: list[dict[str, Any]]) -> Table:
+    """The curves of the page, and its runs of the present design, as the table of a sweep.
+
+    Raises SimulationError where there is nothing yet.
+    """
+    rows = []
+    for curve in live.curves.values() if not live.instead else ():
+        rows += [{live.key: f"{x:.9g}"} | answered(one) for x, one in curve.answers.items()]
+    rows += [{live.key: f"{run['x']:.9g}"} | run["row"] for run in runs if run["own"]]
+    if not rows:
+        raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
+    places = sorted({float(row[live.key]) for row in rows})
+    about = provenance(
+        live.problem, points="grid", vary={live.key: places}, engines={row["engine"]: {} for row in rows}
+    )
+    about["command"] = ["explore"]
+    points = [places.index(float(row[live.key])) for row in rows]
+    return Table((Axis(live.key, tuple(places)),), rows, points, False, about)
+
+
+def figure(live: Live, runs: list[dict[str, Any]], form: str) -> bytes:
+    """The figure of the table: png or svg."""
+    return figures.image(table(live, runs).plot(), form)
+
+
+def page(live: Live, runs: list[dict[str, Any]]) -> str:
+    """The report of the table, one HTML file."""
+    return report.html(report.of_sweep(live.problem, table(live, runs)))

@@ -1,0 +1,216 @@
+"""The scene that a page works on: every key as the text that stands in its field, and what is switched on."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from harvester.errors import InputError
+from harvester.explore.effects import Effect, effects, present
+from harvester.explore.texts import exactly, in_file, normal, written
+from harvester.machine import files
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.keys import keys, read_value
+from harvester.scene.load import Load
+from harvester.scene.physical import FILES
+from harvester.scene.scene import Scene
+from harvester.scene.toml import MOST_BYTES, load, loads
+
+RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
+FIRST = """
+title = "A plate against a stop, to begin with"
+oscillator = { mass = "40 g", stiffness = "16 N/m", damping = "6.4 mN s/m" }
+piezo = { coupling = "1 mN/V", capacitance = "50.2 nF" }
+stop = { restitution = 0.96 }
+excitation = { acceleration_psd = "1e-5 g^2/Hz" }
+load = { resistance = "1 Mohm" }
+"""  # what a page without a scene begins with: examples/plate_with_stop.toml
+# What a key is when its effect is switched on for the first time, where its example in `harvester keys` does not fit.
+_BEGIN = {"nondimensional.c1": "-0.05", "nondimensional.c2": "-0.05", "nondimensional.linear": "1"}
+_BEGIN |= {"nondimensional.mu": "1", "nondimensional.drive_frequency": "1", "nondimensional.centre_frequency": "1"}
+_BEGIN |= {"nondimensional.D12": "0.001", "nondimensional.gap": "0.2", "nondimensional.opposite_gap": "1"}
+_BEGIN |= {
+    "nondimensional.restitution": "0.96",
+    "nondimensional.opposite_restitution": "0.9",
+    "stop.damping": "0.1 N s/m",
+}
+_BEGIN |= {"nondimensional.eps1": "1", "nondimensional.eps2": "1", "nondimensional.D11": "0.01"}
+_BEGIN |= {"nondimensional.D22": "0.01", "nondimensional.stop_stiffness": "100"}
+
+
+class Draft:
+    """A scene under edit: it may be wrong at any moment, and `scene` says what is wrong.
+
+    ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the effects that are switched
+    on; ``netlist`` the circuit, None for a resistance (or none); ``files`` the paths of records by key.
+    """
+
+    def __init__(self, scene: Scene, raw: Mapping[str, Any] | None = None) -> None:
+        self.physical = scene.physical
+        self.title = scene.title
+        self.netlist = scene.load.netlist if scene.load else None
+        self.texts: dict[str, str] = {}
+        self.files: dict[str, str] = {}
+        self.loaded = scene.load is not None
+        tables = scene.tables()
+        for table, entries in tables.items():
+            for name, value in entries.items() if isinstance(entries, dict) else ():
+                self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
+        has = {*self.texts, *self.files}
+        self.on: set[Effect] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Draft":
+        """The draft of a scene file, its values as they are written there; raises as `harvester.load`."""
+        scene = load(path)
+        return cls(scene, tomllib.loads(files.read(path, "scene", MOST_BYTES).decode()))
+
+    @classmethod
+    def of_text(cls, text: str, folder: Path) -> "Draft":
+        """The draft of a scene file's text, whose netlist and records must be in ``folder``; raises as `loads`."""
+        scene = loads(text, folder)
+        return cls(scene, tomllib.loads(text))
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All effects that the scene could have."""
+        return effects(self.physical)
+
+    def _take(self, key: str, value: Any, raw: Any) -> None:
+        """Take the value of a key, as ``raw``, the text of the file, where there is one."""
+        if isinstance(value, dict):
+            for name, one in value.items():
+                self._take(f"{key}.{name}", one, raw.get(name) if isinstance(raw, dict) else None)
+        elif key.partition(".")[2] in FILES:
+            self.files[key] = value
+        elif isinstance(value, float):
+            self.texts[key] = raw if isinstance(raw, str) else exactly(key, value)
+
+    def has(self, effect: Effect) -> bool:
+        """Whether an effect is present."""
+        return present(effect, self.on)
+
+    def switch(self, effect: Effect, on: bool) -> None:
+        """Switch an effect on or off; on, others of its choice go off, and keys without a text get one."""
+        self.on.discard(effect)
+        if on:
+            self.on = {other for other in self.on if not effect.choice or other.choice != effect.choice} | {effect}
+            for key in effect.keys:
+                if key.partition(".")[2] not in FILES:
+                    self.texts.setdefault(key, self._first(key))
+
+    def _first(self, key: str) -> str:
+        """What a key is when it is present for the first time."""
+        name = key.partition(".")[2]
+        if key in _BEGIN:
+            return _BEGIN[key]
+        if self.physical and name in ("frequency", "centre_frequency", "bandwidth", "correlation_time"):
+            stiffness, mass = (self.value(f"oscillator.{one}") for one in ("stiffness", "mass"))
+            f0 = math.sqrt(abs(stiffness) / mass) / (2.0 * math.pi)
+            first = {"bandwidth": 0.2 * f0, "correlation_time": 0.1 / f0}.get(name, f0)
+            return written(key, float(f"{first:.3g}"))
+        example = next(one.example for one in keys() if f"{one.table}.{one.name}" == key)
+        return normal(key, example.strip("\"'"))
+
+    def value(self, key: str) -> float:
+        """The value of a key in SI units."""
+        return read_value(key, self.texts[key])
+
+    def type(self, key: str, text: str) -> None:
+        """Take a text that was typed; InputError in one line where it is no value of the key."""
+        self.texts[key] = normal(key, text)
+
+    def turn(self, key: str, value: float) -> None:
+        """Take a value in SI units, in the unit of the text that stood there."""
+        self.texts[key] = written(key, value, self.texts.get(key, ""))
+
+    def choose(self, netlist: str | None) -> None:
+        """Take another circuit (None: a resistance); a load resistance that was known goes along."""
+        before = self.texts.get(PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm")
+        self.netlist, self.loaded = netlist, True
+        self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
+        if netlist is None:
+            self.texts[RESISTANCE] = before
+            return
+        circuit = load_circuit(Load(netlist=netlist), self.value("piezo.capacitance") if self.physical else None)
+        for name, value in circuit.values.items():
+            if name != "Cp":  # that of the piezo, as long as the scene does not say otherwise
+                self.texts[PARAMETER + name] = written(PARAMETER + name, value)
+        self.texts[PARAMETER + "R"] = before
+
+    @property
+    def parameters(self) -> list[str]:
+        """The keys of the netlist's parameters."""
+        return [key for key in self.texts if key.startswith(PARAMETER)]
+
+    def present_keys(self) -> list[str]:
+        """The keys with a number that the scene has, in the order of the page."""
+        found = [key for e in self.effects if self.has(e) for key in e.keys if key in self.texts]
+        if self.netlist is not None:
+            return found + self.parameters
+        return found + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
+
+    def tables(self) -> dict[str, Any]:
+        """The scene as the nested tables of a scene file; InputError where a record is wanted and none is there."""
+        found: dict[str, Any] = {"title": self.title} if self.title else {}
+        if not self.physical:
+            found["nondimensional"] = {}
+        for effect in self.effects:
+            for key in effect.keys if self.has(effect) else ():
+                table, name = key.split(".", 1)
+                if name in FILES:
+                    if key not in self.files:
+                        raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
+                    found.setdefault(table, {})[name] = self.files[key]
+                elif key in self.texts:
+                    found.setdefault(table, {})[name] = in_file(key, self.texts[key])
+        if self.netlist is not None:
+            values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self.parameters}
+            found["load"] = {"netlist": self.netlist, "parameters": values}
+        elif self.physical and self.loaded and RESISTANCE in self.texts:
+            found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
+        return found
+
+    def scene(self) -> Scene:
+        """The scene; InputError with the first thing that is wrong."""
+        return Scene(**self.tables())
+
+    def toml(self) -> str:
+        """The scene file, values as they were typed; paths of files are those beside the scene file."""
+        import tomli_w
+
+        tables = self.tables()
+        for table, name in (("load", "netlist"), *(("excitation", one) for one in FILES)):
+            path = tables.get(table, {}).get(name)
+            if path and "/" in path:
+                tables[table][name] = f"./{Path(path).name}" if name == "netlist" else Path(path).name
+        return tomli_w.dumps(tables)
+
+    def copy(self) -> "Draft":
+        """Another draft of the same content."""
+        other = object.__new__(Draft)
+        other.__dict__.update(self.__dict__)
+        other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
+        return other
+
+
+def first() -> Draft:
+    """The draft that a page begins with where no scene is given."""
+    tables = tomllib.loads(FIRST)
+    return Draft(loads(FIRST), tables)
+
+
+def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """The keys in which two scenes' `Draft.tables` differ, each with both texts ("absent" where it is not there)."""
+    flat = [dict(_flat(one)) for one in (before, after)]
+    names = dict.fromkeys([*flat[0], *flat[1]])
+    rows = [(name, str(flat[0].get(name, "absent")), str(flat[1].get(name, "absent"))) for name in names]
+    return [row for row in rows if row[1] != row[2] and row[0] != "title"]
+
+
+def _flat(tables: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for name, value in tables.items():
+        found += _flat(value, f"{above}{name}.") if isinstance(value, dict) else [(above + name, value)]
+    return found

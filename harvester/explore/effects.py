@@ -1,0 +1,94 @@
+"""What can be switched on and off as a whole on the page, with the keys of the scene that it has."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect of a scene: present with all of its keys, or absent.
+
+    ``table`` is the card of the page that it stands in, ``keys`` are whole names such as ``stop.gap``.  Of the effects
+    with the same ``choice`` one is present at most.  One that ``needs`` another, by its label or its choice, is
+    absent where that is.  A ``fixed`` one cannot be switched off.
+    """
+
+    table: str
+    label: str
+    keys: tuple[str, ...]
+    choice: str = ""
+    needs: str = ""
+    fixed: bool = False
+
+
+PHYSICAL = (
+    Effect("oscillator", "mass and spring", ("oscillator.mass", "oscillator.stiffness"), fixed=True),
+    Effect("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
+    Effect("oscillator", "damping, as a coefficient", ("oscillator.damping",), "damping"),
+    Effect("oscillator", "quadratic spring", ("oscillator.quadratic_stiffness",)),
+    Effect("oscillator", "cubic spring", ("oscillator.cubic_stiffness",)),
+    Effect("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
+    Effect("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
+    Effect("piezo", "transducer", ("piezo.coupling", "piezo.capacitance"), fixed=True),
+    Effect("stop", "rigid stop", ("stop.restitution",), "stop"),
+    Effect("stop", "compliant stop", ("stop.stiffness",), "stop"),
+    Effect("stop", "damping of the compliant stop", ("stop.damping",), needs="compliant stop"),
+    Effect("stop", "at a distance from rest", ("stop.gap",), needs="stop"),
+    Effect("stop", "second stop opposite", ("opposite_stop.restitution", "opposite_stop.gap"), needs="rigid stop"),
+    Effect("excitation", "white noise", ("excitation.acceleration_psd",), "noise"),
+    Effect("excitation", "harmonic", ("excitation.acceleration_amplitude", "excitation.frequency"), "shaking"),
+    Effect("excitation", "coloured noise", ("excitation.correlation_time",), "shaking", needs="noise"),
+    Effect(
+        "excitation",
+        "noise of a band",
+        ("excitation.centre_frequency", "excitation.bandwidth"),
+        "shaking",
+        needs="noise",
+    ),
+    Effect("excitation", "recorded acceleration", ("excitation.acceleration_file",), "shaking"),
+    Effect("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
+    Effect("excitation", "noise on the stiffness", ("excitation.stiffness_noise",)),
+)
+
+
+def _one(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> Effect:
+    return Effect(table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs)
+
+
+NONDIMENSIONAL = (
+    _one("oscillator", "linear damping", "c1"),
+    _one("oscillator", "damping of x^2", "c2"),
+    _one("oscillator", "damping of x^4", "c3"),
+    _one("oscillator", "cubic spring", "alpha"),
+    _one("oscillator", "quadratic spring", "alpha2"),
+    _one("oscillator", "sign of the linear spring", "linear"),
+    _one("piezo", "coupling", "beta"),
+    _one("stop", "rigid stop", "restitution", choice="stop"),
+    _one("stop", "compliant stop", "stop_stiffness", choice="stop"),
+    _one("stop", "damping of the compliant stop", "stop_damping", needs="compliant stop"),
+    _one("stop", "at a distance from rest", "gap", needs="stop"),
+    _one("stop", "second stop opposite", "opposite_restitution", "opposite_gap", needs="rigid stop"),
+    _one("excitation", "external noise", "D11", choice="noise"),
+    _one("excitation", "size of the external noise", "eps1", needs="noise"),
+    _one("excitation", "parametric noise", "D22", choice="parametric"),
+    _one("excitation", "size of the parametric noise", "eps2", needs="parametric"),
+    _one("excitation", "correlation of the two noises", "D12", needs="parametric"),
+    _one("excitation", "harmonic", "drive", "drive_frequency", choice="shaking"),
+    _one("excitation", "coloured noise", "correlation_time", choice="shaking", needs="noise"),
+    _one("excitation", "noise of a band", "centre_frequency", "bandwidth", choice="shaking", needs="noise"),
+    _one("load", "load resistance", "mu"),
+)
+
+
+def effects(physical: bool) -> tuple[Effect, ...]:
+    """All effects of a physical or of a nondimensional scene, in the order of the page."""
+    return PHYSICAL if physical else NONDIMENSIONAL
+
+
+def present(effect: Effect, on: set[Effect]) -> bool:
+    """Whether an effect that is among those switched ``on`` counts: what it needs must be on too."""
+    return effect in on and possible(effect, on)
+
+
+def possible(effect: Effect, on: set[Effect]) -> bool:
+    """Whether an effect could be present beside those switched ``on``: what it needs is among them."""
+    return not effect.needs or any(effect.needs in (other.label, other.choice) for other in on)

@@ -1,0 +1,239 @@
+"""The knobs of the page: for every key a field and a slider, for every effect a switch, in a card for each table."""
+
+import functools
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+import panel as pn
+
+from harvester.errors import InputError
+from harvester.explore import circuits
+from harvester.explore.draft import PARAMETER, RESISTANCE, Draft
+from harvester.explore.effects import Effect, possible
+from harvester.explore.looks import CARD, CHECKBOX, FIELD, PICTURE, SLIDER
+from harvester.explore.slides import STEPS, Slide, slide
+from harvester.explore.texts import meaning_of, unit_on_page
+from harvester.scene.physical import FILES
+
+Changed = Callable[[str], None]  # is called with an error, "" where there is none
+_CARDS = {"load": "Load", "oscillator": "Oscillator", "piezo": "Piezo", "stop": "Stop", "excitation": "Excitation"}
+
+
+class Knob:
+    """The field and the slider of one key."""
+
+    def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
+        self.draft, self.key, self._changed = draft, key, changed
+        self._quiet = False
+        self.slide: Slide = slide(key, self._value() or 1.0)
+        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
+        told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
+        style = [f"knob-{key.replace('.', '-')}"]
+        self.field = pn.widgets.TextInput(
+            name=name,
+            value=draft.texts.get(key, ""),
+            description=told,
+            width=128,
+            margin=(0, 6, 2, 0),
+            css_classes=["field", *style],
+            stylesheets=[FIELD],
+        )
+        self.slider = pn.widgets.IntSlider(
+            name="",
+            start=0,
+            end=STEPS,
+            value=self.slide.place(self._value() or 1.0),
+            show_value=False,
+            tooltips=False,
+            sizing_mode="stretch_width",
+            align="end",
+            margin=(0, 8, 4, 8),
+            css_classes=["slider", *style],
+            stylesheets=[SLIDER],
+            min_width=90,
+        )
+        self.field.param.watch(self._typed, "value")
+        self.slider.param.watch(self._turned, "value")
+        self.view = pn.Row(self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0))
+
+    def _value(self) -> float:
+        return self.draft.value(self.key) if self.key in self.draft.texts else 0.0
+
+    def refresh(self) -> None:
+        """Show what the draft says."""
+        self._quiet = True
+        if self.key in self.draft.texts:
+            value = self._value()
+            if not self.slide.holds(value):
+                self.slide = slide(self.key, value)
+            self.field.value = self.draft.texts[self.key]
+            self.slider.value = self.slide.place(value)
+        self._quiet = False
+
+    def _typed(self, event: Any) -> None:
+        if self._quiet:
+            return
+        try:
+            self.draft.type(self.key, event.new)
+        except InputError as error:
+            self._changed(str(error))
+            return
+        self.refresh()
+        self._changed("")
+
+    def _turned(self, event: Any) -> None:
+        if self._quiet:
+            return
+        self.draft.turn(self.key, self.slide.value(event.new))
+        self._quiet = True
+        self.field.value = self.draft.texts[self.key]
+        self._quiet = False
+        self._changed("")
+
+
+class Knobs:
+    """All cards of a draft; ``changed`` is called after each change, with an error where a text could not be read."""
+
+    def __init__(self, draft: Draft, changed: Changed) -> None:
+        self.draft, self._changed, self._quiet = draft, changed, False
+        self.knobs: dict[str, Knob] = {}
+        self.switches: dict[Effect, Any] = {}
+        self._bodies: dict[Effect, Any] = {}
+        self._blocks: dict[Effect, Any] = {}
+        self.pictures: dict[str, Any] = {}
+        self._load = pn.Column(sizing_mode="stretch_width", margin=0)
+        cards = [self._card(table) for table in _CARDS]
+        self.view = pn.Column(*cards, sizing_mode="stretch_width", margin=0)
+        self.refresh()
+
+    def _card(self, table: str) -> Any:
+        inside: list[Any] = [self._block(one) for one in self.draft.effects if one.table == table]
+        if table == "load" and self.draft.physical:
+            inside = [self._circuits(), self._load, *inside]
+            self._fill_load()
+        return pn.Card(
+            *inside,
+            title=_CARDS[table],
+            sizing_mode="stretch_width",
+            margin=(0, 0, 10, 0),
+            stylesheets=[CARD],
+            css_classes=["card", f"card-{table}"],
+            header_background="transparent",
+            active_header_background="transparent",
+        )
+
+    def _block(self, effect: Effect) -> Any:
+        """An effect's switch, and under it its knobs."""
+        self._bodies[effect] = pn.Column(sizing_mode="stretch_width", margin=0)
+        parts = [self._bodies[effect]]
+        if not effect.fixed:
+            switch = pn.widgets.Checkbox(
+                name=effect.label,
+                value=self.draft.has(effect),
+                margin=(3, 0, 2, 0),
+                stylesheets=[CHECKBOX],
+                css_classes=["switch", "switch-" + effect.keys[0].replace(".", "-")],
+            )
+            switch.param.watch(lambda event: self._switched(effect, event.new), "value")
+            self.switches[effect] = switch
+            parts.insert(0, switch)
+        self._blocks[effect] = pn.Column(*parts, sizing_mode="stretch_width", margin=0)
+        return self._blocks[effect]
+
+    def _fill(self, effect: Effect) -> None:
+        """Make the knobs of an effect when it is first present: most never are, and each takes its time."""
+        body = self._bodies[effect]
+        if not body.objects:
+            body.objects = [
+                pn.pane.HTML("", margin=(0, 0, 4, 2), css_classes=["file"])
+                if key.partition(".")[2] in FILES
+                else self._knob(key).view
+                for key in effect.keys
+            ]
+
+    def _knob(self, key: str) -> Knob:
+        self.knobs[key] = Knob(self.draft, key, self._changed)
+        return self.knobs[key]
+
+    def _circuits(self) -> Any:
+        """The pictures of the circuits."""
+        for name in circuits.names():
+            button = pn.widgets.Button(
+                name=circuits.label(name),
+                icon=circuits.picture(name),
+                icon_size="6.9em",
+                width=102,
+                height=74,
+                margin=(0, 6, 6, 0),
+                css_classes=["circuit", f"circuit-{name}"],
+                stylesheets=[PICTURE],
+            )
+            button.on_click(functools.partial(self._picked, name))
+            self.pictures[name] = button
+        return pn.FlexBox(*self.pictures.values(), sizing_mode="stretch_width", margin=(2, 0, 6, 0))
+
+    def _picked(self, name: str, _: Any) -> None:
+        self._chosen(None if name == "resistor" else name)
+
+    def _chosen(self, netlist: str | None) -> None:
+        if netlist == self.draft.netlist and self.draft.loaded:
+            return
+        try:
+            self.draft.choose(netlist)
+        except InputError as error:
+            self._changed(str(error))
+            return
+        self._fill_load()
+        self.refresh()
+        self._changed("")
+
+    def _fill_load(self) -> None:
+        """Make the knobs of the load anew: the resistance, or the netlist's parameters."""
+        for key in [key for key in self.knobs if key.startswith(PARAMETER) or key == RESISTANCE]:
+            del self.knobs[key]
+        if self.draft.netlist is None and RESISTANCE not in self.draft.texts:
+            self._load.objects = [pn.pane.HTML("No load yet: choose one.", margin=(0, 0, 4, 2))]
+            return
+        names = [RESISTANCE] if self.draft.netlist is None else self.draft.parameters
+        self._load.objects = [self._knob(key).view for key in names]
+
+    def _switched(self, effect: Effect, on: bool) -> None:
+        if self._quiet:
+            return
+        try:
+            self.draft.switch(effect, on)
+        except InputError as error:
+            self._changed(str(error))
+        self.refresh()
+        self._changed("")
+
+    def refresh(self) -> None:
+        """Show what the draft says: values, switches, what is there to be seen, and the circuit."""
+        self._quiet = True
+        for effect, block in self._blocks.items():
+            here = self.draft.has(effect)
+            block.visible = possible(effect, self.draft.on)
+            self._bodies[effect].visible = here
+            if here:
+                self._fill(effect)
+            if effect in self.switches:
+                self.switches[effect].value = here
+            for pane, key in zip(
+                [one for one in self._bodies[effect].objects if isinstance(one, pn.pane.HTML)],
+                [key for key in effect.keys if key.partition(".")[2] in FILES],
+                strict=False,
+            ):
+                path = self.draft.files.get(key, "")
+                told = path.rpartition("/")[2] or "none yet: open a CSV file above"
+                pane.object = f'<span style="font-size:13px">{escape(told)}</span>'
+        for knob in self.knobs.values():
+            knob.refresh()
+        for name, button in self.pictures.items():
+            chosen = name == (self.draft.netlist or ("resistor" if self.draft.loaded else ""))
+            button.css_classes = ["circuit", f"circuit-{name}", *(["chosen"] if chosen else [])]
+        self._quiet = False
+
+    def slide_of(self, key: str) -> Slide:
+        """The range of a key's slider."""
+        return self.knobs[key].slide

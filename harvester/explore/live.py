@@ -1,0 +1,177 @@
+"""The engines that answer while a knob turns: the three formulas over a grid of one key, and at the working point."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines import Averaged, Exact, Published
+from harvester.engines.formula import Formula
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+from harvester.explore.slides import Slide
+from harvester.scene.scene import Scene
+
+FORMULAS: dict[str, type[Formula]] = {engine.NAME: engine for engine in (Exact, Averaged, Published)}
+# Points of a curve that are computed while a knob turns, and after that; a closed form costs next to nothing, and under
+# a harmonic drive it has peaks that a coarse grid would miss.
+POINTS = {"exact": (61, 601), "averaged": (11, 41), "published": (11, 41)}
+AT_ONCE = (
+    61  # points between two looks whether a newer request waits, in the time of the closed form; of a theory a few
+)
+DRAWN = 97  # points of a curve through fewer
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The mean power of an engine over the key, in W or nondimensional.
+
+    ``x``, ``power``, ``low`` and ``high`` have shape (n,): the places, the power, and its ends with the error that the
+    engine states (the power itself where it states none).  ``answers`` are those of the points that were computed, by
+    place; between them the curve is a cubic through their logarithms.
+    """
+
+    x: Floats
+    power: Floats
+    low: Floats
+    high: Floats
+    answers: dict[float, Estimate]
+
+
+@dataclass(frozen=True)
+class Live:
+    """What the formulas say of a scene: a curve each, the answer at the working point, or why there is none.
+
+    ``instead`` says that the load is a netlist, which no formula knows: the curves are those of a resistor of the same
+    resistance in its place.
+    """
+
+    problem: Problem
+    key: str
+    at: float
+    instead: bool
+    curves: dict[str, Curve] = field(default_factory=dict)
+    here: dict[str, Estimate] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+
+
+def grid(slide: Slide, count: int) -> Floats:
+    """The places of a curve: by ratio or even, as the slider's."""
+    low, high = slide.ends
+    if not slide.by_ratio:
+        return np.linspace(low, high, count)
+    return np.asarray(slide.sign * np.geomspace(slide.low, slide.high, count))[:: int(slide.sign)]
+
+
+def live(
+    scene: Scene,
+    key: str,
+    at: float,
+    slide: Slide,
+    fine: bool,
+    overtaken: Callable[[], bool] = lambda: False,
+    curves: dict[str, Curve] | None = None,
+) -> Live | None:
+    """The answers of the formulas to a scene whose ``key`` is ``at``; on a ``fine`` grid, or on one that is quick.
+
+    Ends with None once it is ``overtaken``.  ``curves`` are those of the same scene at another value of the key, where
+    they are known already: then the working point alone is computed.
+
+    Raises InputError for a scene that cannot be.
+    """
+    problem = Problem(scene)
+    instead = problem.netlist is not None
+    base = scene
+    if instead:
+        _ = problem.circuit  # refuses a netlist that is not allowed
+        resistance = scene.load.parameters.get("R", 1e6) if scene.load else 1e6
+        base = scene.with_load(resistance=resistance)
+        key_of_base = "load.resistance" if key.startswith("load.parameters") else key
+    else:
+        key_of_base = key
+    found = Live(problem, key, at, instead)
+    for name, engine in FORMULAS.items():
+        if reason := engine.refusal(Problem(base)):
+            found.refused[name] = reason
+            continue
+        here = engine().run_many([base])[0]
+        if isinstance(here, Estimate):
+            found.here[name] = here
+        else:
+            found.refused[name] = str(here)
+        if curves is not None:
+            found.curves.update({name: curves[name]} if name in curves else {})
+            continue
+        known = _answers(engine(), base, key_of_base, grid(slide, POINTS[name][fine]), overtaken)
+        if known is None:
+            return None
+        if len(known) > 1:
+            found.curves[name] = _curve(known, slide)
+    return found
+
+
+def best(here: dict[str, Estimate]) -> Estimate | None:
+    """The answer that is nearest to the truth: exact, else averaged, else published."""
+    return next((here[name] for name in FORMULAS if name in here), None)
+
+
+def _answers(
+    engine: Formula, scene: Scene, key: str, places: Floats, overtaken: Callable[[], bool]
+) -> dict[float, Estimate] | None:
+    """The answers at the places where there are any, in their order; None once it is overtaken."""
+    at_once = AT_ONCE if engine.NAME == Exact.NAME else AT_ONCE // 4
+    found: dict[float, Estimate] = {}
+    for begin in range(0, len(places), at_once):
+        if overtaken():
+            return None
+        some = {float(x): one for x in places[begin : begin + at_once] if (one := _varied(scene, key, x)) is not None}
+        answers = engine.run_many([*some.values()])
+        found |= {x: answer for x, answer in zip(some, answers, strict=True) if isinstance(answer, Estimate)}
+    return found
+
+
+def _varied(scene: Scene, key: str, value: float) -> Scene | None:
+    """The scene with another value of a key; None where it cannot be, such as two stops without room between them."""
+    try:
+        return scene.vary(key, float(value))
+    except HarvesterError:
+        return None
+
+
+def _curve(answers: dict[float, Estimate], slide: Slide) -> Curve:
+    """The smooth curve through the points."""
+    x = np.array([*answers])
+    power = np.array([one.mean_power.value for one in answers.values()])
+    error = np.array([one.mean_power.error95 for one in answers.values()])
+    across = Slide(*_ends(x), True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
+    fine = np.union1d(grid(across, DRAWN), x) if len(x) < DRAWN else x
+    middle, low, high = (
+        _smooth(x, values, fine, slide) for values in (power, np.maximum(power - error, 0.0), power + error)
+    )
+    return Curve(fine, middle, low, high, answers)
+
+
+def _ends(x: Floats) -> tuple[float, float]:
+    """The sizes of the first and of the last place, the smaller one first."""
+    low, high = sorted((abs(float(x[0])), abs(float(x[-1]))))
+    return low, high
+
+
+def _smooth(x: Floats, y: Floats, fine: Floats, slide: Slide) -> Floats:
+    """A cubic spline, through the logarithms where there are any: the theories' power is smooth in every key."""
+    from scipy.interpolate import make_interp_spline
+
+    inside, across = (np.log(np.abs(x)), np.log(np.abs(fine))) if slide.by_ratio else (x, fine)
+    order = np.argsort(inside)
+    positive = bool((y > 0.0).all())
+    values = make_interp_spline(inside[order], (np.log(y) if positive else y)[order], min(3, len(y) - 1))(across)
+    return np.asarray(np.exp(values) if positive else values)
+
+
+def engineering(values: Sequence[float]) -> int:
+    """The power of 1000, as one of ten, that brings the largest of some values between 1 and 1000."""
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
+    return min(max(3 * math.floor(math.log10(largest) / 3), -15), 9) if largest > 0.0 else 0

@@ -1,0 +1,196 @@
+"""One user's page: its draft, its pictures, and what happens when a knob turns."""
+
+import tempfile
+import threading
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+
+from harvester.errors import HarvesterError, InputError
+from harvester.explore import words
+from harvester.explore.bar import FilesBar, PinBar
+from harvester.explore.computing import Computing, Wanted
+from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
+from harvester.explore.knobs import Knobs
+from harvester.explore.live import Live, best
+from harvester.explore.looks import WORDS
+from harvester.explore.pictures import PathPlots, PowerPlot
+from harvester.explore.runs import RunPanel
+from harvester.explore.slides import Slide
+
+
+class Explorer:
+    """The page of one user."""
+
+    def __init__(self, draft: Draft) -> None:
+        self.draft = draft
+        self.document = pn.state.curdoc
+        self._ended = threading.Event()
+        self.folder = tempfile.TemporaryDirectory(prefix="harvester-explore-")
+        self.live: Live | None = None
+        self._wanted: Wanted | None = None
+        self.pinned: tuple[dict[str, Any], Live] | None = None
+        self._doubts: list[str] = []
+        self._computing = Computing(self, self._soon)
+        self.error = self._html("error-line")
+        self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
+        self.meaning, self.difference, self.path_told = map(self._html, ("meaning", "difference", "path-told"))
+        self.axis = pn.widgets.Select(name="", options=["load.resistance"], width=210, margin=0, css_classes=["axis"])
+        self.axis.param.watch(lambda _: self.changed(""), "value")
+        self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0)
+        self.power: PowerPlot | None = None
+        self.paths = PathPlots()
+        self.runs = RunPanel(self._point, self._draw, self._soon)
+        self.pin = PinBar(self._pin, self._unpin)
+        self.files = FilesBar(Path(self.folder.name), self)
+        self.side = pn.Column(sizing_mode="stretch_width", margin=0)
+        self._renew()
+        pn.state.onload(lambda: self.changed(""))  # what is computed would slow down the first sight of the page
+
+    def _html(self, name: str) -> Any:
+        return pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=[name])
+
+    def roots(self) -> dict[str, Any]:
+        """The parts of the page by their names in page.html."""
+        over = pn.Row(self._html("over"), self.axis, margin=0, styles={"flex": "0 0 auto"})
+        over[0].param.update(object='<div class="by">power over</div>', sizing_mode=None, width=76, align="center")
+        self.headline.styles = {"flex": "1 1 300px"}
+        head = pn.FlexBox(self.headline, over, justify_content="space-between", sizing_mode="stretch_width", margin=0)
+        return {
+            "knobs": self.side,
+            "power": pn.Column(self.error, head, self.plot, self.runs.view, sizing_mode="stretch_width", margin=0),
+            "numbers": pn.Column(self.answers, self.warnings, sizing_mode="stretch_width", margin=0),
+            "path": self.path_told,
+            "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0),
+            "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0),
+            "meaning": self.meaning,
+            "compare": pn.Column(self.pin.view, self.difference, sizing_mode="stretch_width", margin=0),
+            "files": pn.Column(self.files.open, self.files.save, sizing_mode="stretch_width", margin=0),
+        }
+
+    def _renew(self) -> None:
+        """Make the knobs anew, for another scene."""
+        self.knobs = Knobs(self.draft, self.changed)
+        self.side.objects = [self.knobs.view]
+
+    def replace(self, draft: Draft) -> None:
+        """Work on another draft."""
+        self.draft = draft
+        self._renew()
+        self.changed("")
+
+    def changed(self, error: str) -> None:
+        """Take notice of a change: an ``error`` is shown; else the formulas and then a path are asked for anew."""
+        try:
+            if error:
+                raise InputError(error)
+            scene = self.draft.scene()
+            key, at, slide = self._axis()
+        except HarvesterError as wrong:
+            self.error.object = words.problem_line(str(wrong))
+            return
+        self.error.object = ""
+        self._wanted = Wanted(scene, self.draft.tables(), key, at, slide)
+        self._computing.ask(self._wanted)
+
+    def _axis(self) -> tuple[str, float, Slide]:
+        """The key of the axis, its value and its range; the load where the key that was chosen is gone."""
+        options = self.draft.present_keys()
+        if not options:
+            raise InputError("the scene must have a number to turn, but has none: switch something on")
+        load = [key for key in (RESISTANCE, PARAMETER + "R", "nondimensional.mu") if key in options]
+        if self.axis.options != options:
+            key = self.axis.value if self.axis.value in options else [*load, *options][0]
+            self.axis.param.update(options=options, value=key)
+        key = self.axis.value
+        return key, self.draft.value(key), self.knobs.slide_of(key)
+
+    def fail(self, text: str) -> None:
+        """Say that there is no answer, and why."""
+        self.error.object = words.problem_line(text)
+
+    def say_of_path(self, text: str) -> None:
+        """Say how it stands with the path."""
+        self.path_told.object = f'<div class="by">{escape(words.plain(text))}</div>'
+
+    def show_path(self, found: dict[str, Any]) -> None:
+        """Draw a path."""
+        self.paths.show(found)
+        hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
+        self.say_of_path(f"the last 12 periods of one path by {found['engine']}{hits}; a path is no mean")
+
+    def _soon(self, action: Callable[[], None]) -> None:
+        """Call a function on the server's thread, where the page may be changed; nothing where the page is gone."""
+        document = self.document
+        if document is None or document.session_context is None or self._ended.is_set():
+            return
+
+        def act() -> None:
+            with pn.io.hold(document):
+                action()
+
+        document.add_next_tick_callback(act)
+
+    def show(self, asked: Wanted, found: Live, serving: dict[str, str]) -> None:
+        """Draw what the formulas say, and let those engines be run that serve the scene."""
+        self.live, self._asked = found, asked
+        self.runs.serve(serving)
+        self._draw()
+
+    def mean(self, text: str, doubts: list[str]) -> None:
+        """Say what the numbers mean."""
+        self.meaning.object, self._doubts = text, doubts
+        self._draw_words()
+
+    def _draw(self) -> None:
+        """Draw what is known."""
+        if self.live is None:
+            return
+        asked = self._asked
+        if self.power is None or (self.power.key, self.power.slide) != (asked.key, asked.slide):
+            self.power = PowerPlot(asked.key, asked.slide)
+            self.plot.object = self.power.plot
+        pinned = self.pinned[1] if self.pinned and self.pinned[1].key == asked.key else None
+        self.power.show(self.live, self.runs.shown(asked.tables, asked.key), pinned)
+        self._draw_words()
+
+    def _draw_words(self) -> None:
+        if self.live is None:
+            return
+        runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
+        self.headline.object = words.headline(self.live, runs)
+        self.answers.object = words.answers(self.live, runs)
+        self.warnings.object = words.warnings(self.live, runs, self._doubts)
+        if self.pinned is None:
+            self.difference.object = ""
+        else:
+            tables, before = self.pinned
+            rows = differences(tables, self._asked.tables)
+            self.difference.object = words.difference(rows, best(before.here), best(self.live.here))
+
+    def _point(self) -> tuple[dict[str, Any], str, float] | None:
+        """The working point for a run in the background: what the knobs say, be it drawn yet or not."""
+        return None if self._wanted is None else (self._wanted.tables, self._wanted.key, self._wanted.at)
+
+    def _pin(self) -> None:
+        if self.live is not None:
+            self.pinned = (self._asked.tables, self.live)
+            self._draw()
+
+    def _unpin(self) -> None:
+        self.pinned = None
+        self._draw()
+
+    def shown_runs(self) -> list[dict[str, Any]]:
+        """The runs over the key of the axis."""
+        return self.runs.shown(self._asked.tables, self._asked.key)
+
+    def close(self) -> None:
+        """End all that belongs to the page."""
+        self._ended.set()
+        self._computing.close()
+        self.runs.close()
+        self.folder.cleanup()

@@ -1,0 +1,74 @@
+"""One path of a scene for the page, computed in a worker process: what is compiled there holds nobody up here."""
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from harvester.machine import processes
+
+PERIODS = 12.0  # that are drawn
+MOST = 1500  # points that are drawn
+IDLE = 300.0  # seconds after which a worker without work ends
+
+_idle: deque[Any] = deque()
+
+
+def path(tables: dict[str, Any]) -> dict[str, Any]:
+    """The last periods of one path of a scene: t, x, v and V in its units, as lists, and the places of its stops.
+
+    Raises HarvesterError as `harvester.motion`, in the scene's own process: call `path_elsewhere`.
+    """
+    import math
+
+    from harvester.engines.selection import default_sampler
+    from harvester.equations.problem import Problem
+    from harvester.scene.scene import Scene
+    from harvester.studies.motion import motion
+
+    problem = Problem(Scene(**tables))
+    found = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
+    last = found.t > found.t[-1] - found.shown
+    every = max(1, -(-int(last.sum()) // MOST))
+    t, x, v, voltage = (one[last][::every] for one in (found.t, found.x, found.v, found.voltage))
+    return {
+        "t": (t - t[0]).tolist(),
+        "x": x.tolist(),
+        "v": v.tolist(),
+        "V": voltage.tolist(),
+        "stops": list(found.stops),
+        "physical": found.physical,
+        "impacts": len(found.impacts),
+        "engine": found.engine,
+    }
+
+
+def path_elsewhere(
+    tables: dict[str, Any], overtaken: Callable[[], bool], ended: Callable[[], bool], patience: float
+) -> dict[str, Any] | None:
+    """`path` in a worker process; None where it was overtaken and took longer than ``patience`` seconds, or has ended.
+
+    Raises HarvesterError as `path`, and RuntimeError of loky's where the worker dies.
+    """
+    job, process = processes.submit_to_one(_idle, _new, path, (tables,))
+    waited = 0.0
+    while not job.done():
+        if ended() or (overtaken() and waited > patience):
+            processes.kill(process)
+            return None
+        threading.Event().wait(0.01)
+        waited += 0.01
+    try:
+        return job.result()
+    finally:
+        _idle.append(process)
+
+
+def _new() -> Any:
+    return processes.create(idle=IDLE)
+
+
+def close() -> None:
+    """End all workers that are idle."""
+    while _idle:
+        processes.kill(_idle.pop())

@@ -1,0 +1,191 @@
+"""The pictures of the page (Bokeh): power over the knob, the orbit, and the voltage against time."""
+
+import math
+from typing import Any
+
+import numpy as np
+from bokeh.core.properties import value
+from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Legend, LegendItem, Span
+from bokeh.plotting import figure
+
+from harvester.explore.live import FORMULAS, Curve, Live, engineering
+from harvester.explore.slides import Slide
+from harvester.explore.texts import unit_on_page
+from harvester.scene.units import SYMBOLS
+
+COLOURS = {  # those of harvester.figures.style, which would load matplotlib
+    "exact": "#000000",
+    "published": "#D55E00",
+    "averaged": "#009E73",
+    "ensemble": "#777777",
+    "ideal": "#CC79A7",
+    "spice": "#0072B2",
+}
+_DASHES = {"exact": [2, 3], "published": [7, 3], "averaged": "solid"}
+_MARKERS = {"ensemble": "square", "ideal": "diamond", "spice": "circle"}
+_INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
+_TICKS = """
+const size = Math.abs(tick);
+if (size == 0) return "0";
+const names = {"-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", "0": "", "3": "k", "6": "M", "9": "G"};
+let power = 3 * Math.floor(Math.log10(size) / 3 + 1e-9);
+power = Math.max(-15, Math.min(9, power));
+return parseFloat((tick / 10 ** power).toPrecision(4)) + names[power];
+"""
+
+
+def _plain(**options: Any) -> Any:
+    """A figure in the look of the page."""
+    plot = figure(toolbar_location=None, tools="", min_border_right=14, **{"sizing_mode": "stretch_width", **options})
+    plot.outline_line_color = None
+    plot.background_fill_alpha = plot.border_fill_alpha = 0.0
+    for axis in plot.axis:
+        axis.axis_line_color = axis.major_tick_line_color = "#b6bec6"
+        axis.minor_tick_line_color = None
+        axis.major_label_text_color = axis.axis_label_text_color = _INK
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_font_size, axis.major_label_text_font_size = "13px", "12px"
+    for grid in plot.grid:
+        grid.grid_line_color = _GRID
+    return plot
+
+
+class PowerPlot:
+    """Mean power over a key: the formulas' curves, their stated errors, runs with error bars, and a pinned design."""
+
+    def __init__(self, key: str, slide: Slide) -> None:
+        by_ratio = slide.by_ratio and slide.sign > 0.0
+        ends = {"x_range": slide.ends, "y_range": (0.0, 1.0)}
+        self.plot = _plain(
+            x_axis_type="log" if by_ratio else "linear", name="power", sizing_mode="stretch_both", **ends
+        )
+        self.key, self.slide = key, slide
+        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key).replace("ohm", "Ω")
+        self.plot.xaxis.axis_label = f"{name} ({unit})" if unit else name
+        if by_ratio:
+            self.plot.xaxis.formatter = CustomJSTickFormatter(code=_TICKS)
+        self.power = 0
+        ghost = ColumnDataSource({"x": [], "y": []})
+        self.ghost = self.plot.line(
+            "x", "y", source=ghost, color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
+        )
+        self.curves: dict[str, Any] = {}
+        items = []
+        for engine in reversed(FORMULAS):
+            source = ColumnDataSource({"x": [], "y": [], "low": [], "high": []}, name=f"curve-{engine}")
+            colour = COLOURS[engine]
+            self.plot.varea("x", "low", "high", source=source, color=colour, alpha=0.15)
+            look = {"color": colour, "line_width": 2.4, "line_dash": _DASHES[engine]}
+            self.curves[engine] = self.plot.line("x", "y", source=source, name=engine, **look)
+            items.append(LegendItem(label=engine, renderers=[self.curves[engine]]))
+        for engine, marker in _MARKERS.items():
+            source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
+            look = {"color": COLOURS[engine], "alpha": "alpha"}
+            self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
+            dots = self.plot.scatter("x", "y", source=source, size=9, marker=marker, name=engine, **look)
+            self.curves[engine] = dots
+            items.append(LegendItem(label=engine, renderers=[dots]))
+        items.append(LegendItem(label="pinned", renderers=[self.ghost]))
+        for item in items:
+            item.visible = False
+        self.items = {item.label.value: item for item in items}  # by what they are called at first
+        self.here = Span(location=1.0, dimension="height", line_color=_INK, line_dash=[3, 3], line_width=1)
+        self.plot.add_layout(self.here)
+        self._add_legend(items)
+        for name, renderer in self.curves.items():
+            tip = [(name, "@y{0.0000}"), ("at", "@x{0.000a}")]
+            self.plot.add_tools(HoverTool(renderers=[renderer], tooltips=tip, mode="mouse"))
+
+    def _add_legend(self, items: list[LegendItem]) -> None:
+        legend = Legend(items=items, orientation="horizontal", border_line_color=None, background_fill_alpha=0.0)
+        legend.label_text_color, legend.label_text_font_size = _INK, "12px"
+        legend.spacing, legend.padding, legend.margin, legend.glyph_width = 10, 2, 2, 24
+        self.plot.add_layout(legend, "above")
+
+    def show(self, live: Live, runs: list[dict[str, Any]], pinned: Live | None) -> None:
+        """Draw the curves, the runs (x, y, error, engine, own) and the pinned design, all in one unit."""
+        curves = [*live.curves.values(), *(pinned.curves.values() if pinned else ())]
+        tops = [float(one.power.max()) for one in curves] + [run["y"] + run["error"] for run in runs]
+        self.power = engineering(tops)
+        unit = f"{SYMBOLS[self.power].replace('u', 'µ')}W" if live.problem.physical else ""
+        scaled = 10.0**self.power
+        digits = "" if live.problem.physical or self.power == 0 else f"10^{self.power}, "
+        self.plot.yaxis.axis_label = f"mean power ({unit or digits + 'nondimensional'})"
+        for engine in FORMULAS:
+            curve = live.curves.get(engine)
+            self.curves[engine].data_source.data = _columns(curve, scaled)
+            self.items[engine].visible = curve is not None
+            self.items[engine].label = value(engine + ", with a resistor instead" * live.instead)
+        for engine in _MARKERS:
+            mine = [run for run in runs if run["engine"] == engine]
+            y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
+            alpha = [1.0 if run["own"] else 0.3 for run in mine]
+            data = {"x": [run["x"] for run in mine], "y": y, "low": y - error, "high": y + error, "alpha": alpha}
+            self.curves[engine].data_source.data = data
+            self.items[engine].visible = bool(mine)
+        ghost = _main(pinned)
+        self.ghost.data_source.data = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        self.items["pinned"].visible = ghost is not None
+        self.here.location = live.at
+        top = max((one for one in tops if math.isfinite(one)), default=0.0)
+        self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
+
+
+def _columns(curve: Curve | None, scaled: float) -> dict[str, Any]:
+    if curve is None:
+        return {"x": [], "y": [], "low": [], "high": []}
+    return {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+
+
+def _main(live: Live | None) -> Curve | None:
+    """The curve of the engine that is nearest to the truth."""
+    return None if live is None else next((live.curves[name] for name in FORMULAS if name in live.curves), None)
+
+
+class PathPlots:
+    """One path: the orbit in the phase plane, and the voltage against time."""
+
+    def __init__(self) -> None:
+        self.orbit = _plain(name="orbit", height=300, x_range=(-1.0, 1.0), y_range=(-1.0, 1.0))
+        self.voltage = _plain(name="voltage", height=300, x_range=(0.0, 1.0), y_range=(-1.0, 1.0))
+        self.orbit_line = self.orbit.line(
+            "x",
+            "v",
+            source=ColumnDataSource({"x": [], "v": []}, name="orbit"),
+            color=COLOURS["spice"],
+            line_width=1.1,
+            alpha=0.8,
+        )
+        self.voltage_line = self.voltage.line(
+            "t",
+            "V",
+            source=ColumnDataSource({"t": [], "V": []}, name="voltage"),
+            color=COLOURS["averaged"],
+            line_width=1.4,
+        )
+        self.stops = [Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)]
+        for stop in self.stops:
+            self.orbit.add_layout(stop)
+
+    def show(self, path: dict[str, Any]) -> None:
+        """Draw a path as `harvester.explore.paths.path` gives it."""
+        physical = path["physical"]
+        scales = {name: engineering(path[name]) if physical else 0 for name in ("x", "v", "V", "t")}
+        units = dict(zip(scales, ("m", "m/s", "V", "s"), strict=True))
+        drawn = {name: np.asarray(path[name]) / 10.0**power for name, power in scales.items()}
+
+        def named(what: str, name: str) -> str:
+            return f"{what} ({SYMBOLS[scales[name]].replace('u', 'µ')}{units[name]})" if physical else what
+
+        self.orbit_line.data_source.data = {"x": drawn["x"], "v": drawn["v"]}
+        self.voltage_line.data_source.data = {"t": drawn["t"], "V": drawn["V"]}
+        for plot, x, y in ((self.orbit, drawn["x"], drawn["v"]), (self.voltage, drawn["t"], drawn["V"])):
+            for ends, values in ((plot.x_range, x), (plot.y_range, y)):
+                low, high = float(values.min()), float(values.max())
+                room = 0.05 * (high - low) or 1.0
+                ends.update(start=low - room * (values is not drawn["t"]), end=high + room * (values is not drawn["t"]))
+        self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = named("displacement", "x"), named("velocity", "v")
+        self.voltage.xaxis.axis_label, self.voltage.yaxis.axis_label = named("time", "t"), named("voltage", "V")
+        for stop, place in zip(self.stops, [*path["stops"], math.nan, math.nan], strict=False):
+            stop.visible = math.isfinite(place)
+            stop.location = place / 10.0 ** scales["x"] if math.isfinite(place) else 0.0

@@ -1,0 +1,158 @@
+"""The buttons that run an engine in the background, with progress, a way to cancel, and the points that come out."""
+
+import json
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+import panel as pn
+
+from harvester.explore.background import Background
+from harvester.explore.looks import BUTTON, WORDS
+from harvester.explore.words import plain
+from harvester.uncertainty.value import NORMAL_QUANTILE
+
+ENGINES = ("ensemble", "ideal", "spice")
+
+
+class RunPanel:
+    """The buttons of a page and the points of its runs.
+
+    ``point`` gives tables, key and value of the working point, or None; ``changed`` is told when a run has ended;
+    ``soon`` calls a function where the page may be changed.
+    """
+
+    def __init__(
+        self,
+        point: Callable[[], tuple[dict[str, Any], str, float] | None],
+        changed: Callable[[], None],
+        soon: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._point, self._changed, self._soon = point, changed, soon
+        self.points: list[dict[str, Any]] = []
+        self._running: dict[str, Background] = {}
+        self._begun: dict[str, tuple[dict[str, Any], str, float]] = {}
+        self.within = pn.widgets.Select(
+            name="",
+            options=["5%", "2%", "1%", "0.5%"],
+            value="2%",
+            width=76,
+            margin=(4, 10, 4, 4),
+            css_classes=["within"],
+        )
+        self.buttons, self.cancels, self.bars = {}, {}, {}
+        self.told = pn.pane.HTML(
+            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["run-told"]
+        )
+        for engine in ENGINES:
+            self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
+            self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
+            self.cancels[engine].visible = False
+            self.bars[engine] = pn.indicators.Progress(
+                value=0,
+                max=100,
+                width=110,
+                height=8,
+                margin=(14, 8, 4, 2),
+                visible=False,
+                css_classes=[f"bar-{engine}"],
+            )
+        parts = [part for e in ENGINES for part in (self.buttons[e], self.bars[e], self.cancels[e])]
+        label = pn.pane.HTML("within", stylesheets=[WORDS], margin=(10, 0, 4, 6))
+        self.view = pn.Column(
+            pn.FlexBox(*parts, label, self.within, sizing_mode="stretch_width", margin=0),
+            self.told,
+            sizing_mode="stretch_width",
+            margin=0,
+        )
+
+    def _button(self, name: str, engine: str, kind: str, action: Callable[[str], None]) -> Any:
+        button = pn.widgets.Button(
+            name=name, margin=(4, 6, 4, 0), css_classes=[f"{kind}-{engine}"], stylesheets=[BUTTON]
+        )
+        button.on_click(lambda _: action(engine))
+        return button
+
+    def serve(self, refusals: dict[str, str]) -> None:
+        """Let those engines be run that serve the scene; the others say why not when the pointer rests on them."""
+        for engine in ENGINES:
+            known = engine in refusals and not refusals[engine]
+            self.buttons[engine].disabled = engine in self._running or not known
+
+    def _start(self, engine: str) -> None:
+        point = self._point()
+        if point is None or engine in self._running:
+            return
+        self._begun[engine] = point
+        self.told.object = ""
+        self._show(engine, running=True)
+        told = self._soon
+        self._running[engine] = Background(
+            point[0], engine, self.within.value, lambda said: told(lambda: self._take(engine, said))
+        )
+
+    def _cancel(self, engine: str) -> None:
+        if engine in self._running:
+            self._running[engine].cancel()
+
+    def _show(self, engine: str, running: bool) -> None:
+        self.buttons[engine].disabled = running
+        self.cancels[engine].visible = self.bars[engine].visible = running
+        self.bars[engine].value = -1  # moving: nobody knows yet how long compiling and settling take
+
+    def _take(self, engine: str, said: dict[str, Any]) -> None:
+        """Take what a run says."""
+        if "fraction" in said:
+            self.bars[engine].value = max(1, min(round(100 * said["fraction"]), 100))
+            return
+        self._running.pop(engine, None)
+        self._show(engine, running=False)
+        if "answer" in said:
+            self.points.append(_point(engine, self._begun[engine], said))
+        elif "error" in said:
+            self.told.object = f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
+        else:
+            self.told.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
+        self._changed()
+
+    def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
+        """The points over a key; ``own`` says that one is of this very design but for the key."""
+        rest = without(tables, key)
+        return [run | {"own": run["rest"] == rest} for run in self.points if run["key"] == key]
+
+    def close(self) -> None:
+        """Kill all runs."""
+        for one in [*self._running.values()]:
+            one.cancel()
+
+
+def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> dict[str, Any]:
+    """A run's answer as a point of the picture; ``error`` is its whole 95 % error, or that of its sampling."""
+    tables, key, at = begun
+    power = said["answer"]["mean_power"]
+    error = power["error95"] if power["error95"] is not None else NORMAL_QUANTILE * (power["stderr"] or 0.0)
+    return {
+        "engine": engine,
+        "key": key,
+        "x": at,
+        "y": power["value"],
+        "error": error,
+        "known": power["error95"] is not None,
+        "rest": without(tables, key),
+        "row": said["row"],
+        "text": said["power"],
+        "voltage": said["voltage"],
+        "warnings": said["answer"]["warnings"],
+    }
+
+
+def without(tables: dict[str, Any], key: str) -> str:
+    """What identifies a design but for one key and its title."""
+    copy = json.loads(json.dumps(tables))
+    copy.pop("title", None)
+    table, *names = key.split(".")
+    inside = copy.get(table, {})
+    for name in names[:-1]:
+        inside = inside.get(name, {})
+    inside.pop(names[-1], None)
+    return json.dumps(copy, sort_keys=True)

@@ -1,0 +1,99 @@
+"""Files that are given to the page: kept in a folder of its session, and trusted in nothing.
+
+A scene reaches no file outside of that folder, and neither does a netlist (`harvester.netlists.allowed`).
+"""
+
+import re
+from pathlib import Path
+
+from harvester.errors import InputError, shown
+from harvester.explore.draft import PARAMETER, Draft
+from harvester.explore.texts import written
+from harvester.machine import files
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.load import Load
+from harvester.scene.record_cleaning import clean
+from harvester.studies.record import look
+
+KINDS = (".toml", ".csv", ".cir")
+MOST_BYTES = 50_000_000  # of all that a session has been given
+_NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
+
+
+def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
+    """Write files into the session's folder.
+
+    Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
+    """
+    held = sum(one.stat().st_size for one in folder.iterdir())
+    if held + sum(map(len, contents)) > MOST_BYTES:
+        raise InputError(f"the files of a page must have at most {MOST_BYTES // 1_000_000} MB together, but have more")
+    kept = []
+    for name, content in zip(names, contents, strict=True):
+        if not _NAME.fullmatch(name) or Path(name).suffix.lower() not in KINDS:
+            raise InputError(
+                f"a file must be a scene (.toml), a record (.csv) or a netlist (.cir), but is {shown(name)}"
+            )
+        files.write(folder / name, content, "file")
+        kept.append(folder / name)
+    return kept
+
+
+def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
+    """The draft with what the files bring, and what to tell of them: a scene first, then its netlist and record.
+
+    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
+    cannot be used; the draft that was given stays as it was.
+    """
+    draft, told = draft.copy(), list[str]()
+    for path in sorted(paths, key=lambda one: KINDS.index(one.suffix.lower())):
+        match path.suffix.lower():
+            case ".toml":
+                draft = _scene(path)
+                told.append(f"scene {path.name}")
+            case ".csv" if any(Path(one).name == path.name for one in draft.files.values()):
+                told.append(f"record {path.name}")  # that of the scene, which has its own reader
+            case ".csv":
+                told += _record(draft, path, axis)
+            case _:
+                told.append(_netlist(draft, path))
+    draft.scene()
+    return draft, told
+
+
+def _scene(path: Path) -> Draft:
+    try:
+        return Draft.of_text(path.read_bytes().decode(), path.parent)
+    except UnicodeDecodeError:
+        raise InputError(f"scene must be UTF-8 text, but {shown(path.name)} is not") from None
+
+
+def _record(draft: Draft, path: Path, axis: str) -> list[str]:
+    """Make a record clean and let it shake the base."""
+    if not draft.physical:
+        raise InputError("a record must go with a scene in SI units, but this one is nondimensional")
+    try:
+        found = look(clean(str(path), axis or None, None))
+    except InputError as error:
+        raise InputError(str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")) from None
+    cleaned = path.with_name(f"{path.stem}_clean.csv") if not path.stem.endswith("_clean") else path
+    files.write(cleaned, found.text(), "file")
+    draft.files["excitation.acceleration_file"] = str(cleaned)
+    recorded = next(one for one in draft.effects if one.keys == ("excitation.acceleration_file",))
+    draft.switch(recorded, True)
+    for one in draft.effects:
+        if one.choice == "noise":
+            draft.switch(one, False)
+    rms = f"rms {found.record.rms:.4g} m/s^2, {len(found.record.values)} samples"
+    return [f"record {path.name}: {rms}", *found.record.found, *found.record.warnings]
+
+
+def _netlist(draft: Draft, path: Path) -> str:
+    """Let the netlist of a file be the load."""
+    circuit = load_circuit(Load(netlist=str(path)), draft.value("piezo.capacitance") if draft.physical else None)
+    draft.netlist, draft.loaded = str(path), True
+    draft.texts = {key: text for key, text in draft.texts.items() if not key.startswith(PARAMETER)}
+    for name, value in circuit.values.items():
+        if name != "Cp":
+            draft.texts[PARAMETER + name] = written(PARAMETER + name, value)
+    return f"netlist {path.name}"

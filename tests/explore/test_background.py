@@ -1,0 +1,57 @@
+"""Runs in the background: their answer is that of the command line, and a cancelled one leaves no process."""
+
+import os
+import queue
+import time
+
+import pytest
+
+import harvester as hv
+from harvester.explore.background import Background
+from harvester.explore.draft import first
+
+pytestmark = pytest.mark.slow
+
+
+def last(told):
+    """The last that a run says, and all before."""
+    said = []
+    while not said or "fraction" in said[-1]:
+        said.append(told.get(timeout=60))
+    return said.pop(), said
+
+
+def test_the_answer_is_the_engines():
+    told = queue.Queue()
+    draft = first()
+    Background(draft.tables(), "ensemble", "5%", told.put)
+    answer, before = last(told)
+    own = hv.run(draft.scene(), "ensemble", within=0.05)
+    assert answer["answer"]["mean_power"]["value"] == pytest.approx(own.mean_power.value, rel=1e-12)
+    assert answer["row"]["engine"] == "ensemble"
+    assert all(0.0 <= one["fraction"] <= 1.0 for one in before)
+
+
+def test_an_error_is_one_line():
+    """Of the scene, of the engine, and of a process that cannot speak."""
+    told = queue.Queue()
+    draft = first()
+    draft.choose("bridge")
+    Background(draft.tables(), "averaged", "5%", told.put)
+    assert "must have a load resistance" in last(told)[0]["error"]
+    Background({"oscillator": {"mass": "heavy"}}, "ensemble", "5%", told.put)
+    assert "oscillator.mass must be a mass" in last(told)[0]["error"]
+
+
+def test_cancel_kills_all(tmp_path):
+    """The run and what it started end at once."""
+    told = queue.Queue()
+    run = Background(first().tables(), "ensemble", "0.01%", told.put)
+    said = told.get(timeout=60)  # it is at work
+    assert "fraction" in said
+    begin = time.monotonic()
+    run.cancel()
+    assert last(told)[0] == {"cancelled": True}
+    assert time.monotonic() - begin < 3.0
+    with pytest.raises(ProcessLookupError):
+        os.killpg(run.group, 0)

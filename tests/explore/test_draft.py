@@ -1,0 +1,106 @@
+"""The draft of a page: every key has its knob, every scene is the same after it, and what is wrong is one line."""
+
+import pytest
+
+import harvester as hv
+from harvester.explore.draft import Draft, differences, first
+from harvester.explore.effects import effects
+from harvester.explore.slides import STEPS, slide
+from harvester.explore.texts import normal, written
+from harvester.scene.keys import keys
+from harvester.scene.toml import loads
+from tests.support.paths import ROOT
+
+EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
+
+
+def test_every_key_has_one_knob():
+    """Those of the load are made as the circuit asks for them."""
+    known = [key for physical in (True, False) for effect in effects(physical) for key in effect.keys]
+    assert sorted(known) == sorted(f"{one.table}.{one.name}" for one in keys() if one.table != "load")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_a_scene_stays_itself(path):
+    """Read into the page and out of it again, and from the file that the page saves."""
+    draft, scene = Draft.read(path), hv.load(path)
+    assert draft.scene() == scene
+    assert hv.loads(draft.toml(), path.parent).tables().keys() == scene.tables().keys()
+
+
+def test_values_stay_as_they_were_written():
+    assert Draft.read(ROOT / "examples" / "plate.toml").texts["piezo.capacitance"] == "50.2 nF"
+    draft = first()
+    draft.turn("excitation.acceleration_psd", 2e-5 * 9.80665**2)
+    assert draft.texts["excitation.acceleration_psd"] == "2e-05 g^2/Hz"
+    draft.type("load.resistance", "470k")
+    assert draft.texts["load.resistance"] == "470 kohm"
+    assert loads(draft.toml()).load.resistance == 470e3
+
+
+@pytest.mark.parametrize(("value", "key", "text"), [
+    (5.02e-8, "piezo.capacitance", "50.2 nF"), (0.04, "oscillator.mass", "40 g"), (2.0, "oscillator.mass", "2 kg"),
+    (-3e-4, "stop.gap", "-300 um"), (0.0, "stop.gap", "0 m"), (0.96, "stop.restitution", "0.96"),
+    (1e-3, "load.parameters.C", "1 mF"), (9.6e-4, "excitation.acceleration_psd", "0.00096 (m/s^2)^2/Hz"),
+])  # fmt: skip
+def test_a_value_is_read_back(value, key, text):
+    """What is written into a field is what `read_value` and a scene file read."""
+    assert written(key, value) == text
+    draft = first()
+    draft.type(key, text)
+    assert draft.value(key) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["", "many", "50 kg", "-1 ohm", "1e999", "nan", "<script>", "1" * 5000, "0"])
+def test_a_wrong_text_is_one_line(text):
+    with pytest.raises(hv.InputError, match=r"load\.resistance must be a load resistance") as error:
+        normal("load.resistance", text)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 400
+
+
+def test_effects_are_absent_or_present():
+    """Switched off a key is not in the scene; on, it has a value that the scene takes; of a choice there is one."""
+    for draft in (first(), Draft.read(ROOT / "examples" / "paper_figure3.toml")):
+        for effect in draft.effects:
+            if effect.fixed or any("file" in key for key in effect.keys):
+                continue
+            one = draft.copy()
+            one.switch(effect, True)
+            tables = one.scene().tables()
+            present = [key for key in effect.keys if key.split(".")[1] in tables.get(key.split(".")[0], {})]
+            assert present == ([*effect.keys] if one.has(effect) else [])
+            assert sum(other.choice == effect.choice for other in one.on if effect.choice) <= 1
+            one.switch(effect, False)
+            assert not one.has(effect)
+
+
+def test_a_record_that_is_not_there():
+    draft = first()
+    record = next(one for one in draft.effects if one.keys == ("excitation.acceleration_file",))
+    draft.switch(record, True)
+    with pytest.raises(hv.InputError, match="none is open: open one under 'Open and save'"):
+        draft.scene()
+
+
+def test_another_circuit():
+    """The resistance goes along; the netlist's parameters get knobs; back again nothing is left of them."""
+    draft = first()
+    draft.type("load.resistance", "220k")
+    draft.choose("bridge")
+    assert draft.scene().load.parameters["R"] == 220e3
+    assert draft.texts["load.parameters.C"] == "1 uF"
+    assert ("load.netlist", "absent", "bridge") in differences(first().tables(), draft.tables())
+    draft.choose(None)
+    assert draft.tables()["load"] == {"resistance": "220 kohm"}
+
+
+@pytest.mark.parametrize(("key", "value"), [("load.resistance", 1e6), ("stop.restitution", 0.96), ("stop.gap", -5e-4)])
+def test_sliders(key, value):
+    """A value in the middle is found again to three digits, ends are ends, and more to the right is more in size."""
+    one = slide(key, value)
+    assert one.value(one.place(value)) == pytest.approx(value, rel=2e-2)
+    values = [abs(one.value(place)) for place in range(STEPS + 1)]
+    assert values == sorted(values)
+    assert one.holds(value)
+    assert not one.holds(1e9)
