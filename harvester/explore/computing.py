@@ -10,7 +10,7 @@ from harvester.engines.selection import refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
 from harvester.explore import words
-from harvester.explore.live import Curve, Live, live
+from harvester.explore.live import Live, PowerCurve, live
 from harvester.explore.newest import Newest
 from harvester.explore.paths import path_elsewhere
 from harvester.explore.runs import without
@@ -67,7 +67,7 @@ class Computing:
     def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
         self._page, self._soon = page, soon
         self._ended = threading.Event()
-        self._fine: tuple[Any, dict[str, Curve]] | None = None  # the last fine curves, and what they are of
+        self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
 

@@ -17,6 +17,8 @@ from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 from harvester.scene.toml import MOST_BYTES, load, loads
 
+PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
+WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}  # keys that are no number, and what they are at first
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
 FIRST = """
 title = "A plate against a stop, to begin with"
@@ -43,7 +45,8 @@ class Draft:
     """A scene under edit: it may be wrong at any moment, and `scene` says what is wrong.
 
     ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the effects that are switched
-    on; ``netlist`` the circuit, None for a resistance (or none); ``files`` the paths of records by key.
+    on; ``netlist`` the circuit, None for a resistance (or none); ``files`` the paths of records by key; ``words`` the
+    keys that are no number; ``load`` what a flat netlist needs besides.
     """
 
     def __init__(self, scene: Scene, raw: Mapping[str, Any] | None = None) -> None:
@@ -52,13 +55,17 @@ class Draft:
         self.netlist = scene.load.netlist if scene.load else None
         self.texts: dict[str, str] = {}
         self.files: dict[str, str] = {}
+        self.words: dict[str, str] = {}
+        self.load: dict[str, Any] = {}
         self.loaded = scene.load is not None
         tables = scene.tables()
         for table, entries in tables.items():
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
-        has = {*self.texts, *self.files}
+        has = {*self.texts, *self.files, *self.words}
         self.on: set[Effect] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
+        if PROFILE in has:  # whose amplitude and frequency are those of no harmonic
+            self.on = {e for e in self.on if e.choice != "shaking" or PROFILE in e.keys}
 
     @classmethod
     def read(cls, path: str | Path) -> "Draft":
@@ -79,11 +86,17 @@ class Draft:
 
     def _take(self, key: str, value: Any, raw: Any) -> None:
         """Take the value of a key, as ``raw``, the text of the file, where there is one."""
-        if isinstance(value, dict):
+        if key == "load.supplies":
+            self.load["supplies"] = value
+        elif isinstance(value, dict):
             for name, one in value.items():
                 self._take(f"{key}.{name}", one, raw.get(name) if isinstance(raw, dict) else None)
         elif key.partition(".")[2] in FILES:
             self.files[key] = value
+        elif key in WORDS:
+            self.words[key] = value if isinstance(value, str) else ", ".join(map(str, raw or value))
+        elif key.startswith("load.") and key != "load.netlist" and not isinstance(value, float):
+            self.load[key.removeprefix("load.")] = value
         elif isinstance(value, float):
             self.texts[key] = raw if isinstance(raw, str) else exactly(key, value)
 
@@ -97,7 +110,9 @@ class Draft:
         if on:
             self.on = {other for other in self.on if not effect.choice or other.choice != effect.choice} | {effect}
             for key in effect.keys:
-                if key.partition(".")[2] not in FILES:
+                if key in WORDS:
+                    self.words.setdefault(key, WORDS[key])
+                elif key.partition(".")[2] not in FILES:
                     self.texts.setdefault(key, self._first(key))
 
     def _first(self, key: str) -> str:
@@ -119,7 +134,10 @@ class Draft:
 
     def type(self, key: str, text: str) -> None:
         """Take a text that was typed; InputError in one line where it is no value of the key."""
-        self.texts[key] = normal(key, text)
+        if key in WORDS:
+            self.words[key] = text.strip()
+        else:
+            self.texts[key] = normal(key, text)
 
     def turn(self, key: str, value: float) -> None:
         """Take a value in SI units, in the unit of the text that stood there."""
@@ -128,7 +146,7 @@ class Draft:
     def choose(self, netlist: str | None) -> None:
         """Take another circuit (None: a resistance); a load resistance that was known goes along."""
         before = self.texts.get(PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm")
-        self.netlist, self.loaded = netlist, True
+        self.netlist, self.loaded, self.load = netlist, True, {}
         self.texts = {key: text for key, text in self.texts.items() if not key.startswith(PARAMETER)}
         if netlist is None:
             self.texts[RESISTANCE] = before
@@ -147,6 +165,7 @@ class Draft:
     def present_keys(self) -> list[str]:
         """The keys with a number that the scene has, in the order of the page."""
         found = [key for e in self.effects if self.has(e) for key in e.keys if key in self.texts]
+        found = [*dict.fromkeys(found)]
         if self.netlist is not None:
             return found + self.parameters
         return found + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
@@ -163,11 +182,15 @@ class Draft:
                     if key not in self.files:
                         raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
                     found.setdefault(table, {})[name] = self.files[key]
+                elif key == HARMONICS:
+                    found.setdefault(table, {})[name] = [one.strip() for one in self.words[key].split(",")]
+                elif key in WORDS:
+                    found.setdefault(table, {})[name] = self.words[key]
                 elif key in self.texts:
                     found.setdefault(table, {})[name] = in_file(key, self.texts[key])
         if self.netlist is not None:
             values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self.parameters}
-            found["load"] = {"netlist": self.netlist, "parameters": values}
+            found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
         return found
@@ -192,6 +215,7 @@ class Draft:
         other = object.__new__(Draft)
         other.__dict__.update(self.__dict__)
         other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
+        other.words, other.load = dict(self.words), dict(self.load)
         return other
 
 

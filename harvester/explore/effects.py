@@ -20,6 +20,7 @@ class Effect:
     fixed: bool = False
 
 
+BY_NAME = "shaking by name"
 PHYSICAL = (
     Effect("oscillator", "mass and spring", ("oscillator.mass", "oscillator.stiffness"), fixed=True),
     Effect("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
@@ -29,6 +30,7 @@ PHYSICAL = (
     Effect("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
     Effect("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
     Effect("piezo", "transducer", ("piezo.coupling", "piezo.capacitance"), fixed=True),
+    Effect("piezo", "strain, for limits and lifetimes", ("piezo.strain_per_displacement",)),
     Effect("stop", "rigid stop", ("stop.restitution",), "stop"),
     Effect("stop", "compliant stop", ("stop.stiffness",), "stop"),
     Effect("stop", "damping of the compliant stop", ("stop.damping",), needs="compliant stop"),
@@ -46,6 +48,13 @@ PHYSICAL = (
     ),
     Effect("excitation", "recorded acceleration", ("excitation.acceleration_file",), "shaking"),
     Effect("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
+    Effect("excitation", BY_NAME, ("excitation.profile",), "shaking"),
+    Effect("excitation", "level of it", ("excitation.level",), needs=BY_NAME),
+    Effect("excitation", "peak acceleration of it", ("excitation.acceleration_amplitude",), needs=BY_NAME),
+    Effect("excitation", "its frequency", ("excitation.frequency",), needs=BY_NAME),
+    Effect("excitation", "harmonics of a machine", ("excitation.harmonics",), needs=BY_NAME),
+    Effect("excitation", "duration of a shock", ("excitation.pulse_duration",), needs=BY_NAME),
+    Effect("excitation", "shocks again and again", ("excitation.event_rate",), needs=BY_NAME),
     Effect("excitation", "noise on the stiffness", ("excitation.stiffness_noise",)),
 )
 

@@ -1,7 +1,6 @@
 """The knobs of the page: for every key a field and a slider, for every effect a switch, in a card for each table."""
 
 import functools
-from collections.abc import Callable
 from html import escape
 from typing import Any
 
@@ -9,87 +8,14 @@ import panel as pn
 
 from harvester.errors import InputError
 from harvester.explore import circuits
-from harvester.explore.draft import PARAMETER, RESISTANCE, Draft
+from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
 from harvester.explore.effects import Effect, possible
-from harvester.explore.looks import CARD, CHECKBOX, FIELD, PICTURE, SLIDER
-from harvester.explore.slides import STEPS, Slide, slide
-from harvester.explore.texts import meaning_of, unit_on_page
+from harvester.explore.knob import Changed, Knob, WordKnob
+from harvester.explore.looks import CARD, CHECKBOX, PICTURE
+from harvester.explore.slides import Slide
 from harvester.scene.physical import FILES
 
-Changed = Callable[[str], None]  # is called with an error, "" where there is none
 _CARDS = {"load": "Load", "oscillator": "Oscillator", "piezo": "Piezo", "stop": "Stop", "excitation": "Excitation"}
-
-
-class Knob:
-    """The field and the slider of one key."""
-
-    def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
-        self.draft, self.key, self._changed = draft, key, changed
-        self._quiet = False
-        self.slide: Slide = slide(key, self._value() or 1.0)
-        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
-        told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
-        style = [f"knob-{key.replace('.', '-')}"]
-        self.field = pn.widgets.TextInput(
-            name=name,
-            value=draft.texts.get(key, ""),
-            description=told,
-            width=128,
-            margin=(0, 6, 2, 0),
-            css_classes=["field", *style],
-            stylesheets=[FIELD],
-        )
-        self.slider = pn.widgets.IntSlider(
-            name="",
-            start=0,
-            end=STEPS,
-            value=self.slide.place(self._value() or 1.0),
-            show_value=False,
-            tooltips=False,
-            sizing_mode="stretch_width",
-            align="end",
-            margin=(0, 8, 4, 8),
-            css_classes=["slider", *style],
-            stylesheets=[SLIDER],
-            min_width=90,
-        )
-        self.field.param.watch(self._typed, "value")
-        self.slider.param.watch(self._turned, "value")
-        self.view = pn.Row(self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0))
-
-    def _value(self) -> float:
-        return self.draft.value(self.key) if self.key in self.draft.texts else 0.0
-
-    def refresh(self) -> None:
-        """Show what the draft says."""
-        self._quiet = True
-        if self.key in self.draft.texts:
-            value = self._value()
-            if not self.slide.holds(value):
-                self.slide = slide(self.key, value)
-            self.field.value = self.draft.texts[self.key]
-            self.slider.value = self.slide.place(value)
-        self._quiet = False
-
-    def _typed(self, event: Any) -> None:
-        if self._quiet:
-            return
-        try:
-            self.draft.type(self.key, event.new)
-        except InputError as error:
-            self._changed(str(error))
-            return
-        self.refresh()
-        self._changed("")
-
-    def _turned(self, event: Any) -> None:
-        if self._quiet:
-            return
-        self.draft.turn(self.key, self.slide.value(event.new))
-        self._quiet = True
-        self.field.value = self.draft.texts[self.key]
-        self._quiet = False
-        self._changed("")
 
 
 class Knobs:
@@ -97,7 +23,7 @@ class Knobs:
 
     def __init__(self, draft: Draft, changed: Changed) -> None:
         self.draft, self._changed, self._quiet = draft, changed, False
-        self.knobs: dict[str, Knob] = {}
+        self.knobs: dict[str, list[Any]] = {}  # several where effects share a key
         self.switches: dict[Effect, Any] = {}
         self._bodies: dict[Effect, Any] = {}
         self._blocks: dict[Effect, Any] = {}
@@ -152,9 +78,10 @@ class Knobs:
                 for key in effect.keys
             ]
 
-    def _knob(self, key: str) -> Knob:
-        self.knobs[key] = Knob(self.draft, key, self._changed)
-        return self.knobs[key]
+    def _knob(self, key: str) -> Any:
+        made = (WordKnob if key in WORDS else Knob)(self.draft, key, self._changed)
+        self.knobs.setdefault(key, []).append(made)
+        return made
 
     def _circuits(self) -> Any:
         """The pictures of the circuits."""
@@ -227,7 +154,7 @@ class Knobs:
                 path = self.draft.files.get(key, "")
                 told = path.rpartition("/")[2] or "none yet: open a CSV file above"
                 pane.object = f'<span style="font-size:13px">{escape(told)}</span>'
-        for knob in self.knobs.values():
+        for knob in (one for some in self.knobs.values() for one in some):
             knob.refresh()
         for name, button in self.pictures.items():
             chosen = name == (self.draft.netlist or ("resistor" if self.draft.loaded else ""))
@@ -236,4 +163,5 @@ class Knobs:
 
     def slide_of(self, key: str) -> Slide:
         """The range of a key's slider."""
-        return self.knobs[key].slide
+        found: Slide = self.knobs[key][0].slide
+        return found

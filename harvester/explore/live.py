@@ -26,7 +26,7 @@ DRAWN = 97  # points of a curve through fewer
 
 
 @dataclass(frozen=True)
-class Curve:
+class PowerCurve:
     """The mean power of an engine over the key, in W or nondimensional.
 
     ``x``, ``power``, ``low`` and ``high`` have shape (n,): the places, the power, and its ends with the error that the
@@ -53,7 +53,7 @@ class Live:
     key: str
     at: float
     instead: bool
-    curves: dict[str, Curve] = field(default_factory=dict)
+    curves: dict[str, PowerCurve] = field(default_factory=dict)
     here: dict[str, Estimate] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
 
@@ -73,7 +73,7 @@ def live(
     slide: Slide,
     fine: bool,
     overtaken: Callable[[], bool] = lambda: False,
-    curves: dict[str, Curve] | None = None,
+    curves: dict[str, PowerCurve] | None = None,
 ) -> Live | None:
     """The answers of the formulas to a scene whose ``key`` is ``at``; on a ``fine`` grid, or on one that is quick.
 
@@ -87,9 +87,13 @@ def live(
     base = scene
     if instead:
         _ = problem.circuit  # refuses a netlist that is not allowed
-        resistance = scene.load.parameters.get("R", 1e6) if scene.load else 1e6
+        resistance = problem.circuit.values.get("R") if problem.circuit else None
+        if resistance is None:
+            return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
         base = scene.with_load(resistance=resistance)
-        key_of_base = "load.resistance" if key.startswith("load.parameters") else key
+        key_of_base = "load.resistance" if key == "load.parameters.R" else key
+        if key_of_base.startswith("load.parameters."):
+            return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
     else:
         key_of_base = key
     found = Live(problem, key, at, instead)
@@ -141,7 +145,7 @@ def _varied(scene: Scene, key: str, value: float) -> Scene | None:
         return None
 
 
-def _curve(answers: dict[float, Estimate], slide: Slide) -> Curve:
+def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
     """The smooth curve through the points."""
     x = np.array([*answers])
     power = np.array([one.mean_power.value for one in answers.values()])
@@ -151,7 +155,7 @@ def _curve(answers: dict[float, Estimate], slide: Slide) -> Curve:
     middle, low, high = (
         _smooth(x, values, fine, slide) for values in (power, np.maximum(power - error, 0.0), power + error)
     )
-    return Curve(fine, middle, low, high, answers)
+    return PowerCurve(fine, middle, low, high, answers)
 
 
 def _ends(x: Floats) -> tuple[float, float]:

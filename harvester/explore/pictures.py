@@ -8,7 +8,7 @@ from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Legend, LegendItem, Span
 from bokeh.plotting import figure
 
-from harvester.explore.live import FORMULAS, Curve, Live, engineering
+from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
 from harvester.explore.slides import Slide
 from harvester.explore.texts import unit_on_page
 from harvester.scene.units import SYMBOLS
@@ -131,13 +131,13 @@ class PowerPlot:
         self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
 
 
-def _columns(curve: Curve | None, scaled: float) -> dict[str, Any]:
+def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
     if curve is None:
         return {"x": [], "y": [], "low": [], "high": []}
     return {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
 
 
-def _main(live: Live | None) -> Curve | None:
+def _main(live: Live | None) -> PowerCurve | None:
     """The curve of the engine that is nearest to the truth."""
     return None if live is None else next((live.curves[name] for name in FORMULAS if name in live.curves), None)
 

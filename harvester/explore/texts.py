@@ -31,7 +31,8 @@ def unit_on_page(key: str) -> str:
     if name.startswith("parameters."):
         return _OF_PARAMETERS.get(name.removeprefix("parameters.")[:1], "")
     kind = key_kind(table, name)
-    return kind.unit if kind else ""
+    unit = kind.unit if kind else ""
+    return "" if unit.startswith("1/") else unit  # "2.5 1/m" is no text that a scene file takes
 
 
 def written(key: str, value: float, like: str = "") -> str:

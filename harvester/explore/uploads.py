@@ -91,7 +91,7 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
 def _netlist(draft: Draft, path: Path) -> str:
     """Let the netlist of a file be the load."""
     circuit = load_circuit(Load(netlist=str(path)), draft.value("piezo.capacitance") if draft.physical else None)
-    draft.netlist, draft.loaded = str(path), True
+    draft.netlist, draft.loaded, draft.load = str(path), True, {}
     draft.texts = {key: text for key, text in draft.texts.items() if not key.startswith(PARAMETER)}
     for name, value in circuit.values.items():
         if name != "Cp":

@@ -1,0 +1,120 @@
+"""One key on the page: a field and a slider for a number, a choice or a text for what is none."""
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+
+from harvester.errors import InputError
+from harvester.explore.draft import PROFILE, Draft
+from harvester.explore.looks import FIELD, SLIDER
+from harvester.explore.slides import STEPS, Slide, slide
+from harvester.explore.texts import meaning_of, unit_on_page
+from harvester.scene.profiles.catalogue import PROFILES
+
+Changed = Callable[[str], None]  # is called with an error, "" where there is none
+
+
+class Knob:
+    """The field and the slider of one key."""
+
+    def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
+        self.draft, self.key, self._changed = draft, key, changed
+        self._quiet = False
+        self.slide: Slide = slide(key, self._value() or 1.0)
+        name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
+        told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
+        style = [f"knob-{key.replace('.', '-')}"]
+        self.field = pn.widgets.TextInput(
+            name=name,
+            value=draft.texts.get(key, ""),
+            description=told,
+            width=128,
+            margin=(0, 6, 2, 0),
+            css_classes=["field", *style],
+            stylesheets=[FIELD],
+        )
+        self.slider = pn.widgets.IntSlider(
+            name="",
+            start=0,
+            end=STEPS,
+            value=self.slide.place(self._value() or 1.0),
+            show_value=False,
+            tooltips=False,
+            sizing_mode="stretch_width",
+            align="end",
+            margin=(0, 8, 4, 8),
+            css_classes=["slider", *style],
+            stylesheets=[SLIDER],
+            min_width=90,
+        )
+        self.field.param.watch(self._typed, "value")
+        self.slider.param.watch(self._turned, "value")
+        self.view = pn.Row(self.field, self.slider, sizing_mode="stretch_width", margin=(2, 0, 3, 0))
+
+    def _value(self) -> float:
+        return self.draft.value(self.key) if self.key in self.draft.texts else 0.0
+
+    def refresh(self) -> None:
+        """Show what the draft says."""
+        self._quiet = True
+        if self.key in self.draft.texts:
+            value = self._value()
+            if not self.slide.holds(value):
+                self.slide = slide(self.key, value)
+            self.field.value = self.draft.texts[self.key]
+            self.slider.value = self.slide.place(value)
+        self._quiet = False
+
+    def _typed(self, event: Any) -> None:
+        if self._quiet:
+            return
+        try:
+            self.draft.type(self.key, event.new)
+        except InputError as error:
+            self._changed(str(error))
+            return
+        self.refresh()
+        self._changed("")
+
+    def _turned(self, event: Any) -> None:
+        if self._quiet:
+            return
+        self.draft.turn(self.key, self.slide.value(event.new))
+        self._quiet = True
+        self.field.value = self.draft.texts[self.key]
+        self._quiet = False
+        self._changed("")
+
+
+class WordKnob:
+    """A key that is no number: a choice of names for a profile, else a text."""
+
+    def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
+        self.draft, self.key, self._changed, self._quiet = draft, key, changed, False
+        options: dict[str, Any] = {
+            "name": key.rpartition(".")[2].replace("_", " "),
+            "sizing_mode": "stretch_width",
+            "margin": (2, 8, 5, 0),
+            "css_classes": ["word", f"knob-{key.replace('.', '-')}"],
+            "stylesheets": [FIELD],
+        }
+        if key == PROFILE:
+            self.view = pn.widgets.Select(options=[*PROFILES], value=self._word(), **options)
+        else:
+            self.view = pn.widgets.TextInput(value=self._word(), description=meaning_of(key), **options)
+        self.view.param.watch(self._chosen, "value")
+
+    def _word(self) -> str:
+        return self.draft.words.get(self.key, "")
+
+    def refresh(self) -> None:
+        """Show what the draft says."""
+        self._quiet = True
+        self.view.value = self._word()
+        self._quiet = False
+
+    def _chosen(self, event: Any) -> None:
+        if not self._quiet:
+            self.draft.type(self.key, event.new)
+            self._changed("")
