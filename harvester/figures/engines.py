@@ -125,24 +125,33 @@ def _label(answer: EstimateShape) -> str:
 
 
 def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:
-    """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front)."""
+    """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
+
+    The second panel has seconds times error squared against the error.  More samples of the same kind divide the error
+    by the root of the time, so that a sampling engine stays on a level there; it rises where a bias is what is left.
+    """
     shown = [(engine, seconds, 100.0 * error, best) for engine, seconds, error, best in points]
     best = sorted((seconds, error) for _, seconds, error, on_front in shown if on_front)
     with styled():
-        figure, here = new(1, 1, (WIDTH, 4.6))
+        figure, (here, worth) = new(1, 2, (WIDTH, 4.2))
         for engine in dict.fromkeys(point[0] for point in shown):
             of_engine = [(seconds, error) for name, seconds, error, _ in shown if name == engine]
-            look = {"color": STYLES[engine]["color"], "marker": MARKERS[engine], "label": STYLES[engine]["label"]}
+            look = {"color": STYLES[engine]["color"], "marker": MARKERS[engine]}
             look |= {"linestyle": "none", "markersize": 6, "markeredgecolor": INK, "zorder": 3}
-            here.plot(*zip(*of_engine, strict=True), **look)
+            here.plot(*zip(*of_engine, strict=True), label=STYLES[engine]["label"], **look)
+            worth.plot(*zip(*((error, seconds * error**2) for seconds, error in of_engine), strict=True), **look)
         if best:
             front = {"color": INK, "linewidth": 1, "zorder": 2, "label": "front: none is as fast and as accurate"}
             here.step(*zip(*best, strict=True), where="post", **front)
-            logarithm(here.xaxis)
-            logarithm(here.yaxis)
-            here.margins(0.08)
+            for axes in (here, worth):
+                logarithm(axes.xaxis)
+                logarithm(axes.yaxis)
+                axes.margins(0.08)
         here.set_xlabel("time of the computation (s)")
         here.set_ylabel("total error of the mean power (%)")
+        worth.set_xlabel("total error of the mean power (%)")
+        worth.set_ylabel("time times error squared (s %²)")
         entitle(figure, title, "What accuracy costs")
-        legend(figure, "Total error: sampling at 95 % plus step and model, each counted as large as it may be unseen.")
+        note = "Total error: sampling at 95 % plus step and model, each counted as large as it may be unseen."
+        legend(figure, note + " Right: a level is the best that sampling can do.")
     return figure

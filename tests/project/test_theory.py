@@ -340,6 +340,41 @@ def test_two_scales(stop):
     assert law.mean_square_voltage == pytest.approx(np.exp(k) * (fast + slow), rel=3e-3)
 
 
+@checks("martingale", "boundary", "controlled")
+def test_control_variates():
+    """Own paths of a linear device with a stop: both kinds of sums have mean zero, and leave little of the variance."""
+    rng, paths, step, n, c, mu, beta, r = np.random.default_rng(5), 4096, 0.1, 0.01, 0.1, 0.5, 0.1, 0.9
+    x, v, V = np.zeros((3, paths))
+
+    def drift(x, v, V, h):
+        v = v - h * (x + c * v + beta * V)
+        new = x + h * v
+        hit = new < 0.0
+        return np.abs(new), np.where(hit, -r * v, v), (V + np.where(hit, np.abs(new) - x, h * v)) * np.exp(-mu * h)
+
+    def ends():
+        E = 0.5 * (v**2 + x**2)
+        return np.array([E, np.sqrt(E), E**2, x * v])
+
+    for _ in range(1500):
+        x, v, V = drift(x, v + np.sqrt(2 * n * step) * rng.standard_normal(paths), V, step)
+    begin, sums, mean = ends(), np.zeros((9, paths)), np.zeros(paths)
+    for _ in range(2000):
+        kick, E = np.sqrt(2 * n * step) * rng.standard_normal(paths), 0.5 * (v**2 + x**2)
+        sums += kick * np.array([v, v * np.sqrt(E), v * E, v * E**2, v * x, v * V, x, np.sqrt(E), V])
+        x, v, V = drift(x, v + kick, V, step)
+        mean += V**2 / 2000
+    columns = np.vstack([sums, ends() - begin])
+    z = columns.mean(axis=1) / columns.std(axis=1) * np.sqrt(paths)
+    assert np.abs(z).max() < 4
+
+    half = paths // 2
+    weights = np.linalg.lstsq(columns[:, :half].T, mean[:half] - mean[:half].mean(), rcond=None)[0]
+    controlled = mean[half:] - weights @ columns[:, half:]
+    assert controlled.var() < mean[half:].var() / 10
+    assert abs(controlled.mean() - mean.mean()) < 4 * mean.std() / np.sqrt(half)
+
+
 @checks("lyapunov", "simple")
 def test_exponents():
     eqs = changed(PAPER, n1=None, beta=0.2, mu=0.7)
