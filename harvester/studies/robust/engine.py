@@ -6,6 +6,7 @@ that breaks limits has its power multiplied by exp(-`PENALTY` v), v being how fa
 comes to the edge of what is allowed, and stays there where the power grows beyond.
 """
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -78,7 +79,23 @@ class Robust:
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """For each scene the estimate of the device as it stands, with the power of `Place` in place of its own."""
+        if not self.vary:
+            self._together([Problem.of(scene).scene for scene in scenes])
         return [self._estimate(scene) for scene in scenes]
+
+    def _together(self, scenes: Sequence[Scene]) -> None:
+        """Compute devices as they stand at once, which a formula does for little more than one; errors come later."""
+        new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
+        for (key, scene), answer in zip(new.items(), self.engine.run_many([*new.values()]), strict=True):
+            if isinstance(answer, Estimate):
+                with contextlib.suppress(HarvesterError):  # of the peaks: `place` raises it again
+                    self._known[key] = answer, self._alone(scene, answer)
+
+    def _alone(self, scene: Scene, answer: Estimate) -> Place:
+        """The place of a device as it stands."""
+        power, square = (np.array([one.value]) for one in (answer.mean_power, answer.mean_square_voltage))
+        peaks = {name: np.array([v]) for name, v in self._peaks(scene).items()}
+        return self._summed(power, square, peaks, _off(answer.mean_power))
 
     def place(self, scene: AnyScene) -> tuple[Estimate, Place]:
         """The estimate of the scene as it stands, and what its devices give.
@@ -104,9 +121,7 @@ class Robust:
         if isinstance(first, HarvesterError):
             raise first
         if not devices:
-            power, square = (np.array([one.value]) for one in (first.mean_power, first.mean_square_voltage))
-            peaks = {name: np.array([v]) for name, v in self._peaks(whole).items()}
-            return first, self._summed(power, square, peaks, _off(first.mean_power))
+            return first, self._alone(whole, first)
         served = [one for one in answers[1:] if isinstance(one, Estimate)]
         if len(served) < len(devices):
             failed = next(one for one in answers[1:] if isinstance(one, HarvesterError))

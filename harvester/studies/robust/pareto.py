@@ -28,10 +28,12 @@ from harvester.studies.robust.front import Front, FrontPoint
 from harvester.studies.robust.optimise import read_share, robust_engine
 from harvester.studies.tolerance.limits import QUANTITIES, Limit, lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
+from harvester.uncertainty.value import Value
 
 POINTS, MOST_POINTS = 9, 50
 SCANNED = 96  # places that are looked at for the best value of the second aim
 TENFOLD = 10.0  # between the ends, from which on the bounds are spread by ratio
+BUDGET = "budget"  # of the warnings of a search, those that say that it was cut short
 BARELY = 1e-6  # relative difference of the ends that is none
 WAYS = {"low": -1, "high": 1}
 
@@ -88,10 +90,11 @@ def pareto(
     free = robust_engine(problem, found, vary, part, (*bounds, aimed), engine, years)
     search = _Search(problem, found, free, within, asked / (points + 1), tick, points + 1)
     most = search.best(free)
-    best = search.extreme(sign)
-    designs, warnings = [most], []
+    end = search.extreme(sign)
+    best, designs, warnings = end.quantity, [most], list[str]()
     if abs(best - most.quantity) > BARELY * max(abs(best), abs(most.quantity)):
-        for bound in _bounds(best, most.quantity, points)[:-1]:
+        designs.append(end)
+        for bound in _bounds(best, most.quantity, points)[1:-1]:
             limited = Limit(quantity, sign, float(bound), "")
             designs.append(search.best(dataclasses.replace(free, limits=(*bounds, limited))))
     else:
@@ -154,25 +157,31 @@ class _Search:
         told = None if tick is None else lambda share: tick(min((part + share) / parts, 1.0))
         found: Optimum = optimise(self.problem, self.ranges, robust, self.within, self.budget, None, told)
         self.done += 1
-        keys = {key.range.key: key.value for key in found.keys}
-        place = self.free.place(self.problem.scene.varied(keys))[1]
-        power = found.mean_power
-        error = None if place.off is None else place.off * abs(place.aim)
-        return FrontPoint(keys, dataclasses.replace(power, value=place.aim, model=error), place.quantities[-1])
+        self.warnings += [word for word in found.warnings if BUDGET in word]
+        return self._design({key.range.key: key.value for key in found.keys})
 
-    def extreme(self, sign: int) -> float:
-        """The best value of the quantity in the ranges: the best of many places, climbed from."""
+    def _design(self, keys: dict[str, float]) -> FrontPoint:
+        """The design at values of the keys."""
+        place = self.free.place(self.problem.scene.varied(keys))[1]
+        error = None if place.off is None else place.off * abs(place.aim)
+        return FrontPoint(keys, Value(place.aim, model=error), place.quantities[-1])
+
+    def extreme(self, sign: int) -> FrontPoint:
+        """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
         from scipy.optimize import minimize
 
+        def values(u: Floats) -> dict[str, float]:
+            return {r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(self.ranges, u, strict=True)}
+
         def loss(u: Floats) -> float:
-            values = {r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(self.ranges, u, strict=True)}
             try:
-                place = self.free.place(self.problem.scene.varied(values))[1]
+                place = self.free.place(self.problem.scene.varied(values(u)))[1]
             except HarvesterError:
                 return np.inf
             return np.inf if place.broken else -sign * place.quantities[-1]
 
         places = spread(SCANNED, len(self.ranges))
+        self.free.run_many([self.problem.scene.varied(values(u)) for u in places])  # together, which is quicker
         first = min(places, key=loss)
         if not np.isfinite(loss(first)):
             raise InputError(
@@ -181,4 +190,4 @@ class _Search:
         box = [(0.0, 1.0)] * len(self.ranges)
         options = {"maxfev": 60 * len(self.ranges), "xatol": 1e-4, "fatol": 0.0}
         climbed = minimize(loss, first, method="Nelder-Mead", bounds=box, options=options)
-        return float(-sign * min(loss(first), float(climbed.fun)))
+        return self._design(values(min(first, climbed.x, key=loss)))
