@@ -159,7 +159,7 @@ def test_a_front_with_nothing_to_choose():
         (
             "mean_power",
             "unknown quantity of --pareto 'mean_power': it must be one of mean_square_voltage, "
-            "voltage_rms, peak_displacement, peak_voltage",
+            "voltage_rms, peak_displacement, peak_voltage, peak_strain",
         ),
         ("voltage_rms:up", "--pareto must be voltage_rms:low or voltage_rms:high, but is 'voltage_rms:up'"),
         ("peak_displacement", "--lifetime must be given for a limit of peak_displacement, but is left out"),
@@ -172,7 +172,7 @@ def test_a_second_aim_that_cannot_be(harvester, aim, error):
 
 @pytest.mark.slow
 def test_the_front_by_the_command(harvester, tmp_path):
-    words = ("--over", "load.resistance=E6:100k:1M", "--pareto", "voltage_rms", "--out", tmp_path)
+    words = ("--over", "load.resistance=E6:100k:1M", "--pareto", "voltage_rms", "--budget", "20s", "--out", tmp_path)
     status, out, err = harvester("optimise", PLATE, *words)
     assert (status, err) == (0, "")
     assert "voltage_rms is to be low, the power large" in out and "680 kohm" in out
