@@ -168,7 +168,7 @@ def test_needed():
     assert "c () failed: failed" in lines
     assert "not counted" not in report(told)
     assert "not counted" in report(dataclasses.replace(told, rows=(dataclasses.replace(rows[0], step=0.1),)))
-    assert next(line.split() for line in lines if line.startswith("  0.1 ")) == ["0.1", "1", "-", "a"]
+    assert next(line.split() for line in lines if line.startswith("  10 % ")) == ["10", "%", "1", "-", "a"]
 
 
 @pytest.mark.parametrize(
