@@ -1,0 +1,82 @@
+"""Seven circuits on one measured bimorph: power and efficiency under a harmonic base, and under a random one.
+
+The device is that of Erturk and Inman (Smart Mater. Struct. 18, 025009, 2009) as one mode.  Each circuit has the best
+of a few loads under the harmonic base, and the same load under noise.  The efficiency is what the load gets of the
+power that the piezo gives.
+"""
+
+from common import report
+
+import harvester as hv
+from harvester.errors import HarvesterError
+
+DEVICE = {
+    "oscillator": hv.Oscillator(mass=16.542e-3, stiffness=1364.1, damping_ratio=0.027),
+    "piezo": hv.Piezo(coupling=2.5261e-3, capacitance=41.259e-9),
+}
+HARMONIC = hv.Excitation(acceleration_amplitude="0.25 g", frequency=46.0)
+RANDOM = hv.Excitation(acceleration_psd="2e-3 g^2/Hz")
+LOADS = {
+    "resistor": (35e3, 70e3),
+    "bridge": (70e3, 140e3),
+    "doubler": (250e3, 500e3),
+    "parallel_sshi": (70e3, 140e3),
+    "series_sshi": (100e3, 200e3),
+    "sece": (100e3,),
+    "self_powered_sshi": (70e3, 140e3),
+}
+SMOOTHED = 0.1  # s: load times smoothing capacitance
+BUDGET = {"harmonic": "60s", "random": "60s"}
+
+
+def load_of(name, resistance):
+    """The load: its smoothing capacitor holds the voltage over some periods."""
+    if name == "resistor":
+        return hv.Load(resistance=resistance)
+    return hv.Load(netlist=name, parameters={"R": resistance, "C": SMOOTHED / resistance})
+
+
+def answer(name, resistance, shaking):
+    """Power (mW), its stated error, and the efficiency of one circuit."""
+    base = HARMONIC if shaking == "harmonic" else RANDOM
+    found = hv.Spice(budget=BUDGET[shaking]).run(hv.Scene(**DEVICE, excitation=base, load=load_of(name, resistance)))
+    power, details = found.mean_power, found.details
+    taken = details["ledger_load"] + details["ledger_circuit"] if name != "resistor" else 0.0
+    return {
+        "load": resistance,
+        "mW": 1e3 * power.value,
+        "stated": 1e3 * power.error95,
+        "whole": power.whole_error95 is not None,
+        "efficiency": details["ledger_load"] / taken if taken else 1.0,
+        "seconds": found.seconds,
+    }
+
+
+def main():
+    rows = []
+    for name, loads in LOADS.items():
+        best = None
+        for resistance in loads:
+            try:
+                one = answer(name, resistance, "harmonic")
+            except HarvesterError as error:
+                print(name, resistance, str(error)[:120], flush=True)
+                continue
+            print(name, one, flush=True)
+            best = one if best is None or one["mW"] > best["mW"] else best
+        if best is None:
+            continue
+        try:
+            noisy = answer(name, best["load"], "random")
+        except HarvesterError as error:
+            print(name, str(error)[:120], flush=True)
+            noisy = {}
+        print(name, noisy, flush=True)
+        rows.append(
+            {"circuit": name, **best, **{f"random {key}": value for key, value in noisy.items() if key != "load"}}
+        )
+    report("circuits_on_device", rows)
+
+
+if __name__ == "__main__":
+    main()
