@@ -22,11 +22,6 @@ RESTED = 0.3  # seconds without a change before more is computed than a knob nee
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
-def never() -> bool:
-    """Say that nothing newer waits."""
-    return False
-
-
 class Wanted(NamedTuple):
     """What is to be computed: the scene as tables, and the key, its value and range on the axis."""
 
@@ -40,8 +35,8 @@ class Wanted(NamedTuple):
 class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, str]) -> None:
-        """Draw what the formulas say."""
+    def show(self, asked: Wanted, found: Live, serving: dict[str, str], rested: bool) -> None:
+        """Draw what the formulas say; in all its words where the knobs have ``rested``."""
         ...
 
     def mean(self, text: str, doubts: list[str]) -> None:
@@ -89,19 +84,24 @@ class Computing:
         try:
             same = (without(asked.tables, asked.key), asked.key, asked.slide)
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
-            for fine in (False, True):
-                if fine and (self._ended.wait(RESTED) or overtaken()):
-                    return
-                found = live(asked.scene, asked.key, asked.at, asked.slide, fine, overtaken if fine else never, curves)
-                if found is None:
-                    return
-                self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem)))
-                if fine or curves is not None:
-                    self._fine = (same, found.curves)
-                    break
+            found = live(asked.scene, asked.key, asked.at, asked.slide, False, curves=curves)
+            self._tell(asked, found, rested=False)
+            if self._ended.wait(RESTED) or overtaken():
+                return
+            if curves is None:
+                found = live(asked.scene, asked.key, asked.at, asked.slide, True, overtaken)
+            if found is None:
+                return
+            self._tell(asked, found, rested=True)
+            self._fine = (same, found.curves)
             self._path_work.ask(asked)
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
+
+    def _tell(self, asked: Wanted, found: Live | None, rested: bool) -> None:
+        """Hand what the formulas say to the page."""
+        if found is not None:
+            self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem), rested))
 
     def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""

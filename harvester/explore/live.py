@@ -18,7 +18,7 @@ from harvester.scene.scene import Scene
 FORMULAS: dict[str, type[Formula]] = {engine.NAME: engine for engine in (Exact, Averaged, Published)}
 # Points of a curve that are computed while a knob turns, and after that; a closed form costs next to nothing, and under
 # a harmonic drive it has peaks that a coarse grid would miss.
-POINTS = {"exact": (61, 601), "averaged": (11, 41), "published": (11, 41)}
+POINTS = {"exact": (41, 601), "averaged": (11, 41), "published": (11, 41)}
 AT_ONCE = (
     61  # points between two looks whether a newer request waits, in the time of the closed form; of a theory a few
 )

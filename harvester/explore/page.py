@@ -134,19 +134,22 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, str]) -> None:
-        """Draw what the formulas say, and let those engines be run that serve the scene."""
+    def show(self, asked: Wanted, found: Live, serving: dict[str, str], rested: bool) -> None:
+        """Draw what the formulas say, and let those engines be run that serve the scene.
+
+        Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.
+        """
         self.live, self._asked = found, asked
         self.runs.serve(serving)
-        self._draw()
+        self._draw(rested)
 
     def mean(self, text: str, doubts: list[str]) -> None:
         """Say what the numbers mean."""
         self.meaning.object, self._doubts = text, doubts
         self._draw_words()
 
-    def _draw(self) -> None:
-        """Draw what is known."""
+    def _draw(self, rested: bool = True) -> None:
+        """Draw what is known, and say it in all its words where the knobs have ``rested``."""
         if self.live is None:
             return
         asked = self._asked
@@ -155,13 +158,15 @@ class Explorer:
             self.plot.object = self.power.plot
         pinned = self.pinned[1] if self.pinned and self.pinned[1].key == asked.key else None
         self.power.show(self.live, self.runs.shown(asked.tables, asked.key), pinned)
-        self._draw_words()
+        self._draw_words(rested)
 
-    def _draw_words(self) -> None:
+    def _draw_words(self, rested: bool = True) -> None:
         if self.live is None:
             return
         runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
         self.headline.object = words.headline(self.live, runs)
+        if not rested:
+            return
         self.answers.object = words.answers(self.live, runs)
         self.warnings.object = words.warnings(self.live, runs, self._doubts)
         if self.pinned is None:

@@ -113,7 +113,7 @@ class PowerPlot:
         self.plot.yaxis.axis_label = f"mean power ({unit or digits + 'nondimensional'})"
         for engine in FORMULAS:
             curve = live.curves.get(engine)
-            self.curves[engine].data_source.data = _columns(curve, scaled)
+            _put(self.curves[engine].data_source, _columns(curve, scaled))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(engine + ", with a resistor instead" * live.instead)
         for engine in _MARKERS:
@@ -121,14 +121,21 @@ class PowerPlot:
             y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
             alpha = [1.0 if run["own"] else 0.3 for run in mine]
             data = {"x": [run["x"] for run in mine], "y": y, "low": y - error, "high": y + error, "alpha": alpha}
-            self.curves[engine].data_source.data = data
+            _put(self.curves[engine].data_source, data)
             self.items[engine].visible = bool(mine)
         ghost = _main(pinned)
-        self.ghost.data_source.data = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        _put(self.ghost.data_source, drawn)
         self.items["pinned"].visible = ghost is not None
         self.here.location = live.at
         top = max((one for one in tops if math.isfinite(one)), default=0.0)
         self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
+
+
+def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
+    """Show other data; nothing is sent where there were none and are none."""
+    if len(data["x"]) or len(source.data["x"]):
+        source.data = data
 
 
 def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import http.client
 import os
 import signal
+import sys
 import time
 import urllib.parse
 
@@ -11,6 +12,9 @@ import pytest
 from tests.support.browser import CHROMIUM, Visit, chromium, serving
 from tests.support.paths import ROOT
 
+WITHOUT = (
+    "harvester: explore must have Panel, but it is not installed: python -m pip install 'piezo-harvester[explore]'\n"
+)
 pytestmark = [pytest.mark.slow, pytest.mark.ngspice]
 
 
@@ -188,6 +192,12 @@ def test_interrupted(tmp_path):
     assert time.monotonic() - begin < 5.0
     assert (program.returncode, error) == (0, "")
     assert "^C ends it" in out
+
+
+def test_without_panel(harvester, monkeypatch):
+    """What is missing and how to get it, in one line; a wrong scene is told first."""
+    monkeypatch.setitem(sys.modules, "panel", None)
+    assert harvester("explore") == (2, "", WITHOUT)
 
 
 @pytest.mark.parametrize(("arguments", "told"), [

@@ -93,9 +93,9 @@ class Visit:
         field.fill(text)
         field.press("Enter")
 
-    def step(self, key, times=1):
-        """Move the slider of a key to the right."""
+    def step(self, key, times=1, to="Right"):
+        """Move the slider of a key to the right, or to the "Left"."""
         handle = self.page.locator(f".slider.knob-{key.replace('.', '-')} .noUi-handle")
         handle.focus()
         for _ in range(times):
-            handle.press("ArrowRight")
+            handle.press(f"Arrow{to}")
