@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from harvester.equations.problem import Problem
 
 
+MOST_POINTS = 301  # of a sweep of frequencies that is proposed
+
+
 def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add an option for each field of a datasheet to a command, in the fields' groups."""
     netlist = [
@@ -77,16 +80,16 @@ def new(
 
     path = Path(file)
     check(path, force)  # before anybody answers questions
-    beam, geometry = take(values), list[str]()
+    beam = take(values)
     texts = {name: value for name, value in values.items() if value is not None}
+    made = None
     if beam is not None:
-        from harvester.devices.beam import check_alone, lumped, words_of
+        from harvester.devices.beam import check_alone, lumped
 
         check_alone(texts)
         made = lumped(beam)
         texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
         texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
-        geometry = words_of(beam, made)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -95,7 +98,12 @@ def new(
     if netlist is not None:
         netlist = _netlist(netlist, path)
     problem = write(path, scene_tables(texts, title or "", netlist, _parameters(parameters)), force)
-    found = meaning(problem)
+    found, geometry = meaning(problem), list[str]()
+    if made is not None:
+        from harvester.devices.beam import words_of
+        from harvester.studies.extremes.extremes import has_lifetime
+
+        geometry = words_of(beam, made, has_lifetime(problem))
     if not found.words["load"]:
         whose = "a netlist's is " if problem.netlist is not None else ""
         found.words["load"].append(f"best load: {whose}found by: {_optimise(problem, file)}")
@@ -121,7 +129,12 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
     if eqs.drive is not None and load.netlist is None:
         f0 = problem.scales.frequency / (2.0 * math.pi)
         low, high = 0.7 * f0, 1.3 * f0 * math.sqrt(1.0 + (eqs.beta or 0.0))
-        sweep = f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:61 --out response"
+        count, drive = 61, f0 * (eqs.drive_frequency or 1.0)
+        if not low <= drive <= high:  # both the resonance and the drive, as closely as the resonance alone
+            wide = min(low, 0.9 * drive), max(high, 1.1 * drive)
+            count = min(round(60 * (wide[1] - wide[0]) / (high - low)) + 1, MOST_POINTS)
+            low, high = wide
+        sweep = f"harvester response {file} --sweep {low:.3g}Hz:{high:.3g}Hz:{count} --out response"
         return [f"harvester run {file}", sweep]
     run, best = f"harvester run {file} --within 1%", facts.get("best_load")
     if best is not None and best["share"] < NEAR:

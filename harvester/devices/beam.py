@@ -108,8 +108,12 @@ def lumped(beam: Beam) -> Lumped:
     return Lumped(sigma**2, w2 * sigma**2, coupling, capacitance, abs(shape(1.0) * norm * sigma), abs(strain))
 
 
-def words_of(beam: Beam, found: Lumped) -> list[str]:
-    """What was made of the geometry, from which constants, and what was taken for granted."""
+def words_of(beam: Beam, found: Lumped, has_lifetime: bool) -> list[str]:
+    """What was made of the geometry, from which constants, and what was taken for granted.
+
+    ``has_lifetime`` says whether `harvester run --lifetime` serves the scene.
+    """
+    peak = ": harvester run --lifetime '5 years' has the peak" if has_lifetime else ""
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
     wired = ("parallel" if beam.parallel else "series") if beam.layers == 2 else "one layer"
     block = " and of its block's turning" if beam.tip_length or beam.tip_height else ", a point at the end"
@@ -117,7 +121,7 @@ def words_of(beam: Beam, found: Lumped) -> list[str]:
     return [
         f"geometry: Euler and Bernoulli's first mode, {wired}; {tip}",
         f"geometry: the piezo's strain is largest at the clamp, {1e3 * found.strain:.4g} microstrain per mm of the "
-        "scene's displacement: harvester run --lifetime '5 years' has the peak",
+        f"scene's displacement{peak}",
         f"geometry: {beam.piezo}: Y {ceramic.young / 1e9:.4g} GPa, d31 {ceramic.d31 * 1e12:.4g} pm/V, "
         f"{ceramic.permittivity / materials.EPSILON_0:.4g} eps0 clamped, {ceramic.density:.4g} kg/m^3: "
         f"{ceramic.source}",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from harvester.devices.best_load import NEAR, best_load
+from harvester.devices.drive_frequency import off_resonance
 from harvester.devices.stop_hits import stop_hits
 from harvester.engines import Averaged, Published
 from harvester.engines.cheapest import formula
@@ -31,7 +32,8 @@ class Meaning:
     """What the numbers of a scene mean, for people and for programs.
 
     ``numbers`` are rows of name, value, unit and what it is.  ``words`` are the sentences on each topic: values that no
-    device has, coupling, load (none where only a search would find the best load), stop, engines.
+    device has, a drive that misses the resonance, coupling, load (none where only a search would find the best load),
+    stop, engines.
     ``facts`` say the same to a program.
     """
 
@@ -49,6 +51,7 @@ def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
     topics: dict[str, tuple[list[str], dict[str, Any]]] = {
         "values": ([f"warning: {doubt}" for doubt in unusual_values(problem.scene)], {}),
+        "drive": off_resonance(problem),
         "coupling": _coupling(problem.equations),
         "load": _load(problem),
         "stop": stop_hits(problem),

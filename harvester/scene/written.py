@@ -10,6 +10,7 @@ from harvester.scene.units import SYMBOLS
 
 _PREFIXED = ("ohm", "F", "Hz", "m", "s", "N/m", "N/V")  # units that a prefix stands before
 _OTHERS = {"kg": ("g", "mg", "kg"), "m/s^2": ("g", "m/s^2"), "(m/s^2)^2/Hz": ("g^2/Hz", "(m/s^2)^2/Hz")}
+_LEAST, _MOST = 0.1, 1000.0  # the size of a number that a unit is chosen for, where one of the units gives it
 _FEW = 7  # digits: a text with more of them is no better than the number
 
 
@@ -31,7 +32,9 @@ def written(table: str, name: str, value: Any) -> Any:
     if kind is None or not isinstance(value, float) or not kind.unit or value == 0.0:
         return value
     found = [text for unit in _units(kind.unit) if (text := _shortest(kind, value, unit))]
-    return min(found, key=len) if found else value
+    usual = [text for text in found if _LEAST <= abs(float(text.split()[0])) < _MOST]
+    plain = [text for text in found if text.split(maxsplit=1)[1] == kind.unit]  # rather than 1e8 mohm: 8.1e-4 N/V
+    return min(usual or plain or found, key=len) if found else value
 
 
 def _units(unit: str) -> Iterator[str]:

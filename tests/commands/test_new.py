@@ -191,3 +191,28 @@ def test_what_to_type_next():
     far, near = ({**SHEET, **NOISE, "resistance": load} for load in ("10 kohm", "700 kohm"))
     assert [line.split()[0] for line in next_words(far)] == ["run", "optimise"]
     assert [line.split()[0] for line in next_words(near)] == ["run", "sweep"]
+
+
+def test_the_proposed_sweep_has_drive_and_resonance():
+    """The resonance is at 3.183 Hz; the step between two frequencies stays about the same."""
+    steps = []
+    for frequency in (3.2, 10.0, 0.5):
+        sheet = {**SHEET, "acceleration_amplitude": "0.5 g", "drive_frequency": f"{frequency} Hz", "resistance": "1M"}
+        low, high, count = next_words(sheet)[1].split()[3].replace("Hz", "").split(":")
+        assert float(low) < min(3.18, frequency)
+        assert float(high) > max(5.0, frequency)
+        steps.append((float(high) - float(low)) / (int(count) - 1))
+    assert steps == pytest.approx([steps[0]] * 3, rel=0.05)
+
+
+def test_the_peak_over_a_lifetime_is_named_where_it_can_be_had(harvester, tmp_path):
+    """`run --lifetime` refuses a harmonic drive."""
+    beam = ["--bimorph", "--length", "50.8mm", "--width", "31.8mm", "--substrate-thickness", "0.14mm"]
+    beam += ["--piezo-thickness", "0.26mm", "--tip-mass", "12g", "--piezo", "PZT-5A", "--substrate", "brass"]
+    beam += ["--damping-ratio", "1.5%", "--resistance", "100k"]
+    noise = ["--acceleration-psd", "1e-4 g^2/Hz"]
+    drive = ["--acceleration-amplitude", "0.5g", "--drive-frequency", "50Hz"]
+    for shaking, named in ((noise, True), (drive, False)):
+        status, out, _ = harvester("new", tmp_path / f"{named}.toml", *beam, *shaking)
+        assert status == 0
+        assert ("--lifetime" in out) == named

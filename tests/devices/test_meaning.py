@@ -77,3 +77,25 @@ def test_a_best_load_that_no_device_has_gets_a_warning():
     """50 F makes it 995 uohm."""
     words = meaning(problem_of({**SHEET, "acceleration_psd": "1e-5 g^2/Hz", "capacitance": "50"})).words["load"]
     assert any("warning: the best load is" in line and "mass, frequency and capacitance" in line for line in words)
+
+
+DRIVE = {"acceleration_amplitude": "0.5 g", "resistance": "200 kohm"}
+
+
+@pytest.mark.parametrize("drive", ["3.3 Hz", "10 Hz"])
+def test_a_drive_that_misses_the_resonance_gets_a_warning(drive):
+    """Where the named frequency gives as many times the power as it says, by engine `exact`."""
+    problem = problem_of({**SHEET, **DRIVE, "drive_frequency": drive})
+    found = meaning(problem)
+    words = found.words["drive"]
+    assert bool(words) == (drive == "10 Hz")
+    if words:
+        assert words[0].startswith("warning: the drive of 10 Hz is 3.14 times the resonance; most power is at ")
+        there = problem.scene.varied({"excitation.frequency": found.facts["best_drive_frequency"]})
+        powers = [hv.Exact().run(scene).mean_power.value for scene in (problem.scene, there)]
+        assert powers[0] / powers[1] == pytest.approx(found.facts["drive_share"], rel=1e-3)
+        near = [
+            hv.Exact().run(there.varied({"excitation.frequency": f * there.excitation.frequency})).mean_power.value
+            for f in (0.99, 1.01)
+        ]
+        assert powers[1] > max(near)

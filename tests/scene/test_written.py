@@ -3,7 +3,7 @@
 import pytest
 
 import harvester as hv
-from harvester.scene.written import as_written
+from harvester.scene.written import as_written, written
 from tests.support.paths import EXAMPLES
 
 
@@ -28,3 +28,13 @@ def test_a_value_of_many_digits_stays_a_number():
     )
     assert "resistance = 123456.789012345" in as_written(scene)
     assert hv.loads(as_written(scene)) == scene
+
+
+def test_units_are_those_that_people_write():
+    """The shortest text of all would be 1e8 mohm or 867008.9 nN/V."""
+    assert written("load", "resistance", 100e3) == "100 kohm"
+    assert written("piezo", "coupling", 0.0008670089) == "867.0089 uN/V"
+    assert written("piezo", "capacitance", 2.988288e-08) == "2.988288e-8 F"  # 29.88288 nF is another float
+    assert written("piezo", "capacitance", 2.2e-10) == "220 pF"
+    assert written("excitation", "frequency", 50.0) == "50 Hz"
+    assert written("excitation", "acceleration_psd", 9.80665**2 * 1e-5) == "1e-5 g^2/Hz"

@@ -168,6 +168,15 @@ def check_served(problem: Problem) -> None:
         )
 
 
+def has_lifetime(problem: Problem) -> bool:
+    """Whether a scene has largest values over a lifetime."""
+    try:
+        check_served(problem)
+    except CannotServeError:
+        return False
+    return True
+
+
 def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
     """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
 
