@@ -15,7 +15,7 @@ from harvester.uncertainty.value import NORMAL_QUANTILE
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
 _MAP = "Map: a smooth surface through the evaluations; white where there is none near."
 _MOST_BARS = 150  # evaluations with an error bar each
-_STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6, "label": "optimum"}
+_STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6}
 _STAR["clip_on"] = False
 _GRID = 121  # points a side of a map
 
@@ -47,6 +47,11 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     return figure
 
 
+def _star(answer: OptimumShape) -> str:
+    """The name of the star: no optimum where most of the range was never looked at."""
+    return "optimum" if answer.scanned else "highest so far: the scan was cut short"
+
+
 def _panel(
     here: Axes, answer: OptimumShape, key: BestKeyShape, x: Floats, power: Floats, error: Floats, unit: float
 ) -> None:
@@ -64,7 +69,9 @@ def _panel(
     bars = error if error.any() and len(x) <= _MOST_BARS else None
     here.errorbar(x / by, power, bars, **style, label=f"evaluations by {answer.engine}")
     best = answer.estimate.mean_power
-    here.errorbar(key.value / by, best.value / unit, best.error95 / unit or None, color=INK, **_STAR)
+    here.errorbar(
+        key.value / by, best.value / unit, best.error95 / unit or None, color=INK, label=_star(answer), **_STAR
+    )
 
 
 def _guide(here: Axes, key: BestKeyShape, places: Floats, power: Floats, sampling: Floats) -> None:
@@ -101,7 +108,7 @@ def _plane(
         None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
         for k, b in zip(answer.keys, by, strict=True)
     ]
-    look = _STAR | {"color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
+    look = _STAR | {"label": _star(answer), "color": "#D55E00", "markeredgecolor": "white", "capsize": 3}
     here.errorbar(one.value / by[0], two.value / by[1], spans[1], spans[0], **look)
     here.grid(visible=False)
     here.set_xlim(across[0], across[-1])

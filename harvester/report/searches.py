@@ -75,7 +75,9 @@ def of_circuits(scene: Scene | Problem, answer: CircuitChoice, seed: int) -> Pag
             keys = "; ".join(f"{key.range.key} = {key}" for key in one.keys)
             rows.append([name, with_errors(one.mean_power, one.estimate.unit_names.power), signs(keys)])
     tables = [TextTable("The circuits", [KEY, "largest mean power", "keys there"], rows, (1,))]
-    best, caption = answer.found[answer.best], f"What was evaluated with {answer.best}, the best, and its optimum."
+    name, best = next(iter(answer.found.items()))
+    which = "the best" if answer.best else "that of most power so far"
+    caption = f"What was evaluated with {name}, {which}, and its optimum."
     kind = f"optimise, circuits, engine {best.engine}"
     return printed_page(scene, kind, _told(answer), best.plot(None), caption, tables, seed)
 

@@ -43,6 +43,8 @@ class ResponsePoint:
 class Response:
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
+    ``resolved`` says that the peak and its half-power points are among them; else the peak is the best of the points.
+
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> found = hv.response(scene, [0.9, 1.0, 1.1])
@@ -53,6 +55,7 @@ class Response:
     points: tuple[ResponsePoint, ...]
     physical: bool
     warnings: tuple[str, ...] = ()
+    resolved: bool = False
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -144,6 +147,17 @@ class Response:
             }
         return {"sweeps": sweeps, "hysteresis": self.hysteresis, "warnings": list(self.warnings)}
 
+    def _where(self, direction: str) -> str:
+        """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
+        f, best = [p.frequency for p in self.sweep(direction)], self.peak(direction).frequency
+        if best in (f[0], f[-1]):
+            return ", an end of the sweep (a higher one may lie beyond)"
+        if self.resolved:
+            return ""
+        place = f.index(best)
+        between = f"{f[place - 1]:.5g} and {f[place + 1]:.5g} {self.unit_names.frequency}".rstrip()
+        return f", the best of the sweep (the true one lies between {between})"
+
     def __str__(self) -> str:
         hertz, watt = self.unit_names.frequency, self.unit_names.power
         f = [p.frequency for p in self.sweep("up")]
@@ -152,9 +166,13 @@ class Response:
             peak, width = self.peak(direction), self.bandwidth(direction)
             band = "not within the sweep" if width is None else f"{width:.4g} {hertz}".rstrip()
             at = f"{peak.frequency:.5g} {hertz}".rstrip()
-            lines.append(f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}; half-power bandwidth {band}")
-        widest = max(b - a for a, b in itertools.pairwise(f))
-        lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
+            where = self._where(direction)
+            lines.append(
+                f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}{where}; half-power bandwidth {band}"
+            )
+        if not self.resolved:
+            widest = max(b - a for a, b in itertools.pairwise(f))
+            lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
         if self.hysteresis:
             low, high = min(self.hysteresis), max(self.hysteresis)
             lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}: hysteresis".rstrip())

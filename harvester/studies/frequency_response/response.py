@@ -2,7 +2,7 @@
 
 At each frequency the mass goes on from its motion, and the phase of the drive, at the one before, so that a response of
 two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
-A linear scene has one branch, in closed form.
+A linear scene has one branch, in closed form, whose peak is then resolved between the frequencies of the sweep.
 """
 
 import re
@@ -21,6 +21,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.scene.usual import unusual_values
 from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import read_axis
 from harvester.uncertainty.value import Value
@@ -58,12 +59,13 @@ def response(
 ) -> Response:
     """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
 
-    ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".
+    ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".  With a text,
+    a response in closed form has more points than that: its peak, its half-power points and some between (`resolved`).
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
-    >>> hv.response(scene, "0.8:1.2:5").peak("up").frequency
-    1.0
+    >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
+    1.008
 
     Raises
     ------
@@ -74,7 +76,7 @@ def response(
     UnboundedResponseError
         where the response grows without bound.
     """
-    problem = served(Engine, scene)
+    problem, resolving = served(Engine, scene), isinstance(sweep, str)
     if isinstance(sweep, str):
         sweep = frequencies(problem, sweep)
     if reason := unknown_effects(problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
@@ -87,10 +89,17 @@ def response(
         raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
     noisy, linear, points = eqs.is_random, not Exact.refusal(problem), []
     trajectories = None
+
+    def there_at(frequency: float) -> Problem:
+        return Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
+
+    asked = set(sweep)
+    if resolving and linear:
+        sweep = resolved(lambda f: Exact().run(there_at(f)).mean_power.value, sweep)
     for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
         for frequency in run:
-            there = Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
-            if tick is not None:
+            there = there_at(frequency)
+            if tick is not None and frequency in asked:
                 tick()
             if linear:
                 one = Exact().run(there)
@@ -107,7 +116,8 @@ def response(
             pair = _at(trajectories, here)
             trajectories = pair.trajectories
             points.append(_point(there, direction, frequency, pair, noisy))
-    return Response(tuple(points), problem.physical, tuple(unusual_values(problem.scene)))
+    unusual = tuple(unusual_values(problem.scene))
+    return Response(tuple(points), problem.physical, unusual, resolving and linear)
 
 
 def _at(before: "Trajectories", eqs: Equations) -> "RichardsonPair":
@@ -150,7 +160,7 @@ def draw(
     """
     problem = Problem.of(scene)
     sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
-    found = response(problem, sweep, seed, tick)
+    found = response(problem, text, seed, tick)
     about = provenance(problem, sweep=list(sweep), seed=seed)
     folder.save("response", found.text(), figures.response(found, problem.scene.title), about)
     return found

@@ -49,6 +49,7 @@ class Optimum:
     ``estimate`` is the engine's answer at the best place; an engine that samples makes it with noise that had no part
     in finding the place, for the highest power of many is too high.  ``peaks`` are all that were found, best first,
     each with its keys and power; ``flat`` says why no place is better than another, and is empty where one is.
+    ``scanned`` is False where the budget ended before the whole range was looked at: more power may lie anywhere in it.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -66,6 +67,7 @@ class Optimum:
     points: tuple[Evaluation, ...]
     seconds: float
     warnings: tuple[str, ...]
+    scanned: bool = True
 
     @property
     def mean_power(self) -> Value:
@@ -96,6 +98,7 @@ class Optimum:
             "reason": self.estimate.reason,
             "no_interval": self.why,
             "flat": self.flat,
+            "scanned": self.scanned,
             "peaks": [{"keys": keys, "mean_power": number(power)} for keys, power in self.peaks],
             "evaluations": len(self.points),
             "evaluations_by_engine": self.evaluations,

@@ -30,6 +30,8 @@ KEY = "load.netlist"
 class CircuitChoice:
     """The optimum of each circuit by its name, or the error where it has none; ``best`` is the one of most power.
 
+    ``best`` is None where that cannot be said: the budget of a circuit of less power ended before its first scan did.
+
     ``alike`` are circuits whose power cannot be told from that of the best: the intervals of both overlap.
 
     >>> import harvester as hv
@@ -50,9 +52,10 @@ class CircuitChoice:
         return dict(sorted(some, key=lambda pair: -pair[1].mean_power.value))
 
     @property
-    def best(self) -> str:
-        """The circuit of most power."""
-        return next(iter(self.found))
+    def best(self) -> str | None:
+        """The circuit of most power; None where a circuit of less power may have more: its range was not scanned."""
+        first, *others = self.found
+        return None if any(name in self.unscanned for name in others) else first
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -66,6 +69,11 @@ class CircuitChoice:
         """The circuits that may have more power than was found: the budget ended before their search did."""
         return tuple(n for n, one in self.found.items() if any(word.startswith(SPENT) for word in one.warnings))
 
+    @property
+    def unscanned(self) -> tuple[str, ...]:
+        """The circuits of which the budget ended before the whole range was looked at."""
+        return tuple(name for name, one in self.found.items() if not one.scanned)
+
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
         circuits = {n: one.as_json() if isinstance(one, Optimum) else str(one) for n, one in self.optima.items()}
@@ -73,33 +81,46 @@ class CircuitChoice:
             "best": self.best,
             "alike": list(self.alike),
             "unfinished": list(self.unfinished),
+            "unscanned": list(self.unscanned),
             "circuits": circuits,
             "seconds": self.seconds,
         }
 
     def __str__(self) -> str:
-        unit = self.found[self.best].estimate.unit_names.power
+        unit = next(iter(self.found.values())).estimate.unit_names.power
+        unknown = dict.fromkeys(one.mean_power.unknown for one in self.found.values() if one.mean_power.unknown)
+        notes = [f"  note: the error of {part} is not known" for part in unknown]
         rows = [[KEY, "largest mean power", "keys there"]]
         for name, one in self.found.items():
-            rows.append([name, one.mean_power.text(unit), "; ".join(f"{k.range.key} = {k}" for k in one.keys)])
+            power = dataclasses.replace(one.mean_power, unknown="")  # which a note says once
+            rows.append([name, power.text(unit), "; ".join(f"{k.range.key} = {k}" for k in one.keys)])
         failed = [f"  no optimum of {name}: {e}" for name, e in self.optima.items() if isinstance(e, HarvesterError)]
         warned = [f"  warning: {name}: {word}" for name, one in self.found.items() for word in one.warnings]
-        same = f", which cannot be told from {' and '.join(self.alike)}" if self.alike else ""
+        if self.best is None:
+            early = " and ".join(self.unscanned)
+            said = f"no best circuit: the budget ended before the first scan of {early} did"
+        else:
+            same = f", which cannot be told from {' and '.join(self.alike)}" if self.alike else ""
+            said = f"the best circuit is {self.best}{same}"
         cut = f"; the search of {' and '.join(self.unfinished)} was cut short" if self.unfinished else ""
-        lines = [f"{self.seconds:.2g} s; the best circuit is {self.best}{same}{cut}"]
-        return "\n".join([*lines, *(f"  {row}" for row in columns(rows, "  ")), *failed, *warned])
+        lines = [f"{self.seconds:.2g} s; {said}{cut}"]
+        return "\n".join([*lines, *(f"  {row}" for row in columns(rows, "  ")), *notes, *failed, *warned])
 
     def text(self) -> str:
         """The CSV file: a row a circuit, in the order that they were given."""
-        keys = [key.range.key for key in self.found[self.best].keys]
-        heads = [KEY, *keys, "mean_power", "mean_power_error95", "error"]
+        keys = [key.range.key for key in next(iter(self.found.values())).keys]
+        powers = ["mean_power", "mean_power_stderr", "mean_power_bias", "mean_power_error95"]
+        heads = [KEY, *keys, *powers, "search", "error"]
         rows: list[list[object]] = []
         for name, one in self.optima.items():
             if isinstance(one, Optimum):
                 power = one.mean_power
-                rows.append([name, *(key.value for key in one.keys), power.value, power.whole_error95, ""])
+                search = "cut short" if name in self.unfinished else "complete"
+                search = search if one.scanned else "scan cut short"
+                errors = power.stderr, power.bias, power.whole_error95
+                rows.append([name, *(key.value for key in one.keys), power.value, *errors, search, ""])
             else:
-                rows.append([name, *([None] * len(keys)), None, None, str(one)])
+                rows.append([name, *([None] * (len(keys) + len(powers))), "failed", str(one)])
         return csv_text(heads, rows)
 
 

@@ -135,6 +135,7 @@ def _answer(
         points=tuple(surface.points),
         seconds=seconds,
         warnings=(*dict.fromkeys((*found.warnings, *warnings, *failures, *estimate.warnings)),),
+        scanned=found.scanned,
     )
 
 

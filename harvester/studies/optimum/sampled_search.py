@@ -53,6 +53,7 @@ class SampledSearch:
     seeds: int = 0  # used so far
     pilot: Estimate | None = None
     rough_peak: Peak | None = None  # what the last box shows
+    scanned: bool = False  # the whole range was looked at, if coarsely
     scouted_by_samples: bool = False  # the boxes are those of a scout that samples, too
 
     def new_seed(self) -> int:
@@ -69,7 +70,9 @@ class SampledSearch:
         begin, flat = len(self.surface.points), ""
         found: list[Peak] = []
         try:
-            for u, width in self._scouted() or self._scan():
+            starts = self._scouted() or self._scan()
+            self.scanned = True
+            for u, width in starts:
                 peak, flat = self._refine(u, width)
                 near = [p for p in found if np.all(np.abs(p.u - peak.u) <= _box_widths(p) + _box_widths(peak))]
                 if near and flat == "":
@@ -86,14 +89,14 @@ class SampledSearch:
                 found.append(self.rough_peak)
             elif not found:
                 found = [self._so_far(begin)]
-            self.warnings.append(self._missing("the last box" if found[-1].low is not None else "the search for peaks"))
+            self.warnings.append(self._missing(found[-1].low is not None))
         found.sort(key=lambda p: -p.power.value)
         for other in found[1:]:
             error = np.hypot(other.power.stderr or 0.0, found[0].power.stderr or 0.0)
             if found[0].power.value - other.power.value < NORMAL_QUANTILE * error:
                 self.warnings.append("another peak is as high within the error of sampling: see peaks")
                 break
-        return SearchResult(tuple(found), flat, tuple(self.warnings))
+        return SearchResult(tuple(found), flat, tuple(self.warnings), self.scanned)
 
     def full(self, seed: int) -> Any:
         """The engine at full accuracy, with the step and effort that the pilot run chose."""
@@ -148,7 +151,10 @@ class SampledSearch:
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
         n, begin = self.surface.dimensions, len(self.surface.points)
-        self.surface.evaluate(spread(SCAN[n], n), self.coarse(self.new_seed()), "scan")
+        where = spread(SCAN[n], n)
+        if n == 1:  # a grid: its coarse part first, so that a budget that ends early has seen the whole of the range
+            where = where[np.argsort([-(k & -k) for k in range(len(where))], kind="stable")]
+        self.surface.evaluate(where, self.coarse(self.new_seed()), "scan")
         u, power, _ = served(self.surface.points[begin:])
         if not len(power):
             self._so_far(begin)
@@ -233,13 +239,17 @@ class SampledSearch:
         best = int(np.argmax(power))
         return Peak(u[best], values[best], np.zeros(len(u)), why="the budget ended before it was narrowed")
 
-    def _missing(self, stage: str) -> str:
+    def _missing(self, boxed: bool) -> str:
+        """The warning of a search that the budget ended: before the scan was done, before any box, or in the last."""
         own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
         seconds = [one.seconds for one in own if isinstance(one, Estimate)]
+        stage = "the last box" if boxed else "the search for peaks" if self.scanned else "the first scan of the range"
+        usual = 4 * design_size(self.surface.dimensions)
+        takes = f"some {usual}" if len(own) < usual else "more here"
         more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
         return (
             f"{SPENT} {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
-            f"{self.engine.NAME!r}: a search takes some {4 * design_size(self.surface.dimensions)}{more}"
+            f"{self.engine.NAME!r}: a search takes {takes}{more}"
         )
 
 

@@ -26,8 +26,12 @@ class Peak:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The peaks of a search, best first; ``flat`` says why no place is better than another, where that is so."""
+    """The peaks of a search, best first; ``flat`` says why no place is better than another, where that is so.
+
+    ``scanned`` is False where the budget ended before the whole range was looked at: more power may lie anywhere.
+    """
 
     peaks: tuple[Peak, ...]
     flat: str = ""
     warnings: tuple[str, ...] = ()
+    scanned: bool = True

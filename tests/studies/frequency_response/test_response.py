@@ -128,12 +128,32 @@ def test_bandwidth_of_a_weakly_coupled_resonance():
     assert found.bandwidth("up") == pytest.approx(0.02, rel=0.02)
 
 
+def test_a_peak_between_the_frequencies_of_the_sweep():
+    """In closed form the answer has the true peak and half-power points, however coarse the sweep is."""
+    eqs = Equations(beta=1e-4, mu=1.0, c1=-0.02, drive=1.0, drive_frequency=1.0)
+    fine, coarse = response(scene(eqs), np.linspace(0.97, 1.03, 6001)), response(scene(eqs), "0.73:1.24:5")
+    true, found = fine.peak("up"), coarse.peak("up")
+    assert found.frequency == pytest.approx(true.frequency, abs=1.1e-5)
+    assert found.mean_power.value == pytest.approx(true.mean_power.value, rel=1e-6)
+    assert coarse.bandwidth("up") == pytest.approx(fine.bandwidth("up"), rel=1e-4)
+    assert "best of the sweep" not in str(coarse)
+
+
+def test_where_the_true_peak_may_be():
+    """A peak that was not sought between the frequencies says so, and one at an end of the sweep."""
+    found = response(scene(DRIVEN), [0.9, 1.0, 1.1, 1.3])
+    place = [p.frequency for p in found.sweep("up")].index(found.peak("up").frequency)
+    assert 0 < place < 3 and "the best of the sweep (the true one lies between" in str(found)
+    assert str(response(scene(DRIVEN), "2:4:3")).count("an end of the sweep (a higher one may lie beyond)") == 2
+
+
 def test_files(tmp_path):
     found = draw(PLATE, "3Hz:6Hz:4", tmp_path)
     with (tmp_path / "response.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["direction"] for row in rows] == ["up"] * 4 + ["down"] * 4
-    assert [float(row["frequency (Hz)"]) for row in rows] == [3, 4, 5, 6, 6, 5, 4, 3]
+    shown = [float(row["frequency (Hz)"]) for row in rows if row["direction"] == "up"]
+    assert shown == sorted(shown) and {3, 4, 5, 6} < set(shown)  # and the peak with its half-power points
+    assert [float(row["frequency (Hz)"]) for row in rows] == [*shown, *shown[::-1]]
     assert float(rows[1]["mean_power (W)"]) == pytest.approx(found.sweep("up")[1].mean_power.value)
     assert rows[0]["mean_power_stderr"] == ""
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
@@ -146,7 +166,7 @@ def test_command(tmp_path):
     assert done.exit_code == 0
     assert "half-power bandwidth" in done.output
     answer = json.loads(CliRunner().invoke(cli, [*arguments, "--json"]).output)
-    assert len(answer["sweeps"]["up"]["points"]) == 4
+    assert len(answer["sweeps"]["up"]["points"]) > 4
     assert answer["hysteresis"] == []
 
 

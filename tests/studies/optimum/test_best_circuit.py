@@ -1,5 +1,6 @@
 """The best of several circuits: each is searched by itself; what cannot be is refused before anything runs."""
 
+import dataclasses
 import json
 
 import pytest
@@ -20,7 +21,9 @@ def test_each_circuit_has_its_own_best(harvester, tmp_path):
     assert (status, err) == (0, "")
     found = json.loads(out)
     powers = {name: one["mean_power"]["value"] for name, one in found["circuits"].items()}
-    assert set(powers) == {"bridge", "doubler"} and found["best"] == max(powers, key=powers.__getitem__)
+    assert set(powers) == {"bridge", "doubler"}
+    top = max(powers, key=powers.__getitem__)
+    assert found["best"] == (top if {*found["unscanned"]} <= {top} else None)
     assert (tmp_path / "circuits.csv").read_text().startswith("load.netlist,load.parameters.R,mean_power,")
     assert (tmp_path / "bridge" / "optimise.csv").exists() and (tmp_path / "doubler" / "optimise.png").exists()
     about = json.loads((tmp_path / "doubler" / "provenance.json").read_text())
@@ -37,6 +40,31 @@ def test_the_table():
     assert "the best circuit is one, which cannot be told from same" in str(found)
     assert "no optimum of broken: does not converge" in str(found)
     assert [row.split(",")[0] for row in found.text().splitlines()] == ["load.netlist", "two", "broken", "one", "same"]
+
+
+def test_no_best_circuit_where_a_scan_was_cut_short():
+    """A circuit of less power whose range was not looked at may have more; the one of most power has it anyway."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
+    two = hv.optimise(scene, {"nondimensional.mu": (3.0, 10.0)}, "exact")
+    cut = {"scanned": False, "warnings": ("the budget of 1 s ended in the first scan of the range",)}
+    found = CircuitChoice({"one": one, "two": dataclasses.replace(two, **cut)}, 1.0)
+    assert found.best is None and found.unscanned == ("two",) and found.as_json()["best"] is None
+    assert "no best circuit: the budget ended before the first scan of two did" in str(found)
+    assert [row.split(",")[-2] for row in found.text().splitlines()] == ["search", "complete", "scan cut short"]
+    assert CircuitChoice({"one": dataclasses.replace(one, **cut), "two": two}, 1.0).best == "one"
+    figure = found.found["two"].plot(None)
+    labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert "optimum" not in labels and "highest so far: the scan was cut short" in labels
+
+
+def test_what_is_not_known_stands_once():
+    """Rows of circuits hold the errors that are known; a note says which are not, once."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
+    value = hv.Value(one.mean_power.value, stderr=1e-3 * one.mean_power.value, unknown="ideal diodes")
+    one = dataclasses.replace(one, estimate=dataclasses.replace(one.estimate, mean_power=value))
+    assert str(CircuitChoice({"one": one, "two": one}, 1.0)).count("the error of ideal diodes is not known") == 1
 
 
 @pytest.mark.parametrize(
