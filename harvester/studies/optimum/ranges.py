@@ -104,3 +104,11 @@ def spread(count: int, dimensions: int) -> Floats:
 
     points: Floats = qmc.Halton(dimensions, rng=np.random.default_rng(0)).random(count - 1)
     return np.vstack([np.full(dimensions, 0.5), points])
+
+
+def scan(count: int, dimensions: int) -> Floats:
+    """The places of `spread`, coarse to fine: a scan that ends early has seen the whole of the range."""
+    places = spread(count, dimensions)
+    if dimensions > 1:  # Halton's points come in such an order
+        return places
+    return places[np.argsort([-(k & -k) for k in range(count)], kind="stable")]

@@ -22,7 +22,7 @@ from harvester.errors import HarvesterError, SimulationError
 from harvester.studies.optimum import formula_search
 from harvester.studies.optimum.box_fit import fit_box, next_box, peak_of_box
 from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served, with_options
-from harvester.studies.optimum.ranges import problem_at, spread
+from harvester.studies.optimum.ranges import problem_at, scan, spread
 from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, design_size
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import NORMAL_QUANTILE
@@ -81,12 +81,9 @@ class SampledSearch:
                 if flat:
                     break
         except SpentError:
-            if (
-                self.rough_peak is not None
-                and self.rough_peak.low is not None
-                and not any(p is self.rough_peak for p in found)
-            ):
-                found.append(self.rough_peak)
+            rough = self.rough_peak
+            if rough is not None and rough.low is not None and not any(p is rough for p in found):
+                found.append(rough)
             elif not found:
                 found = [self._so_far(begin)]
             self.warnings.append(self._missing(found[-1].low is not None))
@@ -151,10 +148,7 @@ class SampledSearch:
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
         n, begin = self.surface.dimensions, len(self.surface.points)
-        where = spread(SCAN[n], n)
-        if n == 1:  # a grid: its coarse part first, so that a budget that ends early has seen the whole of the range
-            where = where[np.argsort([-(k & -k) for k in range(len(where))], kind="stable")]
-        self.surface.evaluate(where, self.coarse(self.new_seed()), "scan")
+        self.surface.evaluate(scan(SCAN[n], n), self.coarse(self.new_seed()), "scan")
         u, power, _ = served(self.surface.points[begin:])
         if not len(power):
             self._so_far(begin)
@@ -240,12 +234,10 @@ class SampledSearch:
         return Peak(u[best], values[best], np.zeros(len(u)), why="the budget ended before it was narrowed")
 
     def _missing(self, boxed: bool) -> str:
-        """The warning of a search that the budget ended: before the scan was done, before any box, or in the last."""
         own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
         seconds = [one.seconds for one in own if isinstance(one, Estimate)]
         stage = "the last box" if boxed else "the search for peaks" if self.scanned else "the first scan of the range"
-        usual = 4 * design_size(self.surface.dimensions)
-        takes = f"some {usual}" if len(own) < usual else "more here"
+        takes = f"some {usual}" if len(own) < (usual := 4 * design_size(self.surface.dimensions)) else "more here"
         more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
         return (
             f"{SPENT} {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
