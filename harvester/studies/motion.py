@@ -25,6 +25,7 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.scene.usual import unusual_values
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
+from harvester.studies.smaller_step import at_smaller_steps
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
 ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
@@ -62,6 +63,7 @@ class Motion:
     warnings: tuple[str, ...] = ()
     probes: dict[str, Floats] = field(default_factory=dict)
     probe_units: dict[str, str] = field(default_factory=dict)
+    note: str = ""
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -101,6 +103,8 @@ class Motion:
         lines = [f"one path by {self.engine}: {self.t[-1]:.4g}{unit}, step {self.step:.4g}{unit}"]
         if self.stops:
             lines.append(f"impacts: {len(self.impacts)}")
+        if self.note:
+            lines.append(f"note: {self.note}")
         lines.append("note: one path is no mean: for the power and its error, harvester run")
         return "\n".join([*lines, *(f"warning: {word}" for word in self.warnings)])
 
@@ -151,14 +155,17 @@ def motion(
     if not h < shown < MOST_STEPS * h / (1 + lead):
         raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + lead):.3g}", duration)
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
-    sequence = np.random.SeedSequence([seed, 7])
-    noise = gaussian_grid(sequence, math.ceil((1 + lead) * shown / h))
-    shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
-    stride = max(1, round(0.05 / h))
-    if engine == "ensemble":
-        path, seen = trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0))
-    else:
-        path, seen = path_in_ngspice(problem, noise, h, stride, shaking, probes, expected)
+
+    def at_step(h: float) -> tuple[Any, Floats, int]:
+        sequence = np.random.SeedSequence([seed, 7])
+        noise = gaussian_grid(sequence, math.ceil((1 + lead) * shown / h))
+        shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
+        stride = max(1, round(0.05 / h))
+        if engine == "ensemble":
+            return trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+        return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
+
+    (path, seen, stride), h, note = at_smaller_steps(problem, h, at_step)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     low, high = eqs.gap or 0.0, eqs.opposite_gap
     has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
@@ -180,6 +187,7 @@ def motion(
         tuple(unusual_values(problem.scene)),
         {one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
         {one.name: one.unit if problem.physical else "" for one in probes},
+        note,
     )
 
 

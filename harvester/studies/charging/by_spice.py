@@ -14,6 +14,7 @@ from harvester.netlists.probes import Probe
 from harvester.studies.charging.afterwards import Afterwards, afterwards
 from harvester.studies.charging.asked import step_from_rest
 from harvester.studies.charging.passages import SAMPLES, Passages
+from harvester.studies.smaller_step import at_smaller_steps
 
 if TYPE_CHECKING:
     from harvester.circuit.charging import ChargeRun
@@ -38,6 +39,7 @@ def charge_in_ngspice(
 ) -> Passages:
     """The passages of ``count`` runs, of a probe or (None) of the storage capacitor, through ``levels``.
 
+    ``h`` is the step (1/w0); None: what the motion asks for, and smaller where ngspice does not converge with that.
     They go on for the ``duration`` (s); unless they are to do the ``whole`` of it, shorter ones come first, and the
     first that all reach the last level are taken.  Those that do the whole of it also say how long they stay above.
 
@@ -45,23 +47,28 @@ def charge_in_ngspice(
     """
     from harvester.circuit.runs import warm_up_workers
 
-    s = problem.scales
-    device = _device(problem, probe, h)
-    warm_up_workers(device)
-    begin = time.perf_counter()
-    end = duration * s.frequency
-    length = end if whole else min(FIRST, end)
-    steps = 0
-    while True:
-        found = _runs(device, levels, length, count, seed, anywhere, whole, progress)
-        steps += found.steps
-        if length >= end or found.reached == 1.0:
-            return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
-        length = min(LONGER * length, end)
+    end = duration * problem.scales.frequency
+
+    def at_step(step: float) -> Passages:
+        device = _device(problem, probe, step)
+        warm_up_workers(device)
+        begin = time.perf_counter()
+        length, steps = end if whole else min(FIRST, end), 0
+        while True:
+            found = _runs(device, levels, length, count, seed, anywhere, whole, progress)
+            steps += found.steps
+            if length >= end or found.reached == 1.0:
+                return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
+            length = min(LONGER * length, end)
+
+    if h is not None:
+        return at_step(h)
+    passages, _, note = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
+    return dataclasses.replace(passages, note=note)
 
 
-def _device(problem: Problem, probe: Probe | None, h: float | None) -> "CoupledDevice":
-    """The device at a step that its motion from rest asks for."""
+def _device(problem: Problem, probe: Probe | None, h: float) -> "CoupledDevice":
+    """The device at a step."""
     from harvester.circuit.runs import CoupledDevice
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import whole_steps
@@ -69,7 +76,7 @@ def _device(problem: Problem, probe: Probe | None, h: float | None) -> "CoupledD
     eqs = problem.equations
     assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
-    step = step_from_rest(eqs) if h is None else whole_steps(eqs, h)
+    step = whole_steps(eqs, h)
     probes = () if probe is None else (probe,)
     return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
 

@@ -147,7 +147,7 @@ def _answer(
         physical=problem.physical,
         seconds=passages.seconds,
         steps=passages.steps,
-        reason="; ".join(filter(None, (reason, _known(engine, runs)))),
+        reason="; ".join(filter(None, (reason, passages.note, _known(engine, runs)))),
         warnings=(*unusual_values(problem.scene), *_doubts(problem, passages, clock, by_default, runs)),
     )
 

@@ -37,6 +37,7 @@ class Passages:
     unknown: str = ""
     counted: float = 1.0  # times the change at the coarser step that its error is
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
+    note: str = ""  # of how it was computed, for the user
 
     @property
     def reached(self) -> float:
