@@ -49,7 +49,7 @@ class CannotServeError(InputError):
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
     >>> hv.Averaged().run(hv.Scene(nondimensional=table))
     Traceback (most recent call last):
-    harvester.errors.CannotServeError: engine 'averaged' does not know harmonic drive: use engine 'ensemble'
+    harvester.errors.CannotServeError: engine 'averaged' does not know harmonic drive: use engine 'ensemble', ...
     """
 
 

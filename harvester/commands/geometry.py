@@ -17,6 +17,7 @@ SIZES = {
     "tip_height": "Of the tip mass.  Default: a point.",
 }
 NEEDED = ("length", "width", "substrate_thickness", "piezo_thickness")
+LONGEST = 10.0  # m: no piezo beam is longer, and 60 is one of 60 mm
 TEXTS = ("piezo", "substrate")
 
 
@@ -74,6 +75,19 @@ def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:
             sizes[name] = with_prefix(text, kind)
         except ValueError as error:
             raise refused(f"`{name}`", error, text) from None
+        if name != "tip_mass" and sizes[name] > LONGEST:
+            raise InputError(
+                f"`{name}` must be at most {LONGEST:g} m, but is {sizes[name]:g} m: a number without a unit is in m, "
+                f"write {text.strip()}mm for millimetres"
+                if text.strip().replace(".", "", 1).isdigit()
+                else f"`{name}` must be at most {LONGEST:g} m, but is {text.strip()!r}"
+            )
+    for name in ("substrate_thickness", "piezo_thickness"):
+        if not sizes[name] < sizes["length"]:
+            raise InputError(
+                f"`{name}` must be less than the length of {sizes['length']:g} m, but is {sizes[name]:g} m: "
+                "are both in their unit?"
+            )
     if "tip_mass" not in sizes and ({"tip_length", "tip_height"} & set(sizes)):
         raise InputError("`tip_mass` must be given with the size of the tip mass, but is left out")
     return Beam(

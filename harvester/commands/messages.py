@@ -3,10 +3,14 @@
 import json
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
+
+from harvester.errors import InputError, shown
 
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
@@ -44,6 +48,18 @@ def echo_answer(answer: Any, as_json: bool) -> None:
 def echo_written(folder: str, *names: str) -> None:
     """Print which files of a folder were written."""
     click.echo(f"written: {Path(folder)}/{', '.join(names)}")
+
+
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Errors about FILE, the name that the library has for the file of a command, say its name."""
+    try:
+        yield
+    except InputError as error:
+        name, text = shown(Path(file).name), str(error)
+        if Path(file).name in text:
+            raise
+        raise type(error)(text.replace("FILE", f"FILE {name}", 1)) from None
 
 
 def complain(text: str) -> None:

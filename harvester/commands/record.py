@@ -6,7 +6,7 @@ import click
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_answer
+from harvester.commands.messages import echo, echo_answer, naming
 from harvester.commands.options import json_option
 from harvester.commands.reports import report_file, report_option, save_report
 from harvester.errors import InputError, invalid, refused, shown
@@ -57,7 +57,8 @@ def record(file: str, axis: str | None, rate: float | None, out: str | None, rep
         if path.exists() and Path(file).exists() and path.samefile(file):
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
-    found = look(clean(file, axis, rate))
+    with naming(file):
+        found = look(clean(file, axis, rate))
     text = "" if path is None else found.text()
     title = f"{Path(file).name}, axis {found.record.axis}"
     echo_answer(found, as_json)

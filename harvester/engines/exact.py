@@ -5,15 +5,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.formula import Formula
+from harvester.engines.formula import NOT_LINEAR, Formula
 from harvester.engines.protocol import OPEN_CIRCUIT, estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.uncertainty.value import Value
-
-SPRINGS = frozenset({"quadratic_stiffness", "cubic_stiffness", "softening_stiffness"})
-STOPS = frozenset({"impact", "compliant_stop", "gap", "opposite_stop"})
 
 
 @names_arguments
@@ -36,7 +33,7 @@ class Exact(Formula):
 
     NAME: ClassVar[str] = "exact"
     WHO: ClassVar[str] = "engine 'exact', for linear equations,"
-    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | {"damping_x2", "damping_x4"}
+    UNSERVED: ClassVar[frozenset[str]] = NOT_LINEAR
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.linear.solve import solve_many

@@ -15,6 +15,8 @@ from harvester.errors import HarvesterError
 
 SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
 STOPS = frozenset({"compliant_stop", "opposite_stop"})
+NOT_LINEAR = frozenset({"quadratic_stiffness", "cubic_stiffness", "softening_stiffness", "damping_x2", "damping_x4"})
+NOT_LINEAR |= {"impact", "compliant_stop", "gap", "opposite_stop"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +31,10 @@ class Formula(Asked):
     def refusal(cls, problem: Problem) -> str:
         """Why the theory cannot serve a problem; empty where it can."""
         who = cls.WHO or f"engine {cls.NAME!r}"
-        return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, "engine 'ensemble'")
+        instead = "engine 'ensemble'"
+        if not NOT_LINEAR.intersection(problem.effects):
+            instead += ", or 'exact', which serves all linear scenes"
+        return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, instead)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""

@@ -1,6 +1,7 @@
 """Engine `ideal`: Monte Carlo with the netlist's circuit made of ideal diodes and switches."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,7 +9,9 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble, Model
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
-from harvester.errors import names_arguments
+from harvester.errors import SimulationError, names_arguments
+
+LONG = 1000.0  # periods of the mass
 
 
 @names_arguments
@@ -49,8 +52,11 @@ class Ideal(Ensemble):
         return ""
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """As `Ensemble.run`."""
-        answer = super().run(scene, progress)
+        """As `Ensemble.run`; a start that is not forgotten in time is explained by the circuit's memory."""
+        try:
+            answer = super().run(scene, progress)
+        except SimulationError as error:
+            raise type(error)(f"{error}{_cause(Problem.of(scene))}") from None
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"))
 
     def model(self, problem: Problem) -> Model:
@@ -60,3 +66,19 @@ class Ideal(Ensemble):
         assert problem.circuit is not None, "refusal checks this"
         circuit = ideal_circuit(problem.circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
+
+
+def _cause(problem: Problem) -> str:
+    """What a circuit remembers for longer than the mass, in words that follow an error; empty where nothing is."""
+    storage = None if problem.circuit is None else problem.circuit.storage
+    period = 2.0 * math.pi / problem.scales.frequency
+    if storage is None or storage < LONG * period:
+        return ""
+    s = problem.scales
+    told = f"R C = {storage * s.frequency:.3g}/w0"
+    if problem.physical:
+        told = f"R C = {storage:.3g} s, where w0 is {s.frequency:.4g} rad/s,"
+    return (
+        f"; the cause is the time constant {told} of load and storage capacitor, which a mean must outlast: a smaller "
+        "capacitor that still outlasts the mass's periods gives nearly the same mean power, sooner"
+    )

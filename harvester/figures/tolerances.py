@@ -80,8 +80,10 @@ def _shares(here: Axes, answer: ToleranceShape) -> None:
 
 
 def _named(bar: TornadoShape) -> str:
-    """The name of a key over several lines, short enough for an axis, and the values that it takes."""
+    """The name of a key over several lines, short enough for an axis, and the 5 % and 95 % points of its spread."""
     name, unit = quantity(bar.key)
     unit = "" if unit == "SI" else unit
     ends = [written(Value(end).text(unit)) for end in bar.ends]
-    return "\n".join([textwrap.fill(name, _LETTERS, max_lines=2, placeholder=" ..."), f"{ends[0]} to", ends[1]])
+    return "\n".join(
+        [textwrap.fill(name, _LETTERS, max_lines=2, placeholder=" ..."), "5 to 95 %:", f"{ends[0]} to", ends[1]]
+    )

@@ -6,6 +6,9 @@ from harvester.scene.keys import TABLES, key_kind
 from harvester.scene.kinds import Kind
 from harvester.scene.scene import Scene
 
+OVERDAMPED = 0.5  # damping ratio from which nothing resonates
+FAR = 50.0  # times the resonance, or a part of it: no harvester is driven there
+
 
 def unusual_values(scene: Scene) -> list[str]:
     """A warning with the likely unit for each number of a scene that is far outside of what such devices have."""
@@ -17,6 +20,28 @@ def unusual_values(scene: Scene) -> list[str]:
                 unit = kind.example.strip("'").partition(" ")[2]
                 likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {unit}"
                 found.append(doubt + (f": is {likely} meant?" if unit not in ("", kind.unit) else ""))
+    return found + _doubts_of_pairs(scene)
+
+
+def _doubts_of_pairs(scene: Scene) -> list[str]:
+    """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
+    found, oscillator = list[str](), scene.oscillator
+    if oscillator is None:
+        return found
+    ratio = oscillator.damping_ratio
+    if ratio is not None and ratio >= OVERDAMPED:
+        found.append(
+            f"oscillator.damping_ratio is {ratio:.4g}, which is Q = {0.5 / ratio:.2g}: such a mass does not resonate; "
+            f"is {ratio:.4g}% meant?"
+        )
+    resonance = math.sqrt(abs(oscillator.stiffness) / oscillator.mass) / (2.0 * math.pi)
+    shaking = scene.excitation
+    drive = None if shaking is None or shaking.acceleration_amplitude is None else shaking.frequency
+    if drive is not None and resonance > 0.0 and not 1.0 / FAR <= drive / resonance <= FAR:
+        found.append(
+            f"excitation.frequency is {drive:.4g} Hz, {drive / resonance:.3g} times the resonance of {resonance:.4g} Hz"
+            ": is its unit right?"
+        )
     return found
 
 

@@ -90,3 +90,12 @@ def test_an_option_that_would_be_ignored(harvester, monkeypatch, tmp_path, args,
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert err.startswith(f"harvester: {says}")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["record", "identify"])
+def test_errors_about_a_file_say_its_name(harvester, tmp_path, command):
+    path = tmp_path / "shaker.csv"
+    path.write_text("t,a\n0,1\n1,2\n2,1\n")
+    status, _, err = harvester(command, path)
+    assert status == 2
+    assert err.startswith("harvester: FILE 'shaker.csv' ")

@@ -216,3 +216,19 @@ def test_the_peak_over_a_lifetime_is_named_where_it_can_be_had(harvester, tmp_pa
         status, out, _ = harvester("new", tmp_path / f"{named}.toml", *beam, *shaking)
         assert status == 0
         assert ("--lifetime" in out) == named
+
+
+@pytest.mark.parametrize(
+    ("lengths", "says"),
+    [
+        (("60", "15mm", "0.15mm"), "--length must be at most 10 m, but is 60 m: a number without a unit is in m"),
+        (("60mm", "15mm", "0.15"), "--substrate-thickness must be less than the length of 0.06 m, but is 0.15 m"),
+    ],
+)
+def test_millimetres_without_their_unit(harvester, tmp_path, lengths, says):
+    names = ("--length", "--width", "--substrate-thickness")
+    sizes = [part for pair in zip(names, lengths, strict=True) for part in pair]
+    beam = ["--bimorph", *sizes, "--piezo-thickness", "0.26mm", "--piezo", "PZT-5A", "--substrate", "brass"]
+    status, _, err = harvester("new", tmp_path / "a.toml", *beam, "--q", "50")
+    assert status == 2
+    assert says in err

@@ -7,6 +7,7 @@ import harvester as hv
 from harvester.devices.meaning import engines, meaning, noise_share
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
+from harvester.scene.usual import unusual_values
 from tests.support.datasheet import SHEET, problem_of
 from tests.support.paths import EXAMPLES
 
@@ -99,3 +100,20 @@ def test_a_drive_that_misses_the_resonance_gets_a_warning(drive):
             for f in (0.99, 1.01)
         ]
         assert powers[1] > max(near)
+
+
+@pytest.mark.parametrize(
+    ("changes", "doubt"),
+    [
+        ({"damping_ratio": "1.5"}, "oscillator.damping_ratio is 1.5, which is Q = 0.33"),
+        ({"damping_ratio": "1.5%"}, ""),
+        ({**DRIVE, "drive_frequency": "50000"}, "excitation.frequency is 5e+04 Hz, 1.57e+04 times the resonance"),
+        ({**DRIVE, "drive_frequency": "100 Hz"}, ""),
+    ],
+    ids=str,
+)
+def test_values_that_are_odd_beside_others_get_a_warning(changes, doubt):
+    """A percentage without its sign; kilohertz or a typing error."""
+    found = unusual_values(problem_of({**SHEET, **changes}).scene)
+    assert len(found) == bool(doubt)
+    assert all(doubt in one for one in found)

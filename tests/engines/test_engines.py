@@ -388,3 +388,21 @@ def test_a_mass_that_does_not_move_takes_no_power():
     answer = hv.Ensemble(trajectories=64, duration=10.0, within=0.05).run(scene(held))
     assert answer.mean_power.value == 0.0
     assert (answer.details["power_balance"], answer.details["power_balance_stderr"]) == (0.0, 0.0)
+
+
+def test_a_theory_names_exact_for_a_linear_scene():
+    """It is the default there, and has no error but rounding; not where the scene is not linear."""
+    driven = scene(changed(linear(0.05, 1.0), drive=1.0, drive_frequency=1.0))
+    assert not hv.Exact.refusal(Problem(driven))
+    assert hv.Averaged.refusal(Problem(driven)).endswith(
+        "use engine 'ensemble', or 'exact', which serves all linear scenes"
+    )
+    stopped = scene(changed(linear(0.05, 1.0), drive=1.0, drive_frequency=1.0, restitution=0.9))
+    assert hv.Averaged.refusal(Problem(stopped)).endswith("use engine 'ensemble'")
+
+
+def test_a_large_storage_capacitor_is_named_as_the_cause():
+    """R C = 1000 s is not forgotten within a budget of seconds."""
+    load = hv.Load(netlist="bridge", parameters={"R": "10M", "C": "100uF"})
+    with pytest.raises(hv.SimulationError, match=r"the cause is the time constant R C = 1e\+03 s, where w0"):
+        hv.Ideal(trajectories=64, budget="1s").run(PLATE.with_load(load))

@@ -72,6 +72,11 @@ def charge(
     problem = Problem.of(scene)
     if problem.circuit is None:
         raise InputError("charging must have a [load] with a storage capacitor, but the circuit is open")
+    if problem.netlist is None and probe == STORE:
+        raise InputError(
+            "charging must have a circuit with a storage capacitor, but this scene has a resistor alone: set "
+            "load.netlist, for instance to 'bridge'"
+        )
     seen = read_probes([probe], problem.circuit)[0]
     name, reason = choose_engine(problem, seen, engine)
     unit = problem.units.frequency

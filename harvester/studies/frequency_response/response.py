@@ -76,7 +76,13 @@ def response(
     UnboundedResponseError
         where the response grows without bound.
     """
-    problem, resolving = served(Engine, scene), isinstance(sweep, str)
+    problem, resolving = Problem.of(scene), isinstance(sweep, str)
+    if problem.netlist is not None:
+        raise CannotServeError(
+            f"a frequency response must have a load resistance, but the load is netlist {problem.netlist!r}: sweep "
+            "excitation.frequency instead (harvester sweep, with engine 'ideal' or 'spice')"
+        )
+    served(Engine, problem)
     if isinstance(sweep, str):
         sweep = frequencies(problem, sweep)
     if reason := unknown_effects(problem, UNSERVED, "a frequency response", "engine 'ensemble'"):

@@ -135,13 +135,13 @@ class Tolerance:
 
     def _keys(self, unit: str) -> list[str]:
         """The lines of the keys, the one with the widest bar first."""
-        rows = [["key", "its spread", "alone, 5 % to 95 %", "variance share", "with others"]]
+        rows = [["key", "5 to 95 % of it", "power, it alone", "variance share (95 %)", "with others (95 %)"]]
         for bar in self.tornado:
             own = unit_of(bar.key)
             one = self.sensitivity.get(bar.key)
             shares = ["-", "-"]
             if one is not None:
-                shares = [f"{one.first:.3f} +- {one.first_error95:.2g}", f"{one.total:.3f} +- {one.total_error95:.2g}"]
+                shares = [_part(one.first, one.first_error95), _part(one.total, one.total_error95)]
             ends = " to ".join(amount(end, own) for end in bar.ends)
             rows.append([bar.key, ends, " to ".join(amount(power, unit) for power in bar.powers), *shares])
         return columns(rows)
@@ -181,6 +181,11 @@ def _range(one: Quantile, unit: str) -> str:
         below = "" if one.high is None else f"below {amount(one.high, unit)}"
         return below or ("not known" if one.low is None else f"above {amount(one.low, unit)}")
     return f"{amount(one.low, unit)} to {amount(one.high, unit)}"
+
+
+def _part(share: float, error95: float) -> str:
+    """A share of the variance and its interval, which ends at 0 and 1."""
+    return f"{share:.3f} ({max(share - error95, 0.0):.3f} to {min(share + error95, 1.0):.3f})"
 
 
 def _shares(one: Interval) -> str:

@@ -211,4 +211,4 @@ def test_refusals(words, said, harvester):
 
 def test_a_resistance_has_no_store(harvester):
     status, _, err = harvester("charge", EXAMPLES / "plate.toml", "--to", "1V")
-    assert (status, "Csmooth" in err) == (2, True)
+    assert (status, "a resistor alone: set load.netlist, for instance to 'bridge'" in err) == (2, True)

@@ -185,6 +185,6 @@ def test_refusals():
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
     with pytest.raises(CannotServeError, match="does not know coloured noise: use engine 'ensemble'"):
         response(scene(COLOURED), [1.0, 2.0, 3.0])
-    with pytest.raises(CannotServeError, match="use engine 'spice'"):
+    with pytest.raises(CannotServeError, match="is netlist 'bridge': sweep excitation"):
         response(PLATE.with_load(hv.Load(netlist="bridge")), [1.0, 2.0, 3.0])
     assert scales(PLATE).length == pytest.approx(0.01 * 9.80665 / 400.0)

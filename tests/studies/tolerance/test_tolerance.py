@@ -228,7 +228,8 @@ def test_command(harvester, tmp_path):
 def test_command_says_it_in_words(harvester):
     status, out, _ = harvester("tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--runs", "64", "--samples", "64")
     assert status == 0
-    assert "devices below" in out and "variance share" in out
+    assert "devices below" in out and "variance share (95 %)" in out and "5 to 95 % of it" in out
+    assert " 1.000) " in out or out.rstrip().endswith(" to 1.000)")  # one key has it all, and no interval goes above 1
 
 
 @pytest.mark.parametrize(
