@@ -37,7 +37,7 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
         share.set_xlim(0.0, t[-1])
         share.set_ylim(-3.0, 103.0)
         share.set_xlabel(time.label)
-        share.set_ylabel("runs at the target (%)")
+        share.set_ylabel("runs that have reached it (%)")
         if known:
             _draw_power(axes[2], answer, volt.factor, volt.label)
         entitle(figure, title, "Charging from empty")

@@ -30,6 +30,8 @@ def motion(path: MotionShape, title: str | None) -> Plot:
     units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
     names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
     names["t"] = "time"
+    names["acceleration"] += " but its white noise" if path.hides_noise else ""
+    from_rest = path.shown > 0.999 * end  # a beginning, which has no density
     probes = list(path.probes)[:_PROBES]
     values = {name: array for name in names if (array := getattr(path, name)) is not None}
     values |= {name: path.probes[name] for name in probes}
@@ -62,8 +64,7 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         plane.plot(shown["x"][few], shown["v"][few], color=_INK, linewidth=0.7)
         plane.set_xlabel(scales["x"].label)
         plane.set_ylabel(scales["v"].label)
-        _density(density, shown["x"][settled], scales["x"].label)
-        for here in (plane, density):
+        for here in (plane,) if from_rest else (plane, density):
             for stop in stops:
                 here.axvline(stop, **_STOP)
         for here in axes.flat:
@@ -72,14 +73,17 @@ def motion(path: MotionShape, title: str | None) -> Plot:
             here.xaxis.set_major_locator(MaxNLocator(6, steps=_ROUND))
         for here in axes[:, 1]:
             here.xaxis.set_major_locator(MaxNLocator(3))
-        others = probes if path.acceleration is None else ["voltage", *probes]
-        for here, name in zip(axes[2:, 1], others, strict=True):
+        others = ["x", *probes] if path.acceleration is None else ["x", "voltage", *probes]
+        for here, name in zip(axes[1:, 1], others, strict=True):
+            if from_rest:
+                here.remove()
+                continue
             _density(here, shown[name][settled], scales[name].label)
         entitle(figure, title, "One path")
         note = (
             "Phase plane: the end of the path, and in grey the last three quarters of it, which the densities are of."
         )
-        legend(figure, note)
+        legend(figure, note.partition(", which")[0] + "." if from_rest else note)
     return figure
 
 

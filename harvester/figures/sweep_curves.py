@@ -19,6 +19,7 @@ from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Rows = list[dict[str, str]]
 MOST_SHOWN = 2000  # points of a curve
+FEW_POINTS = 30  # of a line, which show as markers
 MOST_CURVES = 6  # values of the other keys
 _MARKS = "osv^Dx"  # one for each value of the other keys
 _COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#BFA000", "#E67E22")  # viridis, its end darkened for paper
@@ -97,6 +98,8 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
         look["color"] = paler(_colour(number, groups), _PALE.get(engine, 0.0))
     if alone:
         look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 5}
+    elif groups == 1 and points <= FEW_POINTS and engine in ("exact", "published", "averaged"):
+        look |= {"marker": MARKERS.get(engine, "o"), "markersize": 4.5}  # straight lines between points are no results
     elif groups > 1:
         marks = look.get("linestyle") == "none"  # hollow, over the filled ones of the lines
         look |= {"marker": _MARKS[number], "markersize": 6 if marks else 3.5, "markevery": max(1, points // 15)}

@@ -62,7 +62,7 @@ def of_charge(scene: Scene | Problem, answer: Charging, seed: int) -> Page:
     heads = [answer.probe, "energy", "reached by", "mean time", "power on the way"]
     note = "-: not known; a mean time is that of all runs, and not known where some never get there."
     tables = [TextTable("On the way", heads, rows, range(5), note)]
-    caption = "The voltage from empty, the share of runs at the target, and the power into the store on the way."
+    caption = "The voltage from empty, the share of runs that have been at the target, and the power into the store."
     return printed_page(scene, f"charge, engine {answer.engine}", str(answer), answer.plot(None), caption, tables, seed)
 
 

@@ -39,6 +39,7 @@ class Motion:
 
     ``text()`` is the CSV file, ``packed()`` the NPZ file.  ``shown`` is the length of its last part, which a plot
     shows; ``probes`` are further quantities of the circuit by name, ``probe_units`` their units;
+    ``hides_noise`` says that white noise goes beside the ``acceleration``, which leaves it out;
     ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
     white noise alone.
 
@@ -64,6 +65,7 @@ class Motion:
     probes: dict[str, Floats] = field(default_factory=dict)
     probe_units: dict[str, str] = field(default_factory=dict)
     note: str = ""
+    hides_noise: bool = False
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -188,6 +190,7 @@ def motion(
         {one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
         {one.name: one.unit if problem.physical else "" for one in probes},
         note,
+        hides_noise=base is not None and eqs.n1 is not None,
     )
 
 

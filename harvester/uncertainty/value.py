@@ -10,6 +10,7 @@ from harvester.errors import SimulationError, names_arguments
 from harvester.scene.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
+ROUNDED = 6  # digits of a value whose only error is rounding
 
 
 @names_arguments
@@ -82,7 +83,8 @@ class Value:
         digits = 4
         if self.error95 > 0.0 and self.value != 0.0:
             digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
-        text = f"{self.value / scale:.{min(digits, 9)}g}"
+        most = ROUNDED if self.stderr is None and self.model == 0.0 else 9  # no device is known to more digits
+        text = f"{self.value / scale:.{min(digits, most)}g}"
         if self.unknown:
             return f"{text} {prefix}{unit}".rstrip() + f" ({self._known_parts(scale)})"
         if self.stderr is not None:

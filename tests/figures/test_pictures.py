@@ -12,6 +12,7 @@ from harvester import figures
 from harvester.figures import quantities
 from harvester.figures.motions import time_spent
 from harvester.figures.smoothing import smooth
+from harvester.figures.sweep_curves import style
 from harvester.studies.compare import PathComparison
 from harvester.studies.frequency_response.curve import Response, ResponsePoint
 from harvester.studies.motion import Motion
@@ -191,7 +192,9 @@ def test_the_map_of_an_optimum_is_smooth_and_whole():
     keys = [SimpleNamespace(range=one, value=one.value(0.5), low95=None, high95=None) for one in ranges]
     places = np.random.default_rng(2).random((200, 2))
     points = [SimpleNamespace(engine="averaged", u=u, power=Value(1e-6 * hill(u), model=1e-8)) for u in places]
-    answer = SimpleNamespace(engine="averaged", keys=keys, points=points, estimate=hv.Averaged().run(PLATE))
+    answer = SimpleNamespace(
+        engine="averaged", keys=keys, points=points, estimate=hv.Averaged().run(PLATE), scanned=True
+    )
     here = figures.optimum(answer, None).axes[0]
     mesh = next(one for one in here.collections if np.ndim(one.get_array()) == 2)
     power = np.ma.filled(mesh.get_array(), np.nan)
@@ -212,3 +215,22 @@ def test_the_guide_leads_through_noise():
     assert np.isnan(smooth(0.1 * u, noisy, np.full(60, 0.05), np.array([[0.9]])))[0]  # nothing near
     exact = smooth(u, np.sin(3 * u[:, 0]), np.zeros(60), at)
     assert exact == pytest.approx(np.sin(3 * at[:, 0]), abs=2e-3)
+
+
+def test_a_path_from_rest_has_no_density_and_its_base_no_white_noise():
+    """A beginning has not settled; the white noise of the base has no value at a time."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.1, mu=1.0, D11=0.1, drive=1.0, drive_frequency=1))
+    labels = []
+    for from_rest in (True, False):
+        axes = hv.motion(scene, duration=60.0, from_rest=from_rest).plot().axes
+        labels.append([one.get_ylabel() for one in axes])
+        assert any("but its white noise" in label for label in labels[-1])
+    assert [any("density" in label for label in some) for some in labels] == [False, True]
+
+
+def test_a_line_of_few_points_has_markers():
+    """Chords between the points of a sweep are no results; a curve of many points is a line alone."""
+    keys = {"along": SimpleNamespace(), "listed": False, "axes": ()}
+    few, many = (style("exact", SimpleNamespace(**keys), 0, 1, points) for points in (13, 200))
+    assert few["marker"]
+    assert not many.get("marker")

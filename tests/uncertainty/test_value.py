@@ -18,3 +18,8 @@ def test_error_is_the_sum_of_all():
     assert value.sampling95 == pytest.approx(2.570582 * 0.1, rel=1e-6)
     assert value.error95 == pytest.approx(value.sampling95 + 0.023, rel=1e-12)
     assert Value(1.0, 0.1).error95 == pytest.approx(0.196, rel=1e-12)
+
+
+def test_a_value_with_rounding_alone_has_six_digits():
+    """No device is known to nine."""
+    assert Value(22.27627215e-6, None, 1.3e-18, 0.0).text("W") == "22.2763 +- 1.3e-12 (rounding) uW"
