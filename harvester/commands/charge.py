@@ -64,8 +64,8 @@ def charge(
     from harvester.studies.charging import charge as study
 
     scene, file = load(path), report_file(report, out)
-    with Bar("charge", at_most=True) as bar:
-        answer = study.draw(scene, out, vector, progress=bar.tell, **options)
+    with Bar("charge", at_most=True, shorter="a shorter --duration or fewer --trajectories") as bar:
+        answer = study.draw(scene, out, vector, progress=bar.tell, notice=bar.notice, **options)
     echo_answer(answer, as_json)
     if out is not None and not as_json:
         echo_written(out, "charge.csv", "levels.csv", *figure("charge", vector), "provenance.json")

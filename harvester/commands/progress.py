@@ -97,6 +97,10 @@ class Bar(tqdm):  # type: ignore[misc]
             self.write(text, file=sys.stderr if self.disable else self.fp)
             self.shorter = ""
 
+    def notice(self, text: str) -> None:
+        """Say in a line on stderr what is to be known before the work ends."""
+        self.write(f"{self.what}: {text}", file=sys.stderr if self.disable else self.fp)
+
     def _overdue(self, now: float) -> float:
         """The time left at the rate up to now, if the next report were about to come."""
         if self.by_clock:
@@ -123,7 +127,8 @@ class Bar(tqdm):  # type: ignore[misc]
             return True
         if self.budget is not None:
             return self.last[0] - self.begun >= QUICK
-        return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= ENOUGH
+        enough = 0.1 * ENOUGH if self.at_most else ENOUGH  # a limit may be a rough one
+        return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= enough
 
     def close(self) -> None:
         """Take the bar off the screen."""

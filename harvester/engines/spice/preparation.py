@@ -64,16 +64,21 @@ class Prepared:
         """Of the step, as the cheap model shows it; None where there is none."""
         return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
-    @property
-    def reason(self) -> str:
-        """What is known of the bias of the step, where it is not that of the very same equations."""
+    def known(self, tolerance: dict[str, float] | None) -> str:
+        """What is known of the bias of the step, where it is not that of the very same equations.
+
+        ``tolerance`` are the errors by ngspice's tolerance, None where they were not measured.
+        """
         if self.resistive:
             return ""
         if self.pair is None:
             return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
+        measured = "was measured against a tenth of it on the same motion"
+        if tolerance is None:
+            measured = "was not measured (for want of time, or as a warning says)"
         return (
-            "the bias of the step is that of the ideal circuit, that of ngspice's tolerance was measured against a "
-            "tenth of it on the same motion; the ledger is of the ngspice runs alone"
+            f"the bias of the step is that of the ideal circuit, that of ngspice's tolerance {measured}; "
+            "the ledger is of the ngspice runs alone"
         )
 
     def kicks(self, duration: float) -> int:

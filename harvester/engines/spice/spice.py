@@ -156,7 +156,7 @@ class Spice(Sampled):
             dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value
             for one in (runs.mean_square_voltage(), runs.power())
         )
-        reasons = [sought, ready.reason, agreed if agreed == NO_NOISE else ""]
+        reasons = [sought, ready.known(runs.tolerance), agreed if agreed == NO_NOISE else ""]
         if target is not None:
             reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
         if not problem.physical:

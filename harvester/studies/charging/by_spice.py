@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 READING = 0.1  # nondimensional time between readings
 FINER = 2000  # looks for one of the curve's, at most, that say how long it stays above the target
+PILOTED = 10.0  # times the first runs: what takes longer has a pilot, for the time that it will take
 FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, and how much longer the next ones are
 
 
@@ -52,19 +53,37 @@ def charge_in_ngspice(
     def at_step(step: float) -> Passages:
         device = _device(problem, probe, step)
         warm_up_workers(device)
-        begin = time.perf_counter()
-        length, steps = end if whole else min(FIRST, end), 0
-        while True:
-            found = _runs(device, levels, length, count, seed, anywhere, whole, progress)
-            steps += found.steps
-            if length >= end or found.reached == 1.0:
-                return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
-            length = min(LONGER * length, end)
+        begin, steps, past = time.perf_counter(), 0, 0.0
+        lengths = lengths_of_runs(end, whole)
+        if progress is not None:
+            progress(0.0)
+        for length in lengths:
+            told = None if progress is None else _part(progress, past / sum(lengths), length / sum(lengths))
+            found = _runs(device, levels, length, count, seed, anywhere, whole and length == end, told)
+            steps, past = steps + found.steps, past + length
+            if found.reached == 1.0 and not whole:
+                break
+        return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
 
     if h is not None:
         return at_step(h)
     passages, _, note = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
     return dataclasses.replace(passages, note=note)
+
+
+def lengths_of_runs(end: float, whole: bool) -> list[float]:
+    """How long the runs are, one after another: ever longer ones; a pilot, and the ``whole``."""
+    if whole:
+        return [FIRST, end] if end > PILOTED * FIRST else [end]
+    lengths = [min(FIRST, end)]
+    while lengths[-1] < end:
+        lengths.append(min(LONGER * lengths[-1], end))
+    return lengths
+
+
+def _part(progress: Progress, past: float, share: float) -> Progress:
+    """The progress of a part of the work, a ``share`` of it after what is ``past``."""
+    return lambda done: progress(past + share * done)
 
 
 def _device(problem: Problem, probe: Probe | None, h: float) -> "CoupledDevice":

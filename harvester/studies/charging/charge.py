@@ -5,13 +5,13 @@ the time is over is counted, and told: a mean without it would be too short.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from harvester import figures
-from harvester.engines import Ideal
+from harvester.engines import Ideal, Spice
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -44,6 +44,7 @@ def charge(
     dt: str | float | None = None,
     anywhere: bool = False,
     progress: Progress | None = None,
+    notice: Callable[[str], None] | None = None,
 ) -> Charging:
     """The time from empty until ``probe`` reaches ``to``, over many runs or, where nothing is random, of one.
 
@@ -52,7 +53,8 @@ def charge(
     else `spice`.  ``duration`` is how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0);
     None: until all have arrived, but at most five time constants of store and load; with it, `spice` also says for how
     much of the time the probe is at or above ``to`` once it has been there.  ``dt`` is the step.  A record, or
-    a harmonic drive, begins at its beginning, or with ``anywhere`` at a random place.
+    a harmonic drive, begins at its beginning, or with ``anywhere`` at a random place.  ``notice`` is called before many
+    runs of ngspice that nobody chose, with the reason.
 
     >>> import harvester as hv
     >>> found = hv.charge("examples/plate_bridge.toml", "2 V", engine="ideal", trajectories=256)
@@ -84,6 +86,8 @@ def charge(
     steady = problem.equations.is_steady and not anywhere
     count = count_of_runs(trajectories, name, steady)
     check_anywhere(anywhere, problem)
+    if notice is not None and name == Spice.NAME and reason and count > 1:
+        notice(f"{reason}; {count} runs, which may take minutes")
     watched, chosen = time_watched(duration, problem)
     h = read_step(dt, problem)
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
@@ -201,6 +205,7 @@ def draw(
     vector: Sequence[str] = (),
     to: str | float = "",
     progress: Progress | None = None,
+    notice: Callable[[str], None] | None = None,
     **options: object,
 ) -> Charging:
     """Compute a `charge`, and write charge.csv, levels.csv, charge.png and its ``vector`` forms, and provenance.json.
@@ -209,7 +214,7 @@ def draw(
     """
     problem = Problem.of(scene)
     folder = None if out is None else OutputFolder(out, vector)
-    found = charge(problem, to, progress=progress, **options)  # type: ignore[arg-type]
+    found = charge(problem, to, progress=progress, notice=notice, **options)  # type: ignore[arg-type]
     if folder is not None:
         about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **options)
         folder.table("levels", found.levels_text())

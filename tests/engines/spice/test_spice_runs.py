@@ -4,6 +4,7 @@ import dataclasses
 import math
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -179,3 +180,12 @@ def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
     power = runs.power().value
     assert (power.whole_error95, power.unknown) == (None, "ngspice's tolerance")
     assert power.error95 > 0.0
+
+
+def test_the_note_says_whether_the_tolerance_was_measured():
+    """It must not speak of a measurement for which no time was left."""
+    device: Any = SimpleNamespace(eqs=SimpleNamespace(mu=None))
+    pair: Any = object()
+    ready = Prepared(device, 0.0, [], pair, 0.0)
+    assert "ngspice's tolerance was measured against a tenth of it" in ready.known({"V2": 0.0, "load": 0.0})
+    assert "ngspice's tolerance was not measured" in ready.known(None)

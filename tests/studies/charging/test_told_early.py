@@ -1,0 +1,37 @@
+"""What a long charge says before it ends: which engine was taken and why, and how long it will take."""
+
+import dataclasses
+
+import pytest
+
+import harvester as hv
+from harvester.studies.charging.by_spice import FIRST, lengths_of_runs
+
+PLATE = hv.load("examples/plate_bridge.toml")
+DRIVE = hv.load("examples/plate_harmonic.toml").excitation
+SHAKEN = dataclasses.replace(
+    PLATE,
+    excitation=dataclasses.replace(
+        PLATE.excitation, acceleration_amplitude=DRIVE.acceleration_amplitude, frequency=DRIVE.frequency
+    ),
+)
+
+
+class Told(Exception):
+    """The notice came, before any run."""
+
+
+def test_ngspice_that_nobody_chose_is_told_before_it_runs():
+    def notice(text):
+        raise Told(text)
+
+    with pytest.raises(Told, match=r"engine 'spice' was taken: engine 'ideal' begins at no certain place.*; 16 runs"):
+        hv.charge(SHAKEN, "2 V", notice=notice)
+
+
+def test_the_parts_of_the_work_are_known_beforehand():
+    """Ever longer runs up to the end; with a duration the whole of it, after a pilot where that is short beside it."""
+    assert lengths_of_runs(10.0 * FIRST, False) == [FIRST, 4.0 * FIRST, 10.0 * FIRST]
+    assert lengths_of_runs(0.5 * FIRST, False) == [0.5 * FIRST]
+    assert lengths_of_runs(2.0 * FIRST, True) == [2.0 * FIRST]
+    assert lengths_of_runs(20.0 * FIRST, True) == [FIRST, 20.0 * FIRST]
