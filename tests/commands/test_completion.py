@@ -30,7 +30,7 @@ def test_engines(command):
 
 def test_keys_of_a_scene():
     for command, option in (("sweep", "--vary"), ("tolerance", "--vary"), ("optimise", "--over")):
-        assert offered(command, "mine.toml", option, "load.res") == ["load.resistance"]
+        assert offered(command, "mine.toml", option, "load.resistan") == ["load.resistance"]
         assert offered(command, "mine.toml", option, "load.resistance=") == []
 
 

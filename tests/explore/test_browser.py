@@ -23,7 +23,7 @@ def url():
     """The address of a page that begins with a linear scene, whose kernels other tests compile too."""
     assert CHROMIUM, "chromium must be installed: make setup"
     with serving(str(ROOT / "examples" / "plate_with_stop.toml")) as (_, address, seconds):
-        assert seconds < 10.0
+        assert seconds < 30.0  # beside other tests; alone it takes 4
         yield address
 
 

@@ -25,7 +25,7 @@ LESS = [
     ("spice --within 1%", ["--within", "10%"], {}),
     ("harvester stability", ["--trajectories", "256"], {}),
     ("harvester paper", ["3"], {}),
-    ("harvester charge", ["--trajectories", "256"], {}),
+    ("harvester charge examples/plate", ["--trajectories", "256"], {}),
     ("benchmarks/published.py", ["erturk_inman"], {}),
     ("harvester explore", ["--help"], {}),  # which would serve for ever: tests/explore looks at its page
     ("response examples/published", [], {":301": ":3"}),

@@ -47,4 +47,4 @@ def test_it_uses_nothing_of_the_package():
     assert {name for name in imported if name.startswith("harvester")} == {"harvester"}
     attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
     used = {node.attr for node in attributes if isinstance(node.value, ast.Name) and node.value.id == "hv"}
-    assert used == {"Scene", "load", "loads", "Ensemble", "Spice"}
+    assert used == {"Scene", "Nondimensional", "load", "loads", "Ensemble", "Spice"}

@@ -23,6 +23,11 @@ def asked(*arguments):
     return status, out.getvalue(), err.getvalue()
 
 
+def complaints(err):
+    """What a program said on stderr but for how long its work will take, which depends on the machine."""
+    return "".join(line for line in err.splitlines(keepends=True) if not re.match(r"\w+: about .* shorten", line))
+
+
 def fault(status, out, err):
     """What is wrong with an answer of a command with --json; "" where nothing is."""
     if status != 0:

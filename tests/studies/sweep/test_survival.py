@@ -11,6 +11,7 @@ import time
 
 import pytest
 
+from tests.support.judge import complaints
 from tests.support.paths import ROOT
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
@@ -33,7 +34,7 @@ def until(condition, seconds=60.0):
 def finished(command):
     """Whether a sweep ran to its end without a word."""
     program = kills.start(command)
-    return (program.communicate(timeout=120)[1], program.returncode) == ("", 0)
+    return (complaints(program.communicate(timeout=120)[1]), program.returncode) == ("", 0)
 
 
 def test_kills_and_resumes(tmp_path):
@@ -55,7 +56,7 @@ def test_kills_and_resumes(tmp_path):
         everyone = [pid for pids in kills.family(program.pid).values() for pid in pids]
         kept = kills.rows(out)
         then(program)
-        said = program.communicate(timeout=60)[1]
+        said = complaints(program.communicate(timeout=60)[1])
         assert program.returncode == status
         assert until(lambda: not any(map(kills.alive, everyone)), 5.0), "outlived the program"
         assert kills.rows(out) >= kept
