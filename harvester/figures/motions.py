@@ -16,6 +16,7 @@ _MOST = 4000  # points of a line
 _PROBES = 4  # that are drawn
 _DOTS = 20_000  # of the phase plane
 _BINS = 80  # of a density
+_STILL = 1e-9  # relative differences of a quantity that stands still
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
@@ -113,12 +114,21 @@ def time_spent(values: Floats, edges: Floats) -> Floats:
     return shares
 
 
+def bins(values: Floats) -> Floats:
+    """The edges of the density's bins, shape (n + 1,): from the least to the largest value.
+
+    Of what stands still but for rounding they lie about it, half as far as it is from zero.
+    """
+    low, high = float(values.min()), float(values.max())
+    size = max(abs(low), abs(high))
+    if high - low <= _STILL * size:
+        low, high = low - 0.5 * (size or 1.0), high + 0.5 * (size or 1.0)
+    return np.linspace(low, high, _BINS + 1)
+
+
 def _density(here: Any, values: Floats, label: str) -> None:
     """Draw how often each value is taken, as a density whose integral is 1."""
-    low, high = float(values.min()), float(values.max())
-    if low == high:  # it stands still
-        low, high = low - 0.5, high + 0.5
-    edges = np.linspace(low, high, _BINS + 1)
+    edges = bins(values)
     here.stairs(time_spent(values, edges), edges, fill=True, color=_PALE)
     here.set_xlabel(label)
     unit = label[label.rindex("(") + 1 : -1]

@@ -10,7 +10,7 @@ from matplotlib.colors import rgb_to_hsv, to_rgb
 import harvester as hv
 from harvester import figures
 from harvester.figures import quantities
-from harvester.figures.motions import time_spent
+from harvester.figures.motions import bins, time_spent
 from harvester.figures.smoothing import smooth
 from harvester.figures.sweep_curves import style
 from harvester.studies.compare import PathComparison
@@ -234,3 +234,13 @@ def test_a_line_of_few_points_has_markers():
     few, many = (style("exact", SimpleNamespace(**keys), 0, 1, points) for points in (13, 200))
     assert few["marker"]
     assert not many.get("marker")
+
+
+@pytest.mark.parametrize("value", [0.0, 3.3, -2e-7])
+def test_a_density_of_what_stands_still(value):
+    """But for rounding: bins of a width, and all of the time in them."""
+    values = value + np.array([0.0, 4e-16, -4e-16, 0.0]) * abs(value)
+    edges = bins(values)
+    shares = time_spent(values, edges)
+    assert (np.diff(edges) > 0.0).all()
+    assert (shares * np.diff(edges)).sum() == pytest.approx(1.0)
