@@ -54,6 +54,7 @@ def test_every_control_moves(browser, url, size):
     for place in range(page.locator(".switch input").count()):
         switch = page.locator(".switch input").nth(place)
         if switch.is_visible():
+            switch.evaluate("one => one.scrollIntoView({block: 'end'})")  # clear of the picture, which stays on top
             switch.click()
     settled(visit, 101)
     for name in ("bridge", "sece"):

@@ -35,7 +35,7 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
     assert (tmp_path / "c.png").stat().st_size > 20_000
     assert "rms" in (tmp_path / "report.html").read_text()
     assert (
-        "--axis must be given where FILE has several columns, 'X, Y, Z', but is left out"
+        "--axis must be given where FILE 'a.csv' has several columns, 'X, Y, Z', but is left out"
         in harvester("record", path)[2]
     )
     assert "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
@@ -151,10 +151,10 @@ def test_error_of_an_octave_is_its_scatter():
 @pytest.mark.parametrize(
     ("heads", "values", "says"),
     [
-        ("t (s),a (g)", np.clip(SHAKING, -0.8, 0.8), "FILE must not be clipped, but "),
-        ("t (s),a (kg)", SHAKING, "FILE column 'a' must have a unit such as g, mg or m/s^2"),
+        ("t (s),a (g)", np.clip(SHAKING, -0.8, 0.8), "FILE 'a.csv' must not be clipped, but "),
+        ("t (s),a (kg)", SHAKING, "FILE 'a.csv' column 'a' must have a unit such as g, mg or m/s^2"),
         ("t (s),a", SHAKING, "must have a unit such as g, mg or m/s^2 behind its name: 'z (g)', but is 'none'"),
-        ("t (s),a (g)", 0 * SHAKING, "FILE must have accelerations that change"),
+        ("t (s),a (g)", 0 * SHAKING, "FILE 'a.csv' must have accelerations that change"),
     ],
 )
 def test_what_is_refused(harvester, tmp_path, heads, values, says):
