@@ -27,7 +27,8 @@ class Bar(tqdm):  # type: ignore[misc]
 
     ``known`` is False where nobody knows how much there is to do.  ``budget`` says that the fraction is that of so many
     seconds, which ``at_most`` need not be spent.  ``shorter`` names what shortens the work, such as "--budget": with
-    it, work that will take more than half a minute says so in a line on stderr, as soon as that was measured.
+    it, work that will take more than half a minute says so in a line on stderr, as soon as that was measured: over
+    the fraction ``enough`` of it, which is small where all parts of the work are alike.
     """
 
     def __init__(
@@ -38,8 +39,9 @@ class Bar(tqdm):  # type: ignore[misc]
         at_most: bool = False,
         shorter: str = "",
         budget: float | None = None,
+        enough: float = ENOUGH,
     ) -> None:
-        self.what, self.at_most, self.shorter, self.budget = what, at_most, shorter, budget
+        self.what, self.at_most, self.shorter, self.budget, self.enough = what, at_most, shorter, budget, enough
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
@@ -127,7 +129,7 @@ class Bar(tqdm):  # type: ignore[misc]
             return True
         if self.budget is not None:
             return self.last[0] - self.begun >= QUICK
-        enough = 0.1 * ENOUGH if self.at_most else ENOUGH  # a limit may be a rough one
+        enough = 0.1 * self.enough if self.at_most else self.enough  # a limit may be a rough one
         return self.first is not None and self.last[0] - self.first[0] >= SURE and self.last[1] >= enough
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ def run(
     file = report_file(report, None)
     if lifetime is not None:
         check_asked(scene, lifetime)
-    with Bar(chosen.NAME) as bar:
+    with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar:
         answer = chosen.run(scene, bar.tell)
     largest = None if lifetime is None else extremes(scene, lifetime, options["seed"])
     if largest is None:

@@ -35,7 +35,7 @@ def stability(
     from harvester.studies.stability import exponent, region
 
     scene, file = load(path), report_file(report, out)
-    with Bar("stability") as bar:
+    with Bar("stability", shorter="fewer --trajectories") as bar:
         answer = exponent.stability(scene, seed, trajectories, tick=bar.tell)
     echo_answer(answer, as_json)
     found: list[region.Edge] = []

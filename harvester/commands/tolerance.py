@@ -119,7 +119,7 @@ def tolerance(
     stated = None if varied else _stated(path, scene)
     if stated is not None and not options["correlate"]:
         options["correlate"] = stated.correlate
-    with Bar("tolerance") as bar:
+    with Bar("tolerance", shorter="fewer --runs, fewer --checks or a larger --within", enough=0.02) as bar:
         answer = study(
             scene, varied if stated is None else stated.vary, out=out, vector=vector, tick=bar.tell, **options
         )

@@ -9,6 +9,7 @@ import time
 import pytest
 
 from harvester.commands.progress import Bar, RowsBar, duration
+from tests.support.judge import complaints
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
 
@@ -89,6 +90,19 @@ def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
     assert "".join(f"{line.strip()}\n" for line in said) == told
     if screen is io.StringIO:
         assert where.getvalue() == told
+
+
+@pytest.mark.parametrize(
+    ("enough", "told"), [(0.02, "tolerance: about 8.3 min in all; fewer runs shortens it\n"), (0.15, "")]
+)
+def test_parts_that_are_alike_say_it_early(clock, monkeypatch, enough, told):
+    """Ten of 500 runs, which are all alike, tell how long the whole takes."""
+    monkeypatch.setattr("sys.stderr", where := io.StringIO())
+    with Bar("tolerance", shorter="fewer runs", enough=enough) as bar:
+        for run in range(1, 12):
+            clock[0] += 1.0
+            bar.tell(run / 500)
+    assert where.getvalue() == told
 
 
 def test_time_left_of_a_budget(clock):
@@ -176,7 +190,7 @@ def test_quiet_in_a_pipe(args, tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "harvester", *args], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
     )
-    assert done.stderr == ""
+    assert complaints(done.stderr) == ""
     assert "%|" not in done.stdout
 
 

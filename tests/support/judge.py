@@ -32,7 +32,7 @@ def fault(status, out, err):
     """What is wrong with an answer of a command with --json; "" where nothing is."""
     if status != 0:
         return refusal(status, out, err)
-    if err:
+    if complaints(err):
         return f"done, but stderr has {err!r}"
     try:
         answer = json.loads(out, parse_constant=lambda name: 1 / 0)
