@@ -67,6 +67,17 @@ class UnboundedResponseError(SimulationError):
     """The response grows without bound, so that it has no stationary mean."""
 
 
+class InfiniteMeanError(UnboundedResponseError):
+    """The response settles, but large motions are so likely that its mean square and mean power do not exist.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=0.5, D11=0.01, D22=0.1))
+    >>> hv.Averaged().run(scene)
+    Traceback (most recent call last):
+    harvester.errors.InfiniteMeanError: the means of V^2 and of the power do not exist: ...
+    """
+
+
 class CircuitError(SimulationError):
     """The circuit was refused by ngspice, or did not converge."""
 

@@ -1,16 +1,22 @@
 """Engine `averaged`: impact-aware averaging on two time scales, which knows its own error."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.formula import SPRINGS, STOPS, Formula
 from harvester.engines.protocol import NOT_WHITE, estimate
+from harvester.engines.tails import existence
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.averaging.stability.tail import PowerTail
+    from harvester.averaging.two_scale.law import TwoScale
 
 DOUBTFUL = 0.05  # estimated model error that brings a warning
 LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
@@ -44,14 +50,19 @@ class Averaged(Formula):
         return solve_many
 
     def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
-        v2 = Value(solution.mean_square_voltage, model=solution.bias * solution.mean_square_voltage)
-        warnings = []
-        if solution.bias > DOUBTFUL:
-            strong = solution.stored > solution.impact_loss
-            why = "coupling is strong" if strong else "impacts take much of the energy in one cycle"
-            warnings.append(
-                f"averaging is doubtful here (estimated error {solution.bias:.0%}): {why}; check with 'ensemble'"
-            )
+        mean, exists = solution.mean_square_voltage, existence(problem, sampled=False)
+        bias = solution.bias
+        if exists.tail is not None and not exists.unknown:
+            bias += tail_error(exists.tail, solution)
+        v2 = Value(mean, model=None if exists.unknown else bias * mean, unknown=exists.unknown)
+        warnings = exists.warnings
+        if bias > DOUBTFUL:
+            why = "coupling is strong"
+            if bias > 2.0 * solution.bias:
+                why = "noise of the stiffness makes large motions likely"
+            elif solution.stored <= solution.impact_loss:
+                why = "impacts take much of the energy in one cycle"
+            warnings.append(f"averaging is doubtful here (estimated error {bias:.0%}): {why}; check with 'ensemble'")
         r = problem.equations.restitution
         if r is not None and r < LEAST_RESTITUTION:
             warnings.append(
@@ -64,3 +75,19 @@ class Averaged(Formula):
         }
         reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
         return estimate(self.NAME, problem, v2, None, seconds, 0, reason, tuple(warnings), details)
+
+
+def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
+    """The relative error of E[V^2] that comes from the power tail p(A) ~ A^-(1 + q) of noise of the stiffness.
+
+    E[A^2] is in proportion to 1/(q - 2), so that q off by d takes d/(q - 2), of which d/q is that of the damping and
+    stated already.  With a stop at a distance also the share of the tail that lies beyond the law's last amplitude.
+    """
+    from harvester.averaging.two_scale.gap_grid import KEPT_ABOVE
+
+    q = tail.exponent
+    off = q - tail.lowest
+    if law.spread is None:
+        off = max(off, abs(q - math.log(law.mass[-2] / law.mass[-1]) / math.log(law.A[-1] / law.A[-2])))
+        return 2.0 * off / (q * (q - 2.0))
+    return 2.0 * off / (q * (q - 2.0)) + math.exp(-KEPT_ABOVE * (1.0 - 2.0 / q))

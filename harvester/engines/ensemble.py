@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -12,6 +12,7 @@ from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
 from harvester.engines.shocks import resolve_shocks
+from harvester.engines.tails import existence
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
@@ -91,6 +92,7 @@ class Ensemble(Sampled):
 
         problem = served(type(self), scene)
         self.check_times(problem.physical)
+        exists = existence(problem)
         what = self.model(problem)
         eqs, circuit = what.eqs, what.circuit
         unit = problem.units.frequency
@@ -102,7 +104,7 @@ class Ensemble(Sampled):
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
         resolve_shocks(trajectories, problem, h)
-        warnings = burn_in(trajectories, number(self.budget))
+        warnings = exists.warnings + burn_in(trajectories, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         spent = time.perf_counter() - begin
@@ -114,7 +116,7 @@ class Ensemble(Sampled):
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
-        if within is not None:
+        if within is not None and exists.promises(within, warnings):
             pair = self._pursue(pair, what, Target(within, number(self.budget), begin), warnings, progress)
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds, exact = time.perf_counter() - begin, agreed == NO_NOISE
@@ -130,8 +132,8 @@ class Ensemble(Sampled):
         return estimate(
             self.NAME,
             problem,
-            replace(mean_with_errors(pair, "V2", exact), unknown=self.UNKNOWN),
-            replace(mean_with_errors(pair, what.name, exact).scaled(what.factor), unknown=self.UNKNOWN),
+            mean_with_errors(pair, "V2", exact).lacking(self.UNKNOWN).lacking(exists.unknown),
+            mean_with_errors(pair, what.name, exact).scaled(what.factor).lacking(self.UNKNOWN).lacking(exists.unknown),
             seconds,
             pair.steps,
             "; ".join(reason for reason in reasons if reason),

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Asked, number
 from harvester.engines.protocol import AnyScene, Progress, needs_resistance, served, unknown_effects
+from harvester.engines.tails import existence
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
@@ -48,7 +49,9 @@ class Formula(Asked):
         problems: list[Problem | HarvesterError] = []
         for scene in scenes:
             try:
-                problems.append(served(type(self), scene))
+                problem = served(type(self), scene)
+                existence(problem, sampled=False)
+                problems.append(problem)
             except HarvesterError as error:
                 problems.append(error)
         solve = self._theory()

@@ -1,7 +1,7 @@
 """Numbers with their errors of sampling, of the step and of the model."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,6 +50,10 @@ class Value:
         """The value and its errors multiplied by a factor, as for other units."""
         stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
         return Value(self.value * factor, stderr, bias, model, self.freedom, self.unknown)
+
+    def lacking(self, unknown: str) -> "Value":
+        """The value with one more part of its error that is not known; as it is where ``unknown`` is empty."""
+        return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     @property
     def quantile(self) -> float:

@@ -15,6 +15,7 @@ from scipy.optimize import minimize_scalar
 import harvester as hv
 from harvester.averaging.published import ito, stationary, voltage
 from harvester.averaging.stability import exponent as stability
+from harvester.averaging.stability import tail
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
 from harvester.equations.coefficients import Equations
@@ -389,6 +390,19 @@ def test_exponents():
     C = beta * chi(mu / np.sqrt(w2)) * mu / (mu**2 + w2)
     simple = (c1 - C) / 2 + np.sqrt(w2) / np.pi * np.log(r) + n2 / (4 * w2)
     assert float(simple_exponent(eqs)) == pytest.approx(simple, rel=1e-9)
+
+
+@checks("tail", "moments", "tailstop")
+def test_tails():
+    """The rate of the second moments, its root without a stop, and the exponent with one."""
+    c, w2, n2 = 0.05, 1.3, 0.04
+    eqs = Equations(c1=-c, beta=w2 - 1.0, n2=n2)
+    matrix = np.array([[0.0, 2.0, 0.0], [-w2, -c, 1.0], [2.0 * n2, -2.0 * w2, -2.0 * c]])
+    assert tail.moment_growth(eqs, 2) == pytest.approx(np.linalg.eigvals(matrix).real.max(), rel=1e-9)
+    assert tail.power_tail(changed(eqs, n2=c * w2)).exponent == pytest.approx(2.0, rel=1e-9)
+    stopped = Equations(c1=-c, n2=n2, restitution=0.95)
+    growth = float(stability.averaged(stopped))
+    assert tail.power_tail(stopped).exponent == pytest.approx(-8.0 * growth / n2, rel=1e-9)
 
 
 @checks("rule", "xmu")

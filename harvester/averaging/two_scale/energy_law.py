@@ -60,6 +60,19 @@ def normalised(log_p: Floats) -> Floats:
     return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
 
 
+def with_tail(mass: Floats, A: Floats) -> Floats:
+    """The probabilities as weights of means of what grows as A^2, with all that lies beyond the last amplitude.
+
+    There mass falls as A^-q, and each step further of du weighs exp((2 - q) du) times the one before: a factor
+    1/(1 - exp((2 - q) du)) on the last weight, infinite where no such mean exists.
+    """
+    weights = mass.copy()
+    du = np.log(A[..., -1] / A[..., -2])
+    falling = np.log(mass[..., -2] / mass[..., -1]) - 2.0 * du  # (q - 2) du
+    weights[..., -1] = np.where(falling > 0.0, mass[..., -1] / -np.expm1(-falling), np.inf)
+    return np.asarray(weights)
+
+
 def slow_voltage(u: Floats, cycle: Cycles, slope: Floats, mass: Floats, eqs: Equations) -> tuple[Floats, Floats]:
     """Mean and mean square of the slow voltage V = xt - y at each amplitude, y' = mu (xt - y).
 

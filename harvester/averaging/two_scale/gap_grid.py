@@ -25,7 +25,7 @@ from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.equations.coefficients import Equations
 
 _POINTS, _DEGREE = 32, 12  # of a panel
-_KEPT_BELOW, _KEPT_ABOVE = 12.0, 18.0  # energies less likely than e^-12, e^-18 of the likeliest are left out
+_KEPT_BELOW, KEPT_ABOVE = 12.0, 18.0  # energies less likely than e^-12, e^-18 of the likeliest are left out
 _NARROWEST, _WIDEST = 1e-8, 1e8  # half-widths b
 _GRAZING = 1e-5  # the least z with a preload
 _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by this factor
@@ -161,7 +161,7 @@ def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats
         slope = np.maximum(slope_on_grid(s, cycle.energy), rise * _force(b, eqs) / _STEEPEST)
         log_p = log_mass(s, cycle, slope, np.zeros_like(s), eqs)
         widest = high >= top
-        low, high, open_end = around_the_mass(s, np.where(np.isnan(log_p), -np.inf, log_p), _KEPT_BELOW, _KEPT_ABOVE)
+        low, high, open_end = around_the_mass(s, np.where(np.isnan(log_p), -np.inf, log_p), _KEPT_BELOW, KEPT_ABOVE)
         unbounded |= open_end & widest
     low, high = (half_width(_unfolded(end[:, None], pressed), g)[0] for end in (low, high))
     return low, high, unbounded

@@ -28,7 +28,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, stacked
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
-from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage
+from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage, with_tail
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
 from harvester.averaging.two_scale.second_order import correction, stated_error
 from harvester.equations.coefficients import Equations
@@ -154,15 +154,17 @@ def _at_rest(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, 
 
 def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dict[str, Floats]:
     """Put the scales together, with the widths of their lines; arrays of shape (scenes,)."""
+    weights = with_tail(mass, cycle.A)
 
     def mean(values: Floats) -> Floats:
-        return np.asarray((mass * values).sum(axis=-1))
+        return np.asarray((weights * values).sum(axis=-1))
 
     def scalar(value: Any) -> Any:
         return 0.0 if value is None else value[:, 0]
 
     mu, beta = scalar(eqs.mu), scalar(eqs.beta)
-    x2, v2, xbar, period = (mean(values) for values in (cycle.x2, cycle.v2, cycle.x, cycle.period))
+    x2, v2 = mean(cycle.x2), mean(cycle.v2)
+    xbar, period = ((mass * values).sum(axis=-1) for values in (cycle.x, cycle.period))
     fast, energy = mean(cycle.V2), mean(cycle.energy)
     slow = mean((cycle.x - xbar[:, None]) * memory)
     power_in = scalar(eqs.n1) + scalar(eqs.n2) * x2 + 2.0 * scalar(eqs.n12) * xbar

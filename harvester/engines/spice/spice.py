@@ -17,6 +17,7 @@ from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.engines.spice.steady import steady_estimate, steady_response
+from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError, SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
@@ -104,7 +105,7 @@ class Spice(Sampled):
         from harvester.circuit import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
-        watch = watch_of(problem, self.probe, self.ledger)
+        watch, exists = watch_of(problem, self.probe, self.ledger), existence(problem)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all)
@@ -137,23 +138,22 @@ class Spice(Sampled):
             ready = ready.from_rest()
             runs = self._first_round(problem, ready, *begun)
         runs.measure_tolerance()
-        if target is not None:
+        if target is not None and exists.promises(target.within, ready.warnings):
             pursue(runs, target, self.dt is not None)
-        seconds = ready.seconds + runs.seconds
-        details = {"step": ready.device.h / unit, "burn_in": ready.burn_in / unit}
-        details["duration"] = runs.kicks * ready.device.h / unit - details["burn_in"]
+        h, burnt = ready.device.h / unit, ready.burn_in / unit
+        details = {"step": h, "burn_in": burnt, "duration": runs.kicks * h - burnt}
         details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": warm}
-        ready.warnings.extend(runs.doubts())
+        ready.warnings.extend(exists.warnings + runs.doubts())
         moments = runs.moments()
         if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
             details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
         else:
             details |= runs.ledger(s.watts / problem.units.watts)
         agreed = disagreement(moments) if eqs.is_steady else None
-        if agreed is not None:
-            ready.warnings.extend([] if agreed == NO_NOISE else [agreed])
+        if agreed is not None and agreed != NO_NOISE:
+            ready.warnings.append(agreed)
         v2, power = (
-            dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value
+            dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value.lacking(exists.unknown)
             for one in (runs.mean_square_voltage(), runs.power())
         )
         reasons = [sought, ready.known(runs.tolerance), agreed if agreed == NO_NOISE else ""]
@@ -166,7 +166,7 @@ class Spice(Sampled):
             problem,
             v2,
             power,
-            seconds,
+            ready.seconds + runs.seconds,
             sum(one.steps for one in runs.done),
             "; ".join(reason for reason in reasons if reason),
             tuple(ready.warnings),
