@@ -52,7 +52,8 @@ if TYPE_CHECKING:
     cloup.option(
         "--lifetime",
         metavar="TIME",
-        help="For limits of peak_displacement and peak_voltage (linear scenes): '5 years'.",
+        help="For limits of peak_displacement, peak_voltage, peak_strain, peak_impact_speed and impact_rate: "
+        "'5 years'.",
     ),
     cloup.option("--correlate", multiple=True, metavar="KEY,KEY=NUMBER", help="Two keys that go together; repeatable."),
 )

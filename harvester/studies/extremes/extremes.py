@@ -3,21 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.engines.exact import Exact
-from harvester.engines.protocol import AnyScene, needs_resistance
+from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, names_arguments, shown
 from harvester.printing.answer_units import AnswerUnits
 from harvester.printing.columns import columns
 from harvester.scene.units import Seconds, time
-from harvester.studies.extremes.counted import count
-from harvester.studies.extremes.tail import fit
+from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
 from harvester.uncertainty.value import Value, number
 
-SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
 RICE = "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone"
-STRAIN = "peak_strain"  # of the piezo, where the scene has its piezo.strain_per_displacement
-LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
 
 
 @names_arguments
@@ -98,41 +93,22 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0, *, counted: 
         where no stationary response exists.
     """
     problem = Problem.of(scene)
-    eqs, units = problem.equations, problem.units
     seconds = read_lifetime(lifetime, problem.physical)
     check_served(problem)
-    span = seconds * units.frequency
-    scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
     levels: dict[str, dict[float, Value]] = {}
     if rice_holds(problem) and not counted:
         for share in SHARES:
             for name, level in linear_peaks(problem, seconds, share).items():
                 levels.setdefault(name, {})[share] = level
         return Extremes(seconds, levels, None, RICE, problem.physical)
-    path = count(eqs, seed)
-    blocks = span / path.block
-    if blocks < LEAST_TIMES:
-        raise InputError(
-            f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion takes to forget "
-            f"itself, but is {seconds:.3g}"
-        )
-    named = {"peak_displacement": path.x, "peak_voltage": path.V}
-    if path.speed is not None:
-        named["peak_impact_speed"] = path.speed
-        scales["peak_impact_speed"] = units.length * units.frequency
-    for name, maxima in named.items():
-        if maxima.max() > 0.0:
-            tail = fit(maxima, seed)
-            levels[name] = {p: tail.largest(p, blocks).scaled(scales[name]) for p in SHARES}
-    if (strain := _strain(problem)) is not None and "peak_displacement" in levels:
-        levels[STRAIN] = {p: one.scaled(strain) for p, one in levels["peak_displacement"].items()}
-    rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
-    longer = f", {blocks / len(path.x):.3g} times what was counted" if blocks > len(path.x) else ""
+    found = counted_levels(problem, seconds, seed)
+    path, many = found.path, len(found.path.x)
+    longer = f", {found.blocks / many:.3g} times what was counted" if found.blocks > many else ""
     method = (
-        f"extrapolated from the largest values of {len(path.x)} blocks of a path of "
-        f"{path.time / units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
+        f"extrapolated from the largest values of {many} blocks of a path of "
+        f"{path.time / problem.units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
     )
-    return Extremes(seconds, levels, rate, method, problem.physical)
+    return Extremes(seconds, found.levels, found.rate, method, problem.physical)
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
@@ -148,26 +124,6 @@ def check_asked(scene: AnyScene, lifetime: float | str) -> None:
     check_served(problem)
 
 
-def rice_holds(problem: Problem) -> bool:
-    """Whether a problem that is served is linear, so that its response is Gaussian."""
-    return not Exact.refusal(problem) and problem.equations.n2 is None
-
-
-def _strain(problem: Problem) -> float | None:
-    """The largest strain of the piezo over the displacement, in 1/m; None where the scene does not have it."""
-    return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement
-
-
-def check_served(problem: Problem) -> None:
-    """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other shaking."""
-    if reason := needs_resistance(problem, "ensemble"):
-        raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
-    if problem.equations.is_shaken_otherwise or not problem.equations.is_random:
-        raise CannotServeError(
-            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
-        )
-
-
 def has_lifetime(problem: Problem) -> bool:
     """Whether a scene has largest values over a lifetime."""
     try:
@@ -175,32 +131,6 @@ def has_lifetime(problem: Problem) -> bool:
     except CannotServeError:
         return False
     return True
-
-
-def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
-    """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
-
-    And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
-    to where every passage counts alone (`harvester.linear.peaks`).
-
-    Raises CannotServeError for a scene that is not linear under white noise of its base alone.
-    """
-    from harvester.linear.peaks import peaks
-
-    eqs, units = problem.equations, problem.units
-    if Exact.refusal(problem) or eqs.n2 is not None or eqs.is_shaken_otherwise:
-        raise CannotServeError(
-            "a limit of a peak must go with a linear scene under white noise of its base alone, but this one is not"
-        )
-    found: dict[str, Value] = {}
-    scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
-    for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
-        span = lifetime * units.frequency
-        low, high = one.largest(share, span), one.bound(share, span)
-        found[name] = Value(low, model=max(high - low, 0.0)).scaled(factor)
-    if (strain := _strain(problem)) is not None:
-        found[STRAIN] = found["peak_displacement"].scaled(strain)
-    return found
 
 
 def read_lifetime(lifetime: float | str, physical: bool) -> float:

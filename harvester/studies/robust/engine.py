@@ -23,7 +23,8 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.scene.scene import Scene
-from harvester.studies.extremes.extremes import linear_peaks
+from harvester.studies.extremes.levels import linear_peaks
+from harvester.studies.robust.peaks import PlacePeaks
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.spreads import spread
@@ -54,7 +55,8 @@ class Robust:
     """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
 
     ``vary`` are pairs of a key and its spread, about the values of each place; none: the device as it stands.  Of a
-    limit the value counts that all but the ``share`` of devices keep; peaks are those over the ``lifetime``.
+    limit the value counts that all but the ``share`` of devices keep; peaks are those over the ``lifetime``, by
+    Rice's formula or, of a scene that is not linear, by the surfaces ``counted``.
     """
 
     engine: Formula
@@ -62,6 +64,7 @@ class Robust:
     share: float | None = None
     limits: tuple[Limit, ...] = ()
     lifetime: float | None = None
+    counted: PlacePeaks | None = None
 
     NAME: ClassVar[str] = "robust"
 
@@ -131,6 +134,10 @@ class Robust:
         squares = fit(x, np.array([one.mean_square_voltage.value for one in served]), scored)
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
+        if self.counted is not None:
+            varied = {key: many[:, k] for k, (key, _) in enumerate(self.vary)}
+            surely = self.counted.surely(whole, varied)
+            return first, self._summed(powers(many), np.maximum(squares(many), 0.0), surely, off)
         found = [self._peaks(one) for one in devices]
         peaks = {name: fit(x, np.array([one[name] for one in found]), scored)(many) for name in found[0]}
         return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
@@ -139,6 +146,8 @@ class Robust:
         """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""
         if self.lifetime is None:
             return {}
+        if self.counted is not None:
+            return {name: float(one[0]) for name, one in self.counted.surely(Problem.of(scene).scene).items()}
         found = linear_peaks(Problem.of(scene), self.lifetime)
         return {name: level.value + level.error95 for name, level in found.items()}
 

@@ -1,14 +1,17 @@
 """The largest power for most of the devices and under limits: the search for an optimum, by the engine `Robust`."""
 
 import dataclasses
+import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from harvester import figures
 from harvester.engines import Averaged, Exact
 from harvester.engines.formula import Formula
+from harvester.engines.options import Asked
+from harvester.engines.options import number as number_of
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
@@ -16,14 +19,20 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.scene.scene import Scene
 from harvester.scene.units import fraction
+from harvester.studies.extremes.counted import BLOCKS
+from harvester.studies.extremes.levels import limited_peaks, rice_holds
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.evaluations import Tick
+from harvester.studies.optimum.evaluations import SHORTEST, Tick
 from harvester.studies.optimum.optimise import optimise
 from harvester.studies.optimum.ranges import Range, ranges
 from harvester.studies.robust.engine import BINDS, Place, Robust
-from harvester.studies.tolerance.limits import Limit, lifetime_of
+from harvester.studies.robust.peaks import SHARE, place_peaks
+from harvester.studies.tolerance.limits import PEAKS, QUANTITIES, Limit, lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
 from harvester.studies.tolerance.spreads import spreads
+from harvester.uncertainty.value import Value, amount, number
+
+LONG = 4  # times the usual blocks, of the path that checks the best design
 
 
 @names_arguments
@@ -32,7 +41,8 @@ class RobustOptimum:
     """The best design for most of the devices, and under limits.
 
     ``optimum`` is the search, its power that of the ``share`` (None: the mean); ``place`` what the devices give there;
-    ``binds`` are the limits that keep the power from growing.
+    ``binds`` are the limits that keep the power from growing.  ``peaks`` are those of a long path of the best design
+    itself, where the scene is not linear and no part scatters.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -48,6 +58,13 @@ class RobustOptimum:
     limits: tuple[Limit, ...]
     place: Place
     binds: tuple[Limit, ...]
+    peaks: dict[str, Value] = field(default_factory=dict)
+
+    @property
+    def straddled(self) -> tuple[Limit, ...]:
+        """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
+        known = [(one, self.peaks[one.quantity]) for one in self.limits if one.quantity in self.peaks]
+        return tuple(one for one, peak in known if abs(peak.value - one.bound) <= peak.error95)
 
     @property
     def met(self) -> bool:
@@ -72,15 +89,32 @@ class RobustOptimum:
             "for": self.share,
             "limits": {one.written: value for one, value in zip(self.limits, self.place.quantities, strict=True)},
             "binds": [one.written for one in self.binds],
+            "peaks": {name: number(one) for name, one in self.peaks.items()},
+            "straddled": [one.written for one in self.straddled],
             "met": self.met,
         }
 
     def __str__(self) -> str:
         lines = [f"by {self.engine}; the power is {self.aim}", str(self.optimum)]
         for one, value in zip(self.limits, self.place.quantities, strict=True):
-            word = ", it binds" if one in self.binds else "" if _spare(one, value) > 0.0 else ", it is broken"
-            lines.append(f"  {one.written}: {value:.5g}{word}")
+            word = ", it is broken" if _spare(one, value) < -BINDS else ", it binds" if one in self.binds else ""
+            unit = QUANTITIES[one.quantity].unit if self.optimum.estimate.physical else ""
+            told = amount(value, unit) + " at the unsafe end of its error" * (one.quantity in PEAKS)
+            lines.append(f"  {one.written}: {told}{word}")
+            if one.quantity in self.peaks:
+                lines.append(f"    a long path of this design says {self.peaks[one.quantity].text(unit)}")
+        lines += [f"  warning: {word}" for word in self._doubts()]
         return "\n".join(lines)
+
+    def _doubts(self) -> list[str]:
+        """What the long path says against the search."""
+        words = []
+        for one in self.limits:
+            if one in self.straddled:
+                words.append(f"whether {one.written} is met cannot be told: the long path's interval holds the bound")
+            elif one.quantity in self.peaks and _spare(one, self.peaks[one.quantity].value) < 0.0:
+                words.append(f"{one.written} is not met, by the long path")
+        return words
 
 
 @names_arguments
@@ -127,10 +161,19 @@ def optimise_robust(
     bounds = tuple(read_limit(text, problem.physical) for text in texts)
     years = lifetime_of(bounds, lifetime, problem)
     robust = robust_engine(problem, found, vary, part, bounds, engine, years)
-    best = optimise(problem, found, robust, within, budget, out, tick, vector)
+    left, told = number_of(Asked(budget=budget).budget) or 0.0, tick
+    if years is not None and not rice_holds(problem):
+        robust, left, told = with_counted_peaks(robust, problem, found, left, tick)
+    best = optimise(problem, found, robust, within, left, out, told, vector)
     there = problem.scene.varied({key.range.key: key.value for key in best.keys})
     place = robust.place(there)[1]
-    answer = RobustOptimum(best, robust.engine.NAME, part, bounds, place, _binding(robust, best, there, place))
+    own = {}
+    if years is not None and robust.counted is not None and not robust.vary:
+        own = limited_peaks(Problem(there), years, 1, LONG * BLOCKS)
+    binds = _binding(robust, best, there, place)
+    aim = Value(place.aim, model=None if place.off is None else place.off * abs(place.aim))  # without the penalty
+    best = dataclasses.replace(best, estimate=dataclasses.replace(best.estimate, mean_power=aim))
+    answer = RobustOptimum(best, robust.engine.NAME, part, bounds, place, binds, own)
     if answer.met:
         return answer
     word = f"no place in the range meets all limits: this one breaks them by {answer.place.broken:.2g} relatively"
@@ -160,6 +203,17 @@ def robust_engine(
     if part is not None and not parts:
         raise InputError("`for` must go with `vary`, which makes devices differ, but there is none")
     return Robust(inner, tuple((one.key, one.written) for one in parts), part, bounds, years)
+
+
+def with_counted_peaks(
+    robust: Robust, problem: Problem, found: Sequence[Range], budget: float, tick: Tick | None
+) -> tuple[Robust, float, Tick | None]:
+    """The engine with the surfaces of its peaks, the seconds of the budget that are left, and the rest's progress."""
+    begin, told = time.perf_counter(), tick or (lambda share: None)
+    assert robust.lifetime is not None
+    counted = place_peaks(problem.scene, found, robust.vary, robust.lifetime, budget, lambda share: told(SHARE * share))
+    left = max(budget - (time.perf_counter() - begin), SHORTEST)
+    return dataclasses.replace(robust, counted=counted), left, lambda share: told(SHARE + (1.0 - SHARE) * share)
 
 
 def _binding(robust: Robust, best: Optimum, there: Scene, place: Place) -> tuple[Limit, ...]:

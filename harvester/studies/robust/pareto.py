@@ -18,6 +18,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, invalid, names_arguments, unknown
+from harvester.studies.extremes.levels import rice_holds
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.evaluations import Tick
 from harvester.studies.optimum.optimise import optimise
@@ -25,7 +26,7 @@ from harvester.studies.optimum.ranges import Range, ranges, spread
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.robust.engine import Robust
 from harvester.studies.robust.front import Front, FrontPoint
-from harvester.studies.robust.optimise import read_share, robust_engine
+from harvester.studies.robust.optimise import read_share, robust_engine, with_counted_peaks
 from harvester.studies.tolerance.limits import QUANTITIES, Limit, lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
 from harvester.uncertainty.value import Value
@@ -88,6 +89,8 @@ def pareto(
     years = lifetime_of([*bounds, aimed], lifetime, problem)
     part = read_share(share)
     free = robust_engine(problem, found, vary, part, (*bounds, aimed), engine, years)
+    if years is not None and not rice_holds(problem):
+        free, asked, tick = with_counted_peaks(free, problem, found, asked, tick)
     search = _Search(problem, found, free, within, asked / (points + 1), tick, points + 1)
     most = search.best(free)
     end = search.extreme(sign)

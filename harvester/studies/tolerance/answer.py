@@ -17,7 +17,7 @@ from harvester.studies.tolerance.distribution import Interval, Quantile
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.sensitivity import Sensitivity
 from harvester.studies.tolerance.spreads import PartSpread
-from harvester.uncertainty.value import amount
+from harvester.uncertainty.value import amount, percent
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ class Tolerance:
     (n,), in `unit_names`.  ``off`` is the relative error of each power at 95 %, None where it is not known, and
     ``check`` says where it is from.  ``quantiles`` map a share to the power that this share of devices is below,
     ``voltages`` the same of the RMS voltage.  ``met`` is the share that meets all ``limits``, ``met_each`` of each
-    alone; None without a limit.  ``sensitivity`` is empty where there is none, for the reason ``why``.
+    alone; None without a limit.  ``peaks_off`` is the relative error at 95 % of each limited peak, in the median.
+    ``sensitivity`` is empty where there is none, for the reason ``why``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -76,6 +77,7 @@ class Tolerance:
     physical: bool
     seconds: float
     warnings: tuple[str, ...] = ()
+    peaks_off: dict[str, float] = field(default_factory=dict)
     about: dict[str, Any] = field(default_factory=dict, compare=False)
 
     @property
@@ -95,7 +97,8 @@ class Tolerance:
             "standard_deviation": float(self.power.std()),
             "yield": None if self.met is None else self.met.as_json(),
             "limits": [
-                {"limit": limit.written, **one.as_json()} for limit, one in zip(self.limits, self.met_each, strict=True)
+                {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity), **one.as_json()}
+                for limit, one in zip(self.limits, self.met_each, strict=True)
             ],
             "sensitivity": {key: one.as_json() for key, one in self.sensitivity.items()},
             "no_sensitivity": self.why,
@@ -116,7 +119,9 @@ class Tolerance:
         lines.append(f"  the error of a sample's power {error} ({self.check})")
         lines += [f"  {line}" for line in self._distribution(unit, volt)]
         for limit, one in zip(self.limits, self.met_each, strict=True):
-            lines.append(f"  {limit.written}: met by {_shares(one)}")
+            known = self.peaks_off.get(limit.quantity)
+            told = "" if known is None else f"; the level of a device is known within {percent(known, 1.0)}"
+            lines.append(f"  {limit.written}: met by {_shares(one)}{told}")
         if self.met is not None:
             lines.append(f"  yield, all limits: {_shares(self.met)}")
         lines += [f"  {line}" for line in self._keys(unit)]

@@ -61,11 +61,12 @@ def wilson(met: float, count: int) -> tuple[float, float]:
 
 
 def share_met(
-    limits: Sequence[Limit], samples: Mapping[str, Floats], off: Mapping[str, float], failed: int = 0
+    limits: Sequence[Limit], samples: Mapping[str, Floats], off: Mapping[str, float | Floats], failed: int = 0
 ) -> Interval:
     """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
 
-    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of each.
+    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of each,
+    of all samples or one by one.
     """
     count = len(next(iter(samples.values()))) + failed
 

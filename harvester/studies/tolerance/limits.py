@@ -11,7 +11,8 @@ from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.scene.kinds import Kind, with_prefix
-from harvester.studies.extremes.extremes import STRAIN, linear_peaks, read_lifetime
+from harvester.studies.extremes.extremes import read_lifetime
+from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, strain_factor
 
 POWER = Kind("a mean power (W)", "W", "'5 uW'")
 SQUARE = Kind("a mean square voltage (V^2)", "V^2", "'4 V^2'")
@@ -19,10 +20,13 @@ VOLTAGE = Kind("a voltage (V)", "V", "'2 V'")
 LENGTH = Kind("a displacement (m)", "m", "'1.5 mm'")
 NUMBER = Kind("a number", "", "0.05")
 PURE = Kind("a strain", "", "500e-6")
+FAST = Kind("a speed (m/s)", "m/s", "'0.1 m/s'")
+OFTEN = Kind("a rate (Hz)", "Hz", "'7 Hz'")
 # What may be limited, with its kind in SI units.
 QUANTITIES = {"mean_power": POWER, "mean_square_voltage": SQUARE, "voltage_rms": VOLTAGE}
-PEAKS = ("peak_displacement", "peak_voltage", STRAIN)  # over a lifetime: 95 % of devices of these values stay below
-QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE, STRAIN: PURE}
+# Over a lifetime: 95 % of devices of these values stay below; the impact rate is a mean.
+PEAKS = ("peak_displacement", "peak_voltage", STRAIN, SPEED, RATE)
+QUANTITIES |= {"peak_displacement": LENGTH, "peak_voltage": VOLTAGE, STRAIN: PURE, SPEED: FAST, RATE: OFTEN}
 _FORM = re.compile(r"\s*([\w.]+)\s*(>=|<=|>|<)\s*(.+?)\s*")
 
 
@@ -62,9 +66,8 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
 def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:
     """The lifetime, in seconds or 1/w0, of the limits that are of peaks; None where none is.
 
-    Raises InputError where it is missing, none of the limits is of a peak, or a strain is limited that the scene does
-    not tell; CannotServeError for a scene of which no
-    formula knows the peaks.
+    Raises InputError where it is missing, none of the limits is of a peak, or a strain or an impact is limited that the
+    scene does not have; CannotServeError for a scene that has no peaks over a lifetime.
     """
     peaks = [one.quantity for one in limits if one.quantity in PEAKS]
     if lifetime is None:
@@ -74,8 +77,11 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
     found = read_lifetime(lifetime, problem.physical)
     if not peaks:
         raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
-    known = linear_peaks(problem, found)
-    if STRAIN in peaks and STRAIN not in known:
+    check_served(problem)
+    for name in (SPEED, RATE):
+        if name in peaks and not has_stop(problem):
+            raise InputError(f"a limit of {name} must go with a stop, but the scene has none")
+    if STRAIN in peaks and strain_factor(problem) is None:
         raise InputError(
             f"piezo.strain_per_displacement must be given for a limit of {STRAIN}, but is left out "
             "('harvester new --bimorph' writes it)"

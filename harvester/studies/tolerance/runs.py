@@ -9,18 +9,17 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
-from harvester.studies.extremes.extremes import linear_peaks
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.table import Table
-from harvester.studies.tolerance import design
+from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
 
 FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
 RUNS = 24  # that an engine that samples computes, for each key and one more
-PEAKS = 256  # samples whose peaks over a lifetime are computed; a polynomial stands for the others
+SWEPT = 0.2  # of the progress, where peaks come after the sweeps
 OUTSIDE = 0.005  # of the samples, that may lie beyond those computed without a warning
 ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
 
@@ -38,7 +37,7 @@ class Found:
     failed: int
     warnings: tuple[str, ...]
     peaks: dict[str, Floats]
-    peaks_off: dict[str, float]
+    peaks_off: dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -97,25 +96,31 @@ class Study:
             return Found(found, many, surface, alone, failed, warnings, *self._peaks(held, len(own), many))
         return Found(found, own, surface, alone, failed, warnings, *self._peaks(own, len(own), own))
 
-    def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
+    @property
+    def _swept(self) -> float:
+        """The share of the progress that the sweeps are: paths that are counted take most of the time."""
+        return 1.0 if self.lifetime is None else SWEPT
+
+    @property
+    def _counted(self) -> int:
+        """How many devices the peaks over a lifetime are computed of, beside the outer ends."""
+        return 0 if self.lifetime is None else peaks.wanted(Problem(self.scene), len(self.spreads))
+
+    def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``.
 
-        The first ``inner`` of ``x`` are samples, of which `PEAKS` are computed, the others their outer ends.
+        The first ``inner`` of ``x`` are samples, of which `peaks.wanted` are computed, the others their outer ends.
         """
         if self.lifetime is None:
             return {}, {}
-        keys = [one.key for one in self.spreads]
-        x, inner = np.vstack([x[:inner][:PEAKS], x[inner:]]), min(inner, PEAKS)
-        scenes = (self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x)
-        computed = [linear_peaks(Problem(scene), self.lifetime) for scene in scenes]
-        values, off = {}, {}
-        for name in computed[0]:
-            levels = np.array([one[name].value for one in computed])
-            surface = fit(x, levels, inner)
-            values[name] = surface(many)
-            model = np.median([one[name].error95 for one in computed])
-            off[name] = float((model + 2.0 * surface.scatter) / levels.mean())
-        return values, off
+        keys, first = [one.key for one in self.spreads], min(inner, self._counted)
+        x = np.vstack([x[:first], x[inner:]])
+        scenes = [self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x]
+
+        def told(done: int) -> None:
+            self.tick(self._swept + (1.0 - self._swept) * done / len(x))
+
+        return peaks.peak_surfaces(scenes, x, first, self.lifetime, self.seed, told)(many)
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> Table:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
@@ -123,7 +128,7 @@ class Study:
 
         def tick(_: str) -> None:
             told[0] += 1
-            self.tick(told[0] / whole)
+            self.tick(self._swept * told[0] / whole)
 
         out = None if self.folder is None else self.folder.path / name
         points = design.points(self.spreads, x)

@@ -30,7 +30,8 @@ class Polynomial:
     """A polynomial through values y, shape (n,), at the keys' values x, shape (n, keys).
 
     ``scatter`` is the standard deviation of what leaving a sample out predicts of it, in the unit of y, and
-    ``unexplained`` the share of the variance of y that this is.
+    ``unexplained`` the share of the variance of y that this is; ``factor``, shape (terms, kept), is that of the
+    coefficients' covariance over the variance of noise in y.
     """
 
     middle: Floats
@@ -39,11 +40,18 @@ class Polynomial:
     coefficients: Floats
     scatter: float
     unexplained: float
+    factor: Floats
 
     def __call__(self, x: Floats) -> Floats:
         """The values at keys' values, shape (m, keys); those beyond the samples count as at their edge."""
-        scaled = np.clip((x - self.middle) / self.half, -1.0, 1.0)
-        return np.asarray(_basis(scaled, self.powers) @ self.coefficients)
+        return np.asarray(self._terms(x) @ self.coefficients)
+
+    def leverage(self, x: Floats) -> Floats:
+        """The variance of the polynomial over that of independent noise in y, at keys' values (m, keys): shape (m,)."""
+        return np.asarray(((self._terms(x) @ self.factor) ** 2).sum(axis=1))
+
+    def _terms(self, x: Floats) -> Floats:
+        return _basis(np.clip((x - self.middle) / self.half, -1.0, 1.0), self.powers)
 
 
 def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
@@ -74,7 +82,8 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         scatter = float(np.sqrt(np.mean(errors[:scored] ** 2)))
         if best is None or scatter < 0.99 * best.scatter:
             unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
-            best, worse = Polynomial(middle, half, powers, coefficients, scatter, unexplained), 0
+            factor = right.T / sizes
+            best, worse = Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor), 0
         else:
             worse += 1
         if best.unexplained < ENOUGH or worse == PATIENCE:

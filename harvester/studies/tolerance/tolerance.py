@@ -57,11 +57,11 @@ def tolerance(
 
     ``vary`` maps keys to spreads such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
     "1.1,1.3,1.2" (`harvester.studies.tolerance.spreads`), or is a list of texts KEY=SPREAD.  ``limits`` are texts such
-    as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a linear scene peak_displacement or
-    peak_voltage, the level that 95 % of such devices stay below over a ``lifetime``.  ``engine`` is by default the
-    cheapest whose error is small against the spread.  ``checks`` samples (default: 8, by ngspice 4; 0: none) are
-    computed again by a dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their
-    correlation.
+    as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a scene under white noise
+    peak_displacement, peak_voltage, peak_strain, peak_impact_speed, the level that 95 % of such devices stay below over
+    a ``lifetime``, and impact_rate (`harvester.studies.tolerance.peaks`).  ``engine`` is by default the cheapest whose
+    error is small against the spread.  ``checks`` samples (default: 8, by ngspice 4; 0: none) are computed again by a
+    dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their correlation.
     Of ``samples`` devices (default: 10,000) the engine computes ``runs`` (default: 512 by a formula, else 24 for each
     key and 24 more), and a polynomial through them, and through the outer ends of each spread, stands for the others; a
     formula computes all where it is rough.
@@ -138,7 +138,7 @@ def _answer(
     power, square = some.values["mean_power"], some.values["mean_square_voltage"]
     if len(power) < 2:
         raise SimulationError("fewer than two samples have an answer")
-    off = {name: value or 0.0 for name, value in some.off.items()}
+    off: dict[str, Any] = {name: value or 0.0 for name, value in some.off.items()}
     values = {"mean_power": power, "mean_square_voltage": square, "voltage_rms": np.sqrt(square)}
     values |= found.peaks
     off |= found.peaks_off
@@ -191,5 +191,6 @@ def _answer(
         failed=failed,
         physical=scene.physical,
         seconds=0.0,
+        peaks_off={name: float(np.median(one)) for name, one in found.peaks_off.items()},
         warnings=tuple(dict.fromkeys(warnings)),
     )

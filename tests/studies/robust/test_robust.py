@@ -89,6 +89,30 @@ def test_limit_of_a_peak():
     assert load < 0.9 * hv.optimise(PLATE, over, "exact").keys[0].value
 
 
+@pytest.mark.slow
+def test_limit_of_a_peak_behind_a_stop(monkeypatch):
+    """Twelve paths stand for all loads; the long path of the design found keeps the limit that binds."""
+    monkeypatch.setattr("harvester.studies.robust.peaks.COUNTED", 5)
+    monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 256)
+    monkeypatch.setattr("harvester.studies.robust.optimise.LONG", 1)
+    over = {"load.resistance": ("100 kohm", "1 Mohm")}
+    most = hv.extremes(hv.load(STOP).with_load("250 kohm"), "1 h").levels["peak_voltage"][0.95].value
+    best = hv.optimise_robust(STOP, over, limits=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40)
+    load, own = best.optimum.keys[0].value, best.peaks["peak_voltage"]
+    assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met
+    assert best.place.quantities[0] == pytest.approx(most, rel=0.01)
+    assert own.value - own.error95 < most and 120e3 < load < 300e3
+    assert ("cannot be told" in str(best)) == bool(best.straddled)
+    assert "at the unsafe end of its error, it binds" in str(best)
+    assert best.optimum.mean_power.value > 7e-6  # not what the search makes of a broken limit
+
+
+def test_a_budget_too_short_for_the_paths(harvester):
+    words = ("--over", "load.resistance=100k:1M", "--limit", "peak_voltage < 9 V", "--lifetime", "1 h")
+    status, out, err = harvester("optimise", STOP, *words, "--budget", "0.1s")
+    assert (status, out) == (3, "") and "whose peaks are counted: allow a --budget of" in err
+
+
 def test_devices_without_an_answer():
     robust = Robust(hv.Exact(), (("oscillator.damping", "-5:5"),))
     with pytest.raises(hv.SimulationError, match="devices have no answer"):
@@ -159,7 +183,7 @@ def test_a_front_with_nothing_to_choose():
         (
             "mean_power",
             "unknown quantity of --pareto 'mean_power': it must be one of mean_square_voltage, "
-            "voltage_rms, peak_displacement, peak_voltage, peak_strain",
+            "voltage_rms, peak_displacement, peak_voltage, peak_strain, peak_impact_speed, impact_rate",
         ),
         ("voltage_rms:up", "--pareto must be voltage_rms:low or voltage_rms:high, but is 'voltage_rms:up'"),
         ("peak_displacement", "--lifetime must be given for a limit of peak_displacement, but is left out"),

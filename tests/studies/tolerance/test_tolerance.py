@@ -249,18 +249,16 @@ def test_command_says_it_in_words(harvester):
         (["--vary", "piezo.capacitance=-1:1"], "piezo.capacitance must"),
         (["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"], "--lifetime must be given"),
         (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must go with"),
+        (
+            ["--vary", "piezo.capacitance=10%", "--limit", "impact_rate < 7 Hz", "--lifetime", "1 h"],
+            "a limit of impact_rate must go with a stop, but the scene has none",
+        ),
     ],
 )
 def test_bad_input(harvester, words, error):
     status, out, err = harvester("tolerance", PLATE, *words)
     assert (status, out) == (2, "")
     assert error in err and len(err.splitlines()) == 1
-
-
-def test_peaks_of_a_scene_that_is_not_linear(harvester):
-    words = ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V", "--lifetime", "1 h"]
-    status, _, err = harvester("tolerance", STOP, *words)
-    assert status in (2, 3) and "linear scene" in err
 
 
 def test_a_pipe_as_scene(harvester, tmp_path):

@@ -1,0 +1,123 @@
+"""The levels that the largest values of a device stay below over a lifetime: by Rice's formula, or counted.
+
+Rice's formula (`harvester.linear.peaks`) holds where the response is Gaussian: linear equations under white noise of
+the base.  Elsewhere the largest values of blocks of a long path are counted (`harvester.studies.extremes.counted`) and
+extrapolated (`harvester.studies.extremes.tail`).
+"""
+
+from dataclasses import dataclass
+
+from harvester.engines.exact import Exact
+from harvester.engines.protocol import needs_resistance
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError
+from harvester.studies.extremes.counted import BLOCKS, Counted, count
+from harvester.studies.extremes.tail import fit
+from harvester.uncertainty.value import Value
+
+SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
+STRAIN = "peak_strain"  # of the piezo, where the scene has its piezo.strain_per_displacement
+SPEED, RATE = "peak_impact_speed", "impact_rate"  # of a scene with a stop
+LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
+
+
+def check_served(problem: Problem) -> None:
+    """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other shaking."""
+    if reason := needs_resistance(problem, "ensemble"):
+        raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
+    if problem.equations.is_shaken_otherwise or not problem.equations.is_random:
+        raise CannotServeError(
+            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
+        )
+
+
+def rice_holds(problem: Problem) -> bool:
+    """Whether a problem that is served is linear, so that its response is Gaussian."""
+    return not Exact.refusal(problem) and problem.equations.n2 is None
+
+
+def has_stop(problem: Problem) -> bool:
+    """Whether the mass can hit a stop."""
+    return problem.equations.restitution is not None or problem.equations.stop_stiffness is not None
+
+
+def strain_factor(problem: Problem) -> float | None:
+    """The largest strain of the piezo over the displacement, in 1/m; None where the scene does not have it."""
+    return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement
+
+
+def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
+    """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
+
+    And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
+    to where every passage counts alone (`harvester.linear.peaks`).
+
+    Raises SimulationError where no stationary response exists.
+    """
+    from harvester.linear.peaks import peaks
+
+    eqs, units = problem.equations, problem.units
+    found: dict[str, Value] = {}
+    scales = {"peak_displacement": units.length, "peak_voltage": units.volts}
+    for (name, factor), one in zip(scales.items(), peaks(eqs), strict=True):
+        span = lifetime * units.frequency
+        low, high = one.largest(share, span), one.bound(share, span)
+        found[name] = Value(low, model=max(high - low, 0.0)).scaled(factor)
+    if (strain := strain_factor(problem)) is not None:
+        found[STRAIN] = found["peak_displacement"].scaled(strain)
+    return found
+
+
+@dataclass(frozen=True)
+class CountedLevels:
+    """Levels of each quantity for each of `SHARES`, and the impacts a second (None without a stop), in scene's units.
+
+    ``path`` is what was counted, and ``blocks`` how many blocks of it a lifetime has.
+    """
+
+    levels: dict[str, dict[float, Value]]
+    rate: Value | None
+    path: Counted
+    blocks: float
+
+
+def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> CountedLevels:
+    """The levels over a lifetime (seconds, or 1/w0) extrapolated from ``blocks`` blocks of a path.
+
+    A quantity that stays 0 on the path, such as the voltage without coupling, has none.
+
+    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and SimulationError where
+    the path has no stationary response.
+    """
+    units = problem.units
+    path = count(problem.equations, seed, blocks)
+    many = lifetime * units.frequency / path.block
+    if many < LEAST_TIMES:
+        raise InputError(
+            f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion takes to forget "
+            f"itself, but is {lifetime:.3g}"
+        )
+    named = {"peak_displacement": (path.x, units.length), "peak_voltage": (path.V, units.volts)}
+    if path.speed is not None:
+        named[SPEED] = path.speed, units.length * units.frequency
+    levels: dict[str, dict[float, Value]] = {}
+    for name, (maxima, scale) in named.items():
+        if maxima.max() > 0.0:
+            tail = fit(maxima, seed)
+            levels[name] = {p: tail.largest(p, many).scaled(scale) for p in SHARES}
+    if (strain := strain_factor(problem)) is not None and "peak_displacement" in levels:
+        levels[STRAIN] = {p: one.scaled(strain) for p, one in levels["peak_displacement"].items()}
+    rate = None if path.impacts is None else path.impacts.scaled(units.frequency)
+    return CountedLevels(levels, rate, path, many)
+
+
+def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> dict[str, Value]:
+    """What a limit may ask of one device: the level of each quantity that 95 % stay below, and the mean impact rate.
+
+    Raises as `counted_levels`.
+    """
+    if rice_holds(problem):
+        return linear_peaks(problem, lifetime)
+    found = counted_levels(problem, lifetime, seed, blocks)
+    peaks = {name: of[SHARES[-1]] for name, of in found.levels.items()}
+    return peaks if found.rate is None else {**peaks, RATE: found.rate}

@@ -1,0 +1,88 @@
+"""The limited peaks of many devices: of some by Rice's formula or counted, of all others by a polynomial through them.
+
+A counted level has an error of sampling of ten to thirty per cent, from a path with noise of its own.  Least squares of
+the logarithms of n levels, s being their scatter about the polynomial and h(x) the leverage of keys' values x, know the
+level there at 95 % within
+
+    1.96 s sqrt(h(x)),
+
+which is far less: the mean of h is the number of coefficients over n.  A level by Rice's formula has no noise: what
+leaving a sample out does not predict counts in full there, and the formula's own error.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError
+from harvester.scene.scene import Scene
+from harvester.studies.extremes.levels import limited_peaks, rice_holds
+from harvester.studies.tolerance.surface import Polynomial, fit
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+
+BY_RICE = 256  # devices that are computed where a formula does it
+COUNTED = 24  # for each key and one more, where a path is counted
+BLOCKS = 512  # of each of these paths
+
+
+@dataclass(frozen=True)
+class PeakSurfaces:
+    """The peaks over a lifetime at keys' values: polynomials of their logarithms.
+
+    ``known`` are the relative errors at 95 % of levels by Rice's formula; it is None where levels were counted.
+    """
+
+    surfaces: dict[str, Polynomial]
+    known: dict[str, float] | None
+
+    def __call__(self, x: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
+        """The level of each quantity and its relative error at 95 %, at keys' values (m, keys): each of shape (m,)."""
+        levels = {name: np.exp(one(x)) for name, one in self.surfaces.items()}
+        if self.known is not None:
+            return levels, {name: np.full(len(x), one) for name, one in self.known.items()}
+        off = {
+            name: np.expm1(NORMAL_QUANTILE * one.scatter * np.sqrt(one.leverage(x)))
+            for name, one in self.surfaces.items()
+        }
+        return levels, off
+
+
+def wanted(problem: Problem, keys: int) -> int:
+    """How many devices are to be computed for surfaces over so many keys."""
+    return BY_RICE if rice_holds(problem) else COUNTED * (keys + 1)
+
+
+def peak_surfaces(
+    scenes: Sequence[Scene],
+    x: Floats,
+    inner: int,
+    lifetime: float,
+    seed: int = 0,
+    told: Callable[[int], None] = lambda done: None,
+) -> PeakSurfaces:
+    """The surfaces through the peaks of ``scenes`` at keys' values ``x``, shape (n, keys).
+
+    The first ``inner`` of them are samples, the others hold the outer ends; ``told`` hears how many are done.
+
+    Raises HarvesterError where a scene has no peaks.
+    """
+    by_rice = rice_holds(Problem(scenes[0]))
+    found: list[dict[str, Value]] = []
+    for k, scene in enumerate(scenes):
+        own = int(np.random.SeedSequence([seed, k]).generate_state(1)[0])
+        found.append(limited_peaks(Problem(scene), lifetime, own, BLOCKS))
+        told(k + 1)
+    surfaces, known = {}, {}
+    for name in found[0]:
+        levels = np.array([one[name].value if name in one else 0.0 for one in found])
+        if levels.min() <= 0.0:
+            raise SimulationError(
+                f"{name} is 0 on the whole path of {int((levels <= 0.0).sum())} of {len(levels)} devices: there is "
+                "nothing to extrapolate"
+            )
+        surface = surfaces[name] = fit(x, np.log(levels), inner)
+        known[name] = 2.0 * surface.scatter + float(np.median([one[name].error95 / one[name].value for one in found]))
+    return PeakSurfaces(surfaces, known if by_rice else None)
