@@ -32,7 +32,7 @@ from harvester.errors import InputError, invalid
         multiple=True,
         required=True,
         help="KEY=LOW:HIGH, or of a series KEY=E24:LOW:HIGH; up to 4 keys.  load.netlist=A,B,C: the best of these "
-        "circuits, each with its own best values of the other keys, and its own --budget.",
+        "circuits, scanned alike first, each with its own best values of the other keys; --budget is for each.",
     ),
     cloup.option(
         "--engine",

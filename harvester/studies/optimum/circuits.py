@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,8 @@ from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.evaluations import Tick
-from harvester.studies.optimum.optimise import optimise
+from harvester.studies.optimum.optimise import prepared
+from harvester.studies.optimum.race import ENDED, Race
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.optimum.sampled_search import SPENT
 from harvester.studies.output_folder import OutputFolder, csv_text
@@ -116,6 +117,7 @@ class CircuitChoice:
             if isinstance(one, Optimum):
                 power = one.mean_power
                 search = "cut short" if name in self.unfinished else "complete"
+                search = "first scan only" if any(word.startswith(ENDED) for word in one.warnings) else search
                 search = search if one.scanned else "scan cut short"
                 errors = power.stderr, power.bias, power.whole_error95
                 rows.append([name, *(key.value for key in one.keys), power.value, *errors, search, ""])
@@ -139,8 +141,8 @@ def optimise_circuits(
     """Optimise each of several circuits over the keys by itself, and say which has the largest mean power.
 
     ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that have them.  The
-    other arguments are those of `harvester.optimise`; each circuit has the whole ``budget`` for itself, and a folder
-    in ``out``, beside circuits.csv.
+    other arguments are those of `harvester.optimise`; all circuits together have the ``budget`` for each, and each a
+    folder in ``out``, beside circuits.csv.  First all are scanned alike (`harvester.studies.optimum.race`).
 
     >>> import harvester as hv
     >>> hv.optimise_circuits(hv.load("examples/plate_bridge.toml"), ["bridge", "sec"], {})
@@ -160,13 +162,15 @@ def optimise_circuits(
     scenes = {name: _with(whole, name) for name in circuits}
     folder = None if out is None else OutputFolder(out, vector)
     begin, found = time.perf_counter(), dict[str, Optimum | HarvesterError]()
-    for k, (name, one) in enumerate(scenes.items()):
-        inside = None if folder is None else folder.path / Path(name).stem
-        told = None if tick is None else _part(tick, k, len(scenes))
+    asked = {name: prepared(one, over, engine, within, budget) for name, one in scenes.items()}
+    race = Race(asked, tick)
+    for name in race.order():
+        inside = None if folder is None else OutputFolder(folder.path / Path(name).stem, vector)
         try:
-            found[name] = optimise(one, over, engine, within, budget, inside, told, vector)
+            found[name] = race.optimum(name, inside)
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
             found[name] = error
+    found = {name: found[name] for name in scenes}
     if not any(isinstance(one, Optimum) for one in found.values()):
         raise next(one for one in found.values() if isinstance(one, HarvesterError))
     answer = CircuitChoice(found, time.perf_counter() - begin)
@@ -185,7 +189,3 @@ def _with(scene: Scene, name: str) -> Scene:
     changed = dataclasses.replace(scene, load=Load(netlist=name, parameters=given))
     Problem(changed).circuit  # noqa: B018 refuses a circuit that cannot be used
     return changed
-
-
-def _part(tick: Tick, place: int, parts: int) -> Callable[[float], None]:
-    return lambda done: tick((place + done) / parts)

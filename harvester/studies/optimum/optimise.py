@@ -4,6 +4,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,35 @@ def optimise(
     HarvesterError
         where the engine fails everywhere, the last error.
     """
+    asked = prepared(scene, over, engine, within, budget)
+    folder = None if out is None else OutputFolder(out, vector)
+    surface = Surface(asked.scene, asked.ranges, asked.budget, tick)
+    return finished(asked, surface, asked.search(surface), folder)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What a search is asked, checked: the scene, the ranges, the engine, the error that is aimed at, the seconds."""
+
+    scene: Scene
+    ranges: tuple[Range, ...]
+    engine: Engine
+    within: float
+    budget: float
+
+    def search(self, surface: Surface) -> SampledSearch | None:
+        """The search of an engine that samples; None for an engine of formulas."""
+        return None if isinstance(self.engine, Vectorised) else SampledSearch(surface, self.engine, self.within)
+
+
+def prepared(
+    scene: AnyScene,
+    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
+    engine: Named | None,
+    within: float | str,
+    budget: float | str,
+) -> Prepared:
+    """The arguments of `optimise`, checked; raises InputError as it does."""
     found_ranges = ranges(over)
     problem = Problem.of(scene)
     scene = problem.scene
@@ -79,18 +109,30 @@ def optimise(
         point = scene
         for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is an error before anything runs
             point = point.vary(r.key, value)
-    folder = None if out is None else OutputFolder(out, vector)
-    begin = time.perf_counter()
-    surface = Surface(scene, found_ranges, budget, tick)
-    surface.share = SEARCHED
-    search = None if isinstance(engine, Vectorised) else SampledSearch(surface, engine, within)
-    found = formula_search.search(surface, engine) if search is None else search.find()
+    return Prepared(scene, found_ranges, engine, within, budget)
+
+
+def finished(
+    asked: Prepared,
+    surface: Surface,
+    search: SampledSearch | None,
+    folder: OutputFolder | None,
+    found: SearchResult | None = None,
+) -> Optimum:
+    """The optimum of a search over a surface, in which an engine that samples may have begun to scan.
+
+    ``found`` is what was found already, where the search is to end with it; ``folder`` gets the files.
+    """
+    begin, engine = time.perf_counter(), asked.engine
+    if found is None:
+        surface.share = SEARCHED
+        found = formula_search.search(surface, engine) if search is None else search.find()
     surface.share = math.inf  # the optimum itself is always evaluated
     best = found.peaks[0]
-    estimate, warnings = _last(surface, engine, search, best, within)
+    estimate, warnings = _last(surface, engine, search, best, asked.within)
     answer = _answer(surface, engine, found, estimate, warnings, time.perf_counter() - begin)
     if folder is not None:
-        _write(folder, answer, scene, engine, {"within": within, "budget": budget})
+        _write(folder, answer, asked.scene, engine, {"within": asked.within, "budget": asked.budget})
     return answer
 
 

@@ -55,6 +55,8 @@ class SampledSearch:
     rough_peak: Peak | None = None  # what the last box shows
     scanned: bool = False  # the whole range was looked at, if coarsely
     scouted_by_samples: bool = False  # the boxes are those of a scout that samples, too
+    _cheaper: "SampledSearch | None" = None
+    _scan_seed: int = 0
 
     def new_seed(self) -> int:
         """A seed that no evaluation has had."""
@@ -85,7 +87,7 @@ class SampledSearch:
             if rough is not None and rough.low is not None and not any(p is rough for p in found):
                 found.append(rough)
             elif not found:
-                found = [self._so_far(begin)]
+                found = [self._so_far(self.surface.points[begin:] or self.surface.points)]
             self.warnings.append(self._missing(found[-1].low is not None))
         found.sort(key=lambda p: -p.power.value)
         for other in found[1:]:
@@ -119,16 +121,56 @@ class SampledSearch:
         """Whether all points of a design get the same seed: where answers hold each trajectory's power."""
         return self.pilot is not None and self.pilot.power_samples is not None
 
+    def scan_one_more(self) -> bool:
+        """Evaluate the next place of the coarse scan that the search begins with; False where it has all.
+
+        Raises SpentError where the budget has ended.
+        """
+        first = self._scout() or self
+        done, places = first.of_scan, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
+        if len(done) == len(places):
+            return False
+        self.surface.evaluate(places[len(done)][None], first.coarse(first.scan_seed), "scan")
+        return True
+
+    @property
+    def scan_seed(self) -> int:
+        """The seed of the coarse scan, that of all its places."""
+        if not self._scan_seed:
+            self._scan_seed = self.new_seed()
+        return self._scan_seed
+
+    @property
+    def of_scan(self) -> list[Evaluation]:
+        """The evaluations of the coarse scan by this engine, in its order."""
+        return [one for one in self.surface.points if (one.stage, one.engine) == ("scan", self.engine.NAME)]
+
+    def best_of_scan(self) -> tuple[float, Peak]:
+        """The largest power that the coarse scan saw, and its place; raises the last error where it saw none."""
+        first = self._scout() or self
+        peak = self._so_far(first.of_scan)
+        return peak.power.value, peak
+
+    def _scout(self) -> "SampledSearch | None":
+        """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one."""
+        if isinstance(self.engine, Spice) and self._cheaper is None:
+            problem = Problem.of(self.surface.scene)
+            kind = Ensemble if problem.netlist is None else Ideal
+            if not kind.refusal(problem):
+                names = {f.name for f in dataclasses.fields(kind)}
+                cheap = kind(**{k: v for k, v in vars(self.engine).items() if k in names})
+                self._cheaper = SampledSearch(self.surface, cheap, max(self.within, 0.01))
+        return self._cheaper
+
     def _scouted(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of boxes where a cheaper engine has peaks; none where none can be trusted."""
         surface, engine, begin = self.surface, self.engine, len(self.surface.points)
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
             if isinstance(engine, Spice):
-                kind = Ensemble if Problem.of(surface.scene).netlist is None else Ideal
-                names = {f.name for f in dataclasses.fields(kind)}
-                cheap = kind(**{k: v for k, v in vars(engine).items() if k in names})
-                found = SampledSearch(surface, cheap, max(self.within, 0.01)).find().peaks
+                if (cheaper := self._scout()) is None:
+                    return []
+                found = cheaper.find().peaks
                 self.scouted_by_samples = any(p.width is not None for p in found)
                 return [(p.u, _box_widths(p)) for p in found if p.width is not None][:CANDIDATES]
             if type(engine) is Ensemble:
@@ -147,11 +189,11 @@ class SampledSearch:
 
     def _scan(self) -> list[tuple[Floats, Floats]]:
         """Places and half-widths of the peaks of a coarse scan with the same noise everywhere, best first."""
-        n, begin = self.surface.dimensions, len(self.surface.points)
-        self.surface.evaluate(scan(SCAN[n], n), self.coarse(self.new_seed()), "scan")
-        u, power, _ = served(self.surface.points[begin:])
+        n, places = self.surface.dimensions, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
+        self.surface.evaluate(places[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
+        u, power, _ = served(self.of_scan)
         if not len(power):
-            self._so_far(begin)
+            self._so_far(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
 
@@ -224,9 +266,9 @@ class SampledSearch:
         self.rough_peak = peak_of_box(fit, bias, u, width)
         return fit, bias
 
-    def _so_far(self, begin: int) -> Peak:
-        """The best place so far; raises the last error where no place has an answer."""
-        u, power, values = served(self.surface.points[begin:])
+    def _so_far(self, points: list[Evaluation]) -> Peak:
+        """The best of some places; raises the last error where none has an answer."""
+        u, power, values = served(points)
         if not len(power):
             error = self.surface.points[-1].answer
             raise error if isinstance(error, HarvesterError) else SimulationError("no place was evaluated")
@@ -240,7 +282,7 @@ class SampledSearch:
         takes = f"some {usual}" if len(own) < (usual := 4 * design_size(self.surface.dimensions)) else "more here"
         more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
         return (
-            f"{SPENT} {self.surface.budget:g} s ended in {stage}, after {len(own)} evaluations by "
+            f"{SPENT} {self.surface.budget:.3g} s ended in {stage}, after {len(own)} evaluations by "
             f"{self.engine.NAME!r}: a search takes {takes}{more}"
         )
 

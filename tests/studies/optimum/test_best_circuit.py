@@ -7,6 +7,9 @@ import pytest
 
 import harvester as hv
 from harvester.studies.optimum.circuits import CircuitChoice
+from harvester.studies.optimum.optimise import prepared
+from harvester.studies.optimum.race import ENDED, Race
+from tests.support import systems
 from tests.support.paths import EXAMPLES
 
 BRIDGE = EXAMPLES / "plate_bridge.toml"
@@ -28,6 +31,33 @@ def test_each_circuit_has_its_own_best(harvester, tmp_path):
     assert (tmp_path / "bridge" / "optimise.csv").exists() and (tmp_path / "doubler" / "optimise.png").exists()
     about = json.loads((tmp_path / "doubler" / "provenance.json").read_text())
     assert about["scene"]["load"]["netlist"] == "doubler" and set(about["scene"]["load"]["parameters"]) <= {"R", "C"}
+
+
+@pytest.mark.slow
+def test_all_are_scanned_alike():
+    """Each has the places of the scan, in rounds; one of a quarter of the power ends there, the other goes on."""
+    told = []
+    powers = {"weak": 0.0025, "strong": 0.01}
+    asked = {
+        name: prepared(
+            systems.scene(systems.linear(0.5, 1.0, 0.1, n1=n1)),
+            {"nondimensional.mu": (0.1, 10.0)},
+            hv.Ensemble(trajectories=256, duration=50.0),
+            "5%",
+            "3s",
+        )
+        for name, n1 in powers.items()
+    }
+    race = Race(asked, told.append)
+    assert race.order() == ["strong", "weak"]
+    scans = [[tuple(p.u) for p in race.surfaces[name].points] for name in powers]
+    assert scans[0] == scans[1] and len(scans[0]) == 13
+    strong, weak = race.optimum("strong", None), race.optimum("weak", None)
+    assert weak.warnings[0].startswith("its search ended with the first scan, whose largest power is 25% of that")
+    assert not any(word.startswith(ENDED) for word in strong.warnings)
+    assert len(weak.points) == 14 < len(strong.points)
+    assert told == sorted(told) and told[-1] <= 1.0
+    assert "first scan only" in CircuitChoice({"strong": strong, "weak": weak}, 1.0).text().splitlines()[2]
 
 
 def test_the_table():
