@@ -35,6 +35,8 @@ from .studies.extremes.extremes import Extremes as Extremes
 from .studies.extremes.extremes import extremes as extremes
 from .studies.frequency_response.curve import Response as Response
 from .studies.frequency_response.response import response as response
+from .studies.frequency_response.response import responses as responses
+from .studies.frequency_response.responses import Responses as Responses
 from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
 from .studies.optimum.answer import Optimum as Optimum

@@ -10,10 +10,12 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value
 
 LEDGER, RESIDUAL = "ledger_", "ledger_residual"
+DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")  # of a steady response
 _TIMES = ("step", "burn_in", "duration")
 _POWERS = ("step_error", "tolerance_error", "settling_error")  # parts of the error of the mean power
 _CLOCK = "_seconds"  # of the computation
 _BALANCE = "power_balance"
+_ERRORS = {f"{name}_{error}" for name in (_BALANCE, DISPLACEMENT) for error in ("stderr", "bias")}
 _SHARES = {RESIDUAL: "of its largest entry", _BALANCE: "of the power that came in", "slow_share": "of E[V^2]"}
 
 
@@ -21,8 +23,8 @@ def rows(details: Mapping[str, float], units: AnswerUnits) -> list[tuple[str, st
     """The name and the value in words of each detail, in the order in which the answer has them."""
     found = []
     for name, value in details.items():
-        if name.removeprefix(_BALANCE) in ("_stderr", "_bias"):
-            continue  # in the line of the balance itself
+        if name in _ERRORS:
+            continue  # in the line of the quantity itself
         found.append((name.removesuffix(_CLOCK).replace("_", " "), _written(name, value, details, units)))
     return found
 
@@ -33,6 +35,10 @@ def _written(name: str, value: float, details: Mapping[str, float], units: Answe
         errors = (details.get(f"{name}{end}") for end in ("_stderr", "_bias"))
         stderr, bias = (None if error is None else 100.0 * error for error in errors)
         return f"{_percent(Value(100.0 * value, stderr, bias))} {_SHARES[name]}"
+    if name == DISPLACEMENT:
+        return Value(value, bias=details.get(f"{name}_bias")).text(units.length)
+    if name in PHASES:
+        return f"{value:.4g} degrees to the {'base acceleration' if units.time else 'drive'}"
     if name in _TIMES:
         return Value(value).text(units.time) if units.time else f"{value:.4g} (1/w0)"
     if name.endswith(_CLOCK):

@@ -19,6 +19,7 @@ from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
 from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
+from harvester.linear.harmonics import first_harmonic
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.shaking import forcing
@@ -49,7 +50,8 @@ class PeriodicResponse:
 
     ``section`` is where it is at the part ``phase`` of the drive's period.  ``power`` (W) of Rload, ``square`` (V^2) of
     the terminals and ``ledger`` are means over whole periods; ``left`` is the part of power and square that settling
-    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.  ``probed`` is as of
+    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.  ``wave``, shape (steps, 2),
+    has x and V (nondimensional) at each kick from the section on, until it comes back.  ``probed`` is as of
     `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes.
     """
 
@@ -62,7 +64,20 @@ class PeriodicResponse:
     left: Floats
     periods: float
     steps: int
+    wave: Floats
     probed: Floats | None = None
+
+    @property
+    def displacement(self) -> float:
+        """The RMS of x about its mean, nondimensional."""
+        return float(np.std(self.wave[:, 0]))
+
+    @property
+    def harmonics(self) -> tuple[complex, complex]:
+        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
+        turn = len(self.wave) // self.turns  # kicks in a period; the first is one after the section
+        angles = 2.0 * math.pi * (self.phase + np.arange(1, len(self.wave) + 1) / turn)
+        return first_harmonic(self.wave[:, 0], angles), first_harmonic(self.wave[:, 1], angles)
 
 
 class _Path:
@@ -133,7 +148,8 @@ class _Path:
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         whole = self.phase, turns, power, square, ledger, left
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
-        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, probed)
+        wave = drive.kicked[-turns * self.size :, [0, 2]]
+        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, wave, probed)
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""

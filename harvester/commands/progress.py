@@ -150,12 +150,15 @@ class RowsBar(Bar):
     """A progress bar for rows of several engines, which differ by orders of magnitude in the time that one takes.
 
     The time left is that of each engine's rows to come at the mean of its rows so far; not known as long as an engine
-    has none.  Behind it stand the engine of the last row, and how many of its rows are done.
+    has none.  Behind it stand the engine of the last row, and how many of its rows are done.  ``warms_up``: the first
+    row of an engine compiles, and says nothing of the others.
     """
 
-    def __init__(self, what: str, rows: dict[str, int], file: Any = None, shorter: str = "") -> None:
+    def __init__(
+        self, what: str, rows: dict[str, int], file: Any = None, shorter: str = "", warms_up: bool = False
+    ) -> None:
         self.rows_of, self.left_of, self.seconds_of = dict(rows), dict(rows), dict.fromkeys(rows, 0.0)
-        self.done_of = dict.fromkeys(rows, 0)
+        self.done_of = dict.fromkeys(rows, -1 if warms_up else 0)
         self.rows = sum(rows.values())
         super().__init__(what, file, shorter=shorter)
 
@@ -166,8 +169,9 @@ class RowsBar(Bar):
 
     def row(self, engine: str) -> None:
         """Count a row that was computed since the last one."""
-        self.seconds_of[engine] += time.monotonic() - self.last[0]
         self.done_of[engine] += 1
+        if self.done_of[engine]:
+            self.seconds_of[engine] += time.monotonic() - self.last[0]
         self.left_of[engine] -= 1
         means = self._means()
         if means is not None:
@@ -182,13 +186,13 @@ class RowsBar(Bar):
     def _means(self) -> dict[str, float] | None:
         """The mean seconds of a row of each engine that has rows to come; None where one has no row yet."""
         to_come = [name for name, left in self.left_of.items() if left]
-        if not all(self.done_of[name] for name in to_come):
+        if not all(self.done_of[name] > 0 for name in to_come):
             return None
         return {name: self.seconds_of[name] / self.done_of[name] for name in to_come}
 
     def _is_sure(self) -> bool:
         """Whether enough was measured: a row of each engine that has rows to come."""
-        return self.last[0] - self.begun >= SURE
+        return self._means() is not None and self.last[0] - self.begun >= SURE
 
     def _overdue(self, now: float) -> float:
         """The time left after the row at work, longer by as much as that row is overdue."""

@@ -2,38 +2,85 @@
 
 import cloup
 
+from harvester.commands.completion import engines as known_engines
+from harvester.commands.completion import scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written
-from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_option
+from harvester.commands.options import duration, figure, json_option, scene_argument, seed_option, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
 
 
-@command("harvester response mine.toml --sweep 1Hz:10Hz:61 --out response")
+@command(
+    "harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",
+    "harvester response mine.toml --sweep 40Hz:50Hz:41 --vary load.resistance=10k,100k,1M --out loads",
+    "harvester response mine.toml --sweep 40Hz:50Hz:41 --vary acceleration_amplitude=0.1g:1g:10 --out map",
+)
 @scene_argument
 @cloup.option_group(
     "What to compute",
     cloup.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad)."),
+    cloup.option(
+        "--vary",
+        "varied",
+        shell_complete=scene_keys,
+        multiple=True,
+        help="KEY=FROM:TO:COUNT or KEY=A,B,C: a response for each value; repeatable.  Of seven values or more of one "
+        "key the figure is a map.",
+    ),
+    cloup.option(
+        "--engine",
+        "engines",
+        shell_complete=known_engines,
+        multiple=True,
+        help="exact, ensemble, ideal or spice; repeatable.  Default: exact for a linear scene, spice for a netlist, "
+        "else ensemble.",
+    ),
 )
 @cloup.option_group(
     "Output",
     cloup.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json."),
+    cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
     vector_option,
     report_option,
     json_option,
 )
-@cloup.option_group("Accuracy", seed_option)
+@cloup.option_group(
+    "Accuracy",
+    cloup.option(
+        "--budget", type=duration, metavar="TIME", help="Time that a point by engine spice may take.  Default: 20s."
+    ),
+    seed_option,
+)
 def response(
-    path: str, sweep: str, out: str, seed: int, vector: tuple[str, ...], report: str | None, as_json: bool
+    path: str,
+    sweep: str,
+    varied: tuple[str, ...],
+    engines: tuple[str, ...],
+    out: str,
+    per_g: bool,
+    vector: tuple[str, ...],
+    report: str | None,
+    as_json: bool,
+    budget: float | None,
+    seed: int,
 ) -> None:
-    """Voltage and power of a harmonically driven SCENE against the frequency, swept up and down."""
+    """Power, voltage, displacement and phases of a harmonically driven SCENE against the frequency.
+
+    Without a netlist, and by engine ideal, swept up and then down; by engine spice each frequency from rest.
+    """
     from harvester.commands.progress import RowsBar
     from harvester.equations.problem import Problem
     from harvester.scene.toml import load
     from harvester.studies.frequency_response import response as study
+    from harvester.studies.sweep.points import grid, read_axis
 
     scene, file = load(path), report_file(report, out)
-    with RowsBar("response", {"": 2 * len(study.frequencies(Problem(scene), sweep))}) as bar:
-        answer = study.draw(scene, sweep, out, seed, lambda: bar.row(""), vector)
+    problem = Problem(scene)
+    points = study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
+    chosen = study.engines_of(problem, engines or None, seed, budget)
+    rows = study.rows_of(chosen, len(study.frequencies(problem, sweep)), points)
+    with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
+        answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g)
     echo_answer(answer, as_json)
     if not as_json:
         echo_written(out, "response.csv", *figure("response", vector), "provenance.json")

@@ -1,86 +1,188 @@
-"""The figure of a frequency response."""
+"""The figure of frequency responses: power, voltage, displacement and phases against the frequency."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from harvester.figures.quantities import scale
-from harvester.figures.shapes import ResponseShape
-from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.arrays import Floats
+from harvester.figures.quantities import amount, quantity, scale
+from harvester.figures.response_maps import is_map, response_map
+from harvester.figures.shapes import DriveShape, ResponseShape
+from harvester.figures.style import MARKERS, MOST_BARS, STYLES, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.figures.sweep_curves import MOST_CURVES, colour
 from harvester.uncertainty.value import Value
 
+_UP = "#0072B2"
 _LOOKS: dict[str, dict[str, Any]] = {
-    "up": {"color": "#0072B2", "marker": ">", "linestyle": "-", "linewidth": 1.0},
+    "up": {"color": _UP, "marker": ">", "linestyle": "-", "linewidth": 1.0},
     "down": {"color": "#D55E00", "marker": "<", "linestyle": (0, (4, 2)), "linewidth": 1.0, "markerfacecolor": "white"},
+    "from rest": {"color": _UP, "marker": "o", "linestyle": "-", "linewidth": 1.0},
 }
+_WORDS = {"up": "up the frequencies", "down": "down the frequencies", "from rest": "each frequency from rest"}
 _SEEN = 0.01  # of the largest value: a shorter error bar is hidden by a marker
 _ALIKE = 0.003  # of the largest value: closer curves are one line
+_FEW = 200  # points of a curve whose points are marked
+Curve = tuple[ResponseShape, str, dict[str, Any]]  # a response, its direction, and the look
 
 
-def response(answer: ResponseShape, title: str | None) -> Plot:
-    """Draw power and RMS voltage against the frequency, with a bar for each half-power bandwidth.
+def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = False) -> Plot:
+    """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
 
-    Up and down are one curve where they cannot be told apart.
+    Up and down are one curve where they cannot be told apart.  Several responses differ in colour; of many values of
+    one key the power is drawn as a map (`response_maps`).  ``per_g``: power over the square of the base's amplitude in
+    g, voltage and displacement over it.
     """
-    f = np.array([p.frequency for p in answer.sweep("up")])
-    units = answer.unit_names
+    if is_map(answers):
+        return response_map(answers, title, per_g)
+    curves = [one for place, answer in enumerate(answers) for one in _curves(answer, place, answers)]
+    units = answers[0].unit_names
+    f = np.array([p.frequency for a, d, _ in curves for p in a.sweep(d)])
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
-    powers = {d: [p.mean_power for p in answer.sweep(d)] for d in _LOOKS}
-    volts = {d: [p.voltage_rms for p in answer.sweep(d)] for d in _LOOKS}
-    alike = all(_alike(values["up"], values["down"]) for values in (powers, volts))
+    points = [p for a, d, _ in curves for p in a.sweep(d)]
+    moved, turned = (any(x is not None for x in some) for some in _known(points))
+    panels = 2 + moved + turned
     with styled():
-        figure, (top, low) = new(2, 1, (WIDTH, 5.6), sharex=True)
-        named = (("mean power", powers, units.power), ("RMS voltage", volts, units.voltage))
-        for axes, (name, values, unit) in zip((top, low), named, strict=True):
-            y = scale(name, unit, [v.value for of in values.values() for v in of])
-            for direction in ("up",) if alike else _LOOKS:
-                look = dict(_LOOKS[direction]) | {"label": f"{direction} the frequencies"}
-                if alike:
-                    look |= {"label": "up and down the frequencies, alike", "marker": "o"}
-                look["markersize"] = 3 if len(f) < 200 else 0
-                error = np.array([v.error95 for v in values[direction]]) / y.factor
-                curve(axes, f / hertz.factor, np.array([v.value for v in values[direction]]) / y.factor, error, look)
-                if axes is top:
-                    _bandwidth(top, answer, direction, y.factor, hertz.factor, alike)
-            axes.set_ylabel(y.label)
-            axes.set_ylim(0.0, None)
-        low.set_xlabel(hertz.label)
+        rows, columns = (2, 2) if panels > 2 else (2, 1)
+        figure, axes = new(rows, columns, (WIDTH, 5.6), sharex=True, squeeze=False)
+        places = list(axes.flat)
+        _sizes(places[0], curves, "mean_power", "mean power", units.power, hertz.factor, 2 * per_g)
+        _sizes(places[1], curves, "voltage_rms", "RMS voltage", units.voltage, hertz.factor, int(per_g))
+        if len(answers) == 1 and not per_g:
+            for a, d, look in curves:
+                _bandwidth(places[0], a, d, look, hertz.factor, len(curves) == 1)
+        if moved:
+            _sizes(places[2], curves, "displacement_rms", "RMS displacement", units.length, hertz.factor, int(per_g))
+        if turned:
+            _phases(places[1 + moved + 1], curves, hertz.factor, bool(units.frequency), len(answers) == 1)
+        for place in places[panels:]:
+            place.remove()
+        for place in places[max(0, panels - columns) : panels]:
+            place.set_xlabel(hertz.label)
+            place.tick_params(labelbottom=True)
         entitle(figure, title, "Frequency response")
-        legend(figure, _note(powers, len(f)))
+        legend(figure, _note(curves, len(answers)))
     return figure
 
 
-def _bandwidth(top: Axes, answer: ResponseShape, direction: str, watts: float, hertz: float, alike: bool) -> None:
+def _known(points: Sequence[DriveShape]) -> tuple[list[Any], list[Any]]:
+    """Displacements and phases of points, None where not known."""
+    return [p.displacement_rms for p in points], [p.voltage_phase for p in points]
+
+
+def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape]) -> list[Curve]:
+    """The curves of one of several responses: one where its directions are alike, with their looks."""
+    values = list(dict.fromkeys(_values(a) for a in answers))
+    if (number := values.index(_values(answer))) >= MOST_CURVES:
+        return []
+    directions = list(answer.directions)
+    alike = len(directions) > 1 and all(_alike(answer, name) for name in ("mean_power", "voltage_rms"))
+    engines = list(dict.fromkeys(a.engine for a in answers))
+    found = []
+    for direction in directions[:1] if alike else directions:
+        look = dict(_LOOKS[direction]) | {"label": _WORDS[direction]}
+        if alike:
+            look |= {"label": "up and down the frequencies, alike", "marker": "o"}
+        if len(answers) > 1:
+            words = [*([values[number]] if len(values) > 1 else []), *([answer.engine] if len(engines) > 1 else [])]
+            look["label"] = ", ".join([*words, *([] if alike or len(directions) == 1 else [direction])])
+            look["color"] = (
+                colour(number, min(len(values), MOST_CURVES)) if len(values) > 1 else STYLES[answer.engine]["color"]
+            )
+            if len(engines) > 1:
+                look["marker"] = MARKERS[answer.engine]
+                look["markerfacecolor"] = "white" if answer.engine == "spice" else look["color"]
+        look["markersize"] = 3 if len(answer.sweep(direction)) < _FEW else 0
+        found.append((answer, direction, look))
+    return found
+
+
+def _values(answer: ResponseShape) -> str:
+    """The values of the varied keys in words."""
+    told = []
+    for key, value in answer.varied.items():
+        name, unit = quantity(key)
+        told.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
+    return ", ".join(told)
+
+
+def _over(answer: ResponseShape, power: int) -> float:
+    """What is divided by: the level in g to a power."""
+    return (answer.level or 1.0) ** power
+
+
+def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str, hertz: float, per_g: int) -> None:
+    """Draw one quantity of all curves, over the level to the power of ``per_g``."""
+    if per_g:
+        words, unit = f"{words} per g{'²' if per_g == 2 else ''}", f"{unit}/g{'^2' if per_g == 2 else ''}"
+    drawn = []
+    for answer, direction, look in curves:
+        values = [(p.frequency, getattr(p, name)) for p in answer.sweep(direction)]
+        known = [(f, v) for f, v in values if v is not None]
+        over = _over(answer, per_g)
+        f, y, error = (np.array([one(f, v) for f, v in known]) for one in _PARTS)
+        drawn.append((f, y / over, error / over, look))
+    y_scale = scale(words, unit, np.concatenate([y for _, y, _, _ in drawn]))
+    for f, y, error, look in drawn:
+        curve(axes, f / hertz, y / y_scale.factor, error / y_scale.factor, look)
+    axes.set_ylabel(y_scale.label)
+    axes.set_ylim(0.0, None)
+
+
+_PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.error95)
+
+
+def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool, alone: bool) -> None:
+    """Draw the voltage's phase, and of one response alone the displacement's, too."""
+    for answer, direction, look in curves:
+        points = answer.sweep(direction)
+        f = np.array([p.frequency for p in points]) / hertz
+        axes.plot(*_unbroken(f, [p.voltage_phase for p in points]), **look | {"label": "_"})
+        if alone:
+            place = look | {"color": "0.5", "label": "displacement (phase)", "marker": None}
+            axes.plot(*_unbroken(f, [p.displacement_phase for p in points]), **place)
+    axes.set_ylim(-95.0, 275.0)
+    axes.set_yticks([-90.0, 0.0, 90.0, 180.0, 270.0])
+    axes.set_ylabel(f"{'phase' if alone else 'voltage phase'} to the {'base' if physical else 'drive'} (degree)")
+
+
+def _unbroken(f: Floats, phases: Sequence[float | None]) -> tuple[Floats, Floats]:
+    """Phases from -90 to 270 degrees, with a gap where they go once around; nan where they are not known."""
+    y = np.mod(np.array([np.nan if p is None else p for p in phases]) + 90.0, 360.0) - 90.0
+    jumps = np.flatnonzero(np.abs(np.diff(y)) > 180.0) + 1
+    return np.insert(f, jumps, np.nan), np.insert(y, jumps, np.nan)
+
+
+def _bandwidth(top: Axes, answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float, one: bool) -> None:
     """Draw the half-power bandwidth as a wide pale bar at half the largest power, if it is within the sweep."""
     edges = answer.edges(direction)
     if edges is None:
         return
-    half = 0.5 * answer.peak(direction).mean_power.value / watts
-    bar: dict[str, Any] = {
-        "linewidth": 3.5,
-        "alpha": 0.5,
-        "color": _LOOKS[direction]["color"],
-        "solid_capstyle": "butt",
-    }
-    label = "half-power bandwidth" + ("" if alike else f", {direction}")
+    peak = answer.peak(direction).mean_power.value
+    half = 0.5 * peak / scale("", answer.unit_names.power, [p.mean_power.value for p in answer.sweep(direction)]).factor
+    bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"], "solid_capstyle": "butt"}
+    label = "half-power bandwidth" + ("" if one else f", {direction}")
     top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
 
 
-def _alike(one: list[Value], other: list[Value]) -> bool:
-    """Whether two curves are closer everywhere than a line is wide."""
-    a, b = (np.array([v.value for v in values]) for values in (one, other))
-    return bool(np.max(np.abs(a - b)) <= _ALIKE * max(np.abs(a).max(), np.abs(b).max()))
+def _alike(answer: ResponseShape, name: str) -> bool:
+    """Whether the curves of both directions are closer everywhere than a line is wide."""
+    a, b = (np.array([getattr(p, name).value for p in answer.sweep(d)]) for d in answer.directions)
+    return len(a) == len(b) and bool(np.max(np.abs(a - b)) <= _ALIKE * max(np.abs(a).max(), np.abs(b).max()))
 
 
-def _note(powers: dict[str, list[Value]], points: int) -> str:
-    """What the error bars are; their size where they are too small to be seen."""
-    everything = [v for of in powers.values() for v in of]
+def _note(curves: Sequence[Curve], several: int) -> str:
+    """What the error bars are; their size where they are too small to be seen; which curves are not drawn."""
+    everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
     error, largest = max(v.error95 for v in everything), max(abs(v.value) for v in everything)
+    shown = len({id(a) for a, _, _ in curves})
+    left = f" The first {shown} of {several} responses." if shown < several else ""
     if error == 0.0:
-        return ""
+        return left.strip()
     if error < _SEEN * largest:
         share = 100.0 * error / largest
         size = f"at most {share:.1g} % of the largest power" if share >= 0.001 else "below 0.001 % of the largest power"
-        return f"Errors (95 % sampling and step) are {size}: too small to be seen."
-    return f"{'Bars' if points <= MOST_BARS else 'Bands'}: 95 % sampling and step."
+        return f"Errors (95 % sampling and step) are {size}: too small to be seen.{left}"
+    points = max(len(a.sweep(d)) for a, d, _ in curves)
+    return f"{'Bars' if points <= MOST_BARS else 'Bands'}: 95 % sampling and step.{left}"

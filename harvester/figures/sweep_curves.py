@@ -95,7 +95,7 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
     look = dict(STYLES.get(engine, {"label": engine, "color": "0.3"}))
     alone = points == 1 or (table.listed and len(table.axes) > 1)
     if groups > 1:
-        look["color"] = paler(_colour(number, groups), _PALE.get(engine, 0.0))
+        look["color"] = paler(colour(number, groups), _PALE.get(engine, 0.0))
     if alone:
         look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 5}
     elif groups == 1 and points <= FEW_POINTS and engine in ("exact", "published", "averaged"):
@@ -120,12 +120,12 @@ def legend_lines(found: dict[str, Any], engines: list[str], points: int) -> list
         entries.append(Line2D([], [], markerfacecolor="none", **look))
     marks: dict[str, Any] = {"linestyle": "none", "markersize": 4.5}
     return entries + [
-        Line2D([], [], color=_colour(n, len(found)), marker=_MARKS[n], label=label, **marks)
+        Line2D([], [], color=colour(n, len(found)), marker=_MARKS[n], label=label, **marks)
         for n, label in enumerate(found)
     ]
 
 
-def _colour(number: int, groups: int) -> str:
+def colour(number: int, groups: int) -> str:
     """The colour of the ``number``-th of ``groups`` values: from dark to light, as far apart as there are colours."""
     return _COLOURS[round(number * (len(_COLOURS) - 1) / max(1, groups - 1))]
 

@@ -19,10 +19,11 @@ from harvester.linear.shaking import ROUNDING, response_to_shaking
 
 
 class MeanSquare(NamedTuple):
-    """E[V^2] and its error, of rounding and of the integral over a density."""
+    """E[V^2] and its error, of rounding and of the integral over a density; and E[x^2]."""
 
     value: float
     error: float
+    x2: float
 
 
 def solve(eqs: Equations) -> MeanSquare:
@@ -47,7 +48,7 @@ def solve(eqs: Equations) -> MeanSquare:
     (x2, v2), (x2_error, v2_error) = response_to_shaking(eqs)
     x2 = (x2 + n1 * at_one.x2) / left
     value = float(v2 + (n1 + n2 * x2) * at_one.v2)
-    return MeanSquare(value, float(v2_error + n2 * x2_error / left * at_one.v2 + value * rounding / left))
+    return MeanSquare(value, float(v2_error + n2 * x2_error / left * at_one.v2 + value * rounding / left), float(x2))
 
 
 def solve_many(several: Sequence[Equations]) -> list[MeanSquare | HarvesterError]:

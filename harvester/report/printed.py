@@ -11,9 +11,10 @@ from harvester.equations.problem import Problem
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import scene_page
+from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.charging.answer import Charging
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.responses import Responses
 from harvester.studies.motion import Motion
 from harvester.studies.output_folder import provenance
 from harvester.studies.stability.exponent import Stability
@@ -22,18 +23,26 @@ from harvester.studies.stability.region import Edge
 MOST_ROWS = 400  # of a table on a page
 
 
-def of_response(scene: Scene | Problem, answer: Response, seed: int) -> Page:
-    """The page of a frequency response: peaks and bandwidths, hysteresis, and all points with their errors."""
+def of_response(scene: Scene | Problem, answer: Responses, seed: int) -> Page:
+    """The page of frequency responses: peaks and bandwidths, hysteresis, and all points with their errors."""
     of, rows = answer.unit_names, []
-    for point in answer.points[:MOST_ROWS]:
-        pairs = ((point.voltage_rms, of.voltage), (point.mean_power, of.power))
-        cells = [cell for v, unit in pairs for cell in (amount(v.value, unit), share(v.whole_error95, v.value))]
-        rows.append([point.direction, amount(point.frequency, of.frequency), *cells])
-    left = len(answer.points) - len(rows)
+    points = [(curve, point) for curve in answer.curves for point in curve.points]
+    for curve, point in points[:MOST_ROWS]:
+        pairs = ((point.mean_power, of.power), (point.voltage_rms, of.voltage), (point.displacement_rms, of.length))
+        values = [amount(value, signs(unit_of(key))) for key, value in curve.varied.items()]
+        cells = [
+            cell
+            for v, unit in pairs
+            for cell in ((NONE, NONE) if v is None else (amount(v.value, unit), share(v.whole_error95, v.value)))
+        ]
+        phase = NONE if point.voltage_phase is None else f"{point.voltage_phase:.1f}°"
+        rows.append([*values, curve.engine, point.direction, amount(point.frequency, of.frequency), *cells, phase])
+    left = len(points) - len(rows)
     note = f"{left} points more are in response.csv." if left else ""
-    heads = ["direction", "frequency", "RMS voltage", "error, 95 %", "mean power", "error, 95 %"]
-    tables = [TextTable("Points", heads, rows, range(1, 6), note)]
-    caption = "Mean power and RMS voltage against the drive frequency, swept up and then down."
+    means = [cell for name in ("mean power", "RMS voltage", "RMS displacement") for cell in (name, "error, 95 %")]
+    heads = [*answer.keys, "engine", "direction", "frequency", *means, "phase of the voltage"]
+    tables = [TextTable("Points", heads, rows, range(len(answer.keys) + 2, len(heads)), note)]
+    caption = "Mean power, RMS voltage, RMS displacement and phase against the drive frequency."
     return printed_page(scene, "response", str(answer), answer.plot(None), caption, tables, seed)
 
 

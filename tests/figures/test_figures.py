@@ -14,7 +14,8 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
 from harvester.figures import quantities, style
-from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
 from harvester.studies.paper import FigurePoint
 from harvester.studies.stability.region import Edge

@@ -14,7 +14,8 @@ from harvester.figures.motions import bins, time_spent
 from harvester.figures.smoothing import smooth
 from harvester.figures.sweep_curves import style
 from harvester.studies.compare import PathComparison
-from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.sweep.points import Axis

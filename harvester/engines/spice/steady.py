@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from harvester.answers.details import DISPLACEMENT, PHASES
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import Progress, estimate
@@ -20,6 +21,7 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
+from harvester.linear.harmonics import phase_to_base
 from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 from harvester.uncertainty.richardson import limit
@@ -85,17 +87,17 @@ class Steady:
             self.unknown = f"the error is not known: at another step or tolerance {error}"
 
     def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
-        """The mean ``power`` or ``square``, and its errors: of the step, of ngspice's tolerance and of settling."""
+        """The ``power``, ``square`` or ``displacement``, and its errors: of step, ngspice's tolerance and settling."""
         finest, tenths = self.finest, self.tenths
         values = [float(getattr(self.found[k, tenths], name)) for k in range(finest - 2, finest + 1)]
         value, step = limit(values)
-        left = float(self.last.left[("power", "square").index(name)]) * abs(values[-1])
+        left = float(self.last.left[0 if name == "power" else 1]) * abs(values[-1])
         tighter = self.found.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
         return value + change, (step, abs(change), left)
 
     def value(self, name: str) -> Value:
-        """The mean with its whole error; as it was last found and without, where that is not known."""
+        """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
         if self.unknown:
             return Value(float(getattr(self.last, name)))
         value, parts = self.errors(name)
@@ -197,7 +199,10 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
     if linear_growth(problem.equations) is None:
         reasons.append("other responses to the same drive, from other starts, are not looked for")
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
-    details |= {"response_periods": last.turns, "ngspice_periods": sum(one.periods for one in everything)}
+    details |= _motion(problem, steady) | {
+        "response_periods": last.turns,
+        "ngspice_periods": sum(one.periods for one in everything),
+    }
     if steady.unknown:
         reasons.append(steady.unknown)
     else:
@@ -219,3 +224,11 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
     )
     return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+
+
+def _motion(problem: Problem, steady: Steady) -> dict[str, float]:
+    """The RMS displacement about its mean, with its error where that is known, and phases to the base in degrees."""
+    moved = steady.value("displacement").scaled(problem.units.length)
+    found = {DISPLACEMENT: moved.value} | ({} if moved.bias is None else {f"{DISPLACEMENT}_bias": moved.bias})
+    phases = (phase_to_base(one, problem.equations, problem.physical) for one in steady.last.harmonics)
+    return found | dict(zip(PHASES, phases, strict=True))

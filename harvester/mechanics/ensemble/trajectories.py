@@ -243,7 +243,8 @@ class Trajectories:
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
-        other = Trajectories(eqs, self.count, child(self.seed, 3), h, self.start)
+        kind = self.circuit, self.ngspice_rule, self.controlled
+        other = Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *kind)
         other._origin = self.state.copy(), self.filter.copy(), self.words.copy()
         other.restart(other.h)
         return other

@@ -1,8 +1,9 @@
 """The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
 
 import itertools
-import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -10,32 +11,9 @@ from harvester import figures
 from harvester.engines.ensemble import UNLIKE
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
-from harvester.studies.output_folder import csv_text, named
-from harvester.uncertainty.value import Value
-
-
-@dataclass(frozen=True)
-class ResponsePoint:
-    """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
-
-    ``spread`` is that of the trajectories' E[V^2], relative to the largest; None where there is noise.
-    """
-
-    direction: str
-    frequency: float
-    mean_square_voltage: Value
-    mean_power: Value
-    spread: float | None
-
-    @property
-    def voltage_rms(self) -> Value:
-        """The square root of E[v^2], with errors to first order."""
-        v2 = self.mean_square_voltage
-        root = math.sqrt(v2.value)
-        stderr, bias, model = (
-            None if e is None else e / (2.0 * root) if root > 0.0 else 0.0 for e in (v2.stderr, v2.bias, v2.model)
-        )
-        return Value(root, stderr, bias, model, unknown=v2.unknown)
+from harvester.studies.frequency_response.point import ResponsePoint, cells, heads
+from harvester.studies.output_folder import csv_text
+from harvester.uncertainty.value import number
 
 
 @names_arguments
@@ -43,7 +21,10 @@ class ResponsePoint:
 class Response:
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
-    ``resolved`` says that the peak and its half-power points are among them; else the peak is the best of the points.
+    By engine `spice` each point begins at rest: the one direction is "from rest".  ``resolved`` says that the peak and
+    its half-power points are among them; else the peak is the best of the points.  ``level`` is the amplitude of the
+    base's acceleration in g, None where there is none; ``varied`` are scene keys that this response has of its own,
+    with their values in SI units; ``failures`` are frequencies without a point, and why.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
@@ -56,6 +37,15 @@ class Response:
     physical: bool
     warnings: tuple[str, ...] = ()
     resolved: bool = False
+    engine: str = ""
+    level: float | None = None
+    varied: Mapping[str, float] = field(default_factory=dict)
+    failures: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def directions(self) -> list[str]:
+        """The directions that it has points of, in their order."""
+        return list(dict.fromkeys(p.direction for p in self.points))
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -63,7 +53,7 @@ class Response:
         return AnswerUnits.of(self.physical)
 
     def sweep(self, direction: str) -> list[ResponsePoint]:
-        """The points of one direction ("up" or "down"), frequencies ascending."""
+        """The points of one direction ("up", "down" or "from rest"), frequencies ascending."""
         return sorted((p for p in self.points if p.direction == direction), key=lambda p: p.frequency)
 
     def peak(self, direction: str) -> ResponsePoint:
@@ -97,55 +87,38 @@ class Response:
 
     @property
     def hysteresis(self) -> list[float]:
-        """The frequencies where up and down differ in E[v^2] by more than 1 % and their errors."""
-        found = []
+        """The frequencies where up and down differ in E[v^2] by more than 1 % and their errors; none without both."""
+        found = list[float]()
+        if not {"up", "down"} <= set(self.directions):
+            return found
         for up, down in zip(self.sweep("up"), self.sweep("down"), strict=True):
             a, b = up.mean_square_voltage, down.mean_square_voltage
             if abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
                 found.append(up.frequency)
         return found
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
-        """Draw power and RMS voltage against the frequency as a matplotlib figure."""
-        return figures.response(self, title)
+    def plot(self, title: str | None = "", per_g: bool = False) -> "figures.Plot":
+        """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
+        return figures.response([self], title, per_g)
 
     def text(self) -> str:
         """The CSV file."""
-        names, of = ("voltage_rms", "mean_power"), self.unit_names
-        heads = [named("frequency", of.frequency), named(names[0], of.voltage), named(names[1], of.power)]
-        errors = [f"{name}_{error}" for name in names for error in ("stderr", "step_bias")]
-        rows = []
-        for p in self.points:
-            values = (p.voltage_rms, p.mean_power)
-            spread = "" if p.spread is None else f"{p.spread:.3g}"
-            known = [e for v in values for e in (v.stderr, v.bias)]
-            rows.append([p.direction, p.frequency, *(v.value for v in values), *known, spread])
-        return csv_text(["direction", *heads, *errors, "spread_of_trajectories"], rows)
+        return csv_text(heads(self.unit_names), [cells(p, self.level) for p in self.points])
 
-    def as_json(self) -> dict[str, object]:
+    def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
-
-        def number(value: Value) -> dict[str, float | None]:
-            return {"value": value.value, "stderr": value.stderr, "step_bias": value.bias}
-
         sweeps = {}
-        for direction in ("up", "down"):
+        for direction in self.directions:
             peak = self.peak(direction)
             sweeps[direction] = {
                 "peak_frequency": peak.frequency,
                 "peak_power": number(peak.mean_power),
                 "half_power_bandwidth": self.bandwidth(direction),
-                "points": [
-                    {
-                        "frequency": p.frequency,
-                        "voltage_rms": number(p.voltage_rms),
-                        "mean_power": number(p.mean_power),
-                        "spread_of_trajectories": p.spread,
-                    }
-                    for p in self.sweep(direction)
-                ],
+                "points": [p.as_json(self.level) for p in self.sweep(direction)],
             }
-        return {"sweeps": sweeps, "hysteresis": self.hysteresis, "warnings": list(self.warnings)}
+        failed = [{"frequency": f, "error": why} for f, why in self.failures]
+        told = {"sweeps": sweeps, "hysteresis": self.hysteresis, "warnings": list(self.warnings)}
+        return {"engine": self.engine, "varied": dict(self.varied), **told, "failures": failed}
 
     def _where(self, direction: str) -> str:
         """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
@@ -158,25 +131,39 @@ class Response:
         between = f"{f[place - 1]:.5g} and {f[place + 1]:.5g} {self.unit_names.frequency}".rstrip()
         return f", the best of the sweep (the true one lies between {between})"
 
-    def __str__(self) -> str:
-        hertz, watt = self.unit_names.frequency, self.unit_names.power
-        f = [p.frequency for p in self.sweep("up")]
-        lines = []
-        for direction in ("up", "down"):
-            peak, width = self.peak(direction), self.bandwidth(direction)
-            band = "not within the sweep" if width is None else f"{width:.4g} {hertz}".rstrip()
-            at = f"{peak.frequency:.5g} {hertz}".rstrip()
-            where = self._where(direction)
-            lines.append(
-                f"{direction:<5} peak {peak.mean_power.text(watt)} at {at}{where}; half-power bandwidth {band}"
-            )
-        if not self.resolved:
+    def bandwidth_text(self, direction: str) -> str:
+        """The half-power bandwidth in words."""
+        width = self.bandwidth(direction)
+        return "not within the sweep" if width is None else f"{width:.4g} {self.unit_names.frequency}".rstrip()
+
+    @property
+    def differing(self) -> list[ResponsePoint]:
+        """The points at which trajectories differ: several responses, or a chaotic one."""
+        return [p for p in self.points if (p.spread or 0.0) > UNLIKE]
+
+    def notes(self) -> list[str]:
+        """Lines that qualify the peaks, beside hysteresis: how far points are apart, what failed, warnings."""
+        hertz, lines = self.unit_names.frequency, list[str]()
+        f = [p.frequency for p in self.sweep(self.directions[0])]
+        if not self.resolved and len(f) > 1:
             widest = max(b - a for a, b in itertools.pairwise(f))
             lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
+        if self.failures:
+            first, why = self.failures[0]
+            at = f"{first:.5g} {hertz}".rstrip()
+            lines.append(f"failed at {len(self.failures)} of {len(f) + len(self.failures)} frequencies, as {at}: {why}")
+        return [*lines, *(f"warning: {word}" for word in self.warnings)]
+
+    def __str__(self) -> str:
+        lines = []
+        for direction in self.directions:
+            peak = self.peak(direction)
+            at = f"{peak.frequency:.5g} {self.unit_names.frequency}".rstrip()
+            power, band = peak.mean_power.text(self.unit_names.power), self.bandwidth_text(direction)
+            lines.append(f"{direction:<5} peak {power} at {at}{self._where(direction)}; half-power bandwidth {band}")
         if self.hysteresis:
-            low, high = min(self.hysteresis), max(self.hysteresis)
+            low, high, hertz = min(self.hysteresis), max(self.hysteresis), self.unit_names.frequency
             lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}: hysteresis".rstrip())
-        several = [p for p in self.points if (p.spread or 0.0) > UNLIKE]
-        if several:
+        if several := self.differing:
             lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
-        return "\n".join([*lines, *(f"warning: {word}" for word in self.warnings)])
+        return "\n".join([*lines, *self.notes()])

@@ -1,39 +1,36 @@
-"""Frequency response under a harmonic drive: voltage and power up the frequencies and down again.
+"""Frequency response under a harmonic drive: power, voltage, displacement and phases against the frequency.
 
-At each frequency the mass goes on from its motion, and the phase of the drive, at the one before, so that a response of
-two branches (a hardening or softening spring, a stop) is seen as the hysteresis that a slow sweep of the device shows.
-A linear scene has one branch, in closed form, whose peak is then resolved between the frequencies of the sweep.
+A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the sweep
+(`closed_form`).  Other scenes are followed up the frequencies and down again by engine `ensemble`, or `ideal` with a
+circuit of ideal elements (`continued`); engine `spice` finds the response from rest at each frequency (`from_rest`).
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from harvester import figures
-from harvester.engines import Ensemble as Engine
-from harvester.engines import Exact
-from harvester.engines.protocol import NOT_WHITE, AnyScene, served, unknown_effects, with_power
-from harvester.equations.coefficients import Equations
+from harvester.engines import Ensemble, Exact, Ideal, Spice, selection
+from harvester.engines.protocol import AnyScene, Engine
+from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.scene.usual import unusual_values
-from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.frequency_response.closed_form import closed_form, power_at
+from harvester.studies.frequency_response.continued import continued
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.from_rest import from_rest
 from harvester.studies.frequency_response.resolved import resolved
+from harvester.studies.frequency_response.responses import Responses
 from harvester.studies.output_folder import OutputFolder, provenance
-from harvester.studies.sweep.points import read_axis
-from harvester.uncertainty.value import Value
+from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 
-if TYPE_CHECKING:
-    from harvester.mechanics.ensemble.richardson import RichardsonPair
-    from harvester.mechanics.ensemble.trajectories import Trajectories
-
-QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
-# Shaking that has no frequency to sweep
-UNSERVED = NOT_WHITE - {"harmonic_drive"}
 LEAST, MOST = 3, 10_000  # frequencies
+SERVING = (Exact, Ensemble, Ideal, Spice)
+BUDGET = 20.0  # seconds of a point by ngspice
+Values = str | Sequence[float | str]
+Tick = Callable[[str], None]  # called with the engine's name after each of the frequencies asked for, each way
 
 
 def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
@@ -53,14 +50,67 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     return tuple(found)
 
 
+def engines_of(
+    scene: AnyScene, engines: Sequence[Named] | None, seed: int = 0, budget: float | None = None
+) -> list[Engine]:
+    """The engines of a response: by default `Exact` for a linear scene, `Spice` for a netlist, else `Ensemble`.
+
+    ``budget`` is the time of a point by `Spice`, in seconds, by default `BUDGET`.
+
+    Raises InputError for an unknown engine, one named twice, and a budget without `Spice`; CannotServeError for one
+    that gives no response.
+    """
+    problem = Problem.of(scene)
+    names = [selection.default_engine(problem)] if engines is None else list(engines)
+    made = []
+    for one in [names] if isinstance(names, str) else names:
+        found = selection.engine(one)
+        if not isinstance(found, SERVING):
+            raise CannotServeError(
+                f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use "
+                f"{', '.join(repr(kind.NAME) for kind in SERVING)}"
+            )
+        if isinstance(one, str) and not isinstance(found, Exact):
+            own = {"budget": BUDGET if budget is None else budget} if isinstance(found, Spice) else {}
+            found = selection.engine(found, seed=seed, **own)
+        made.append(found)
+    for engine in made:
+        if sum(other.NAME == engine.NAME for other in made) > 1:
+            raise InputError(f"`engine` must name each only once, but names {engine.NAME!r} twice")
+    if budget is not None and not any(isinstance(engine, Spice) for engine in made):
+        ours = " and ".join(repr(engine.NAME) for engine in made)
+        raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
+    return made
+
+
+def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Points | None:
+    """The combinations of the varied keys' values; InputError for the frequency, and for what no scene can be."""
+    if not vary:
+        return None
+    problem = Problem.of(scene)
+    points = vary if isinstance(vary, Points) else grid([axis_of(key, some) for key, some in vary.items()])
+    swept = Driven(problem).frequency_key
+    if swept in points.keys:
+        raise InputError(f"`vary` must leave out {swept}, which is what `sweep` goes over, but names it")
+    points.check(problem.scene)
+    return points
+
+
+def rows_of(engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
+    """How often the tick is called for each engine: up and down, or once for each frequency from rest."""
+    curves = 1 if points is None else len(points)
+    return {e.NAME: curves * frequencies * (1 if isinstance(e, Spice) else 2) for e in engines}
+
+
 @names_arguments
 def response(
-    scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Callable[[], None] | None = None
+    scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Tick | None = None, engine: Named | None = None
 ) -> Response:
-    """The response of a scene with a harmonic drive at the frequencies ``sweep``, ascending and then descending.
+    """The response of a scene with a harmonic drive at the frequencies ``sweep``.
 
     ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".  With a text,
     a response in closed form has more points than that: its peak, its half-power points and some between (`resolved`).
+    ``engine`` as of `responses`, which has several.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
@@ -72,84 +122,70 @@ def response(
     InputError
         for a scene without a harmonic drive.
     CannotServeError
-        for a load other than a resistance.
+        for an engine that does not serve the scene.
     UnboundedResponseError
         where the response grows without bound.
     """
-    problem, resolving = Problem.of(scene), isinstance(sweep, str)
-    if problem.netlist is not None:
-        raise CannotServeError(
-            f"a frequency response must have a load resistance, but the load is netlist {problem.netlist!r}: sweep "
-            "excitation.frequency instead (harvester sweep, with engine 'ideal' or 'spice')"
-        )
-    served(Engine, problem)
-    if isinstance(sweep, str):
-        sweep = frequencies(problem, sweep)
-    if reason := unknown_effects(problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
-        raise CannotServeError(reason)
-    eqs = problem.equations
-    key = ("excitation", "acceleration_amplitude", "frequency")
-    if not problem.physical:
-        key = ("nondimensional", "drive", "drive_frequency")
-    if eqs.drive is None:
-        raise InputError(f"{key[0]}.{key[1]} must be given for a frequency response, but is left out")
-    noisy, linear, points = eqs.is_random, not Exact.refusal(problem), []
-    trajectories = None
-
-    def there_at(frequency: float) -> Problem:
-        return Problem(problem.scene.vary(f"{key[0]}.{key[2]}", frequency))
-
-    asked = set(sweep)
-    if resolving and linear:
-        sweep = resolved(lambda f: Exact().run(there_at(f)).mean_power.value, sweep)
-    for direction, run in (("up", list(sweep)), ("down", list(sweep)[::-1])):
-        for frequency in run:
-            there = there_at(frequency)
-            if tick is not None and frequency in asked:
-                tick()
-            if linear:
-                one = Exact().run(there)
-                powers = one.mean_square_voltage, one.mean_power
-                points.append(ResponsePoint(direction, frequency, *powers, None if noisy else 0.0))
-                continue
-            here = there.equations
-            if trajectories is None:
-                from harvester.mechanics.ensemble.trajectories import Trajectories
-
-                rest = np.zeros((3, NOISY if noisy else QUIET))
-                rest[0] = here.resting_places[0]
-                trajectories = Trajectories(here, rest.shape[1], np.random.SeedSequence(seed), None, rest)
-            pair = _at(trajectories, here)
-            trajectories = pair.trajectories
-            points.append(_point(there, direction, frequency, pair, noisy))
-    unusual = tuple(unusual_values(problem.scene))
-    return Response(tuple(points), problem.physical, unusual, resolving and linear)
+    return responses(scene, sweep, None, None if engine is None else [engine], seed, tick).curves[0]
 
 
-def _at(before: "Trajectories", eqs: Equations) -> "RichardsonPair":
-    """Go on from the motion at another frequency: steady means there, and beside them those of twice the step."""
-    from harvester.mechanics.ensemble.burn_in import until_steady
-    from harvester.mechanics.ensemble.richardson import RichardsonPair
-    from harvester.mechanics.kernels.step_size import default_step, shorter_step
+@names_arguments
+def responses(
+    scene: AnyScene,
+    sweep: str | Sequence[float],
+    vary: Mapping[str, Values] | Points | None = None,
+    engines: Sequence[Named] | None = None,
+    seed: int = 0,
+    tick: Tick | None = None,
+) -> Responses:
+    """The responses for all combinations of the values that scene keys take, and by each of some engines.
 
-    x, v, _ = before.snapshot()
-    h: float | None = default_step(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
-    while h is not None:
-        trajectories = before.continued(eqs, h)
-        moments, _ = until_steady(trajectories)
-        h = shorter_step(eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0])
-    return RichardsonPair(trajectories, trajectories.time)
+    ``vary`` maps keys to their values, as of `harvester.sweep`: {"load.resistance": "10k:1M:3"}.  ``engines`` are
+    engines or their names: "exact", "ensemble", "ideal" and "spice"; by default "exact" for a linear scene, "spice"
+    for a netlist, else "ensemble".  ``spice`` by name has a budget of `BUDGET` seconds a point.
+
+    Raises as `response`, and InputError for a key or value that no scene has.
+    """
+    problem = Problem.of(scene)
+    Driven(problem)
+    chosen = engines_of(problem, engines, seed)
+    points, told = points_of(problem, vary), tick or _nothing
+    several = [dict[str, float]()]
+    if points is not None:
+        several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
+    curves = list[Response]()
+    for values in several:
+        driven = Driven(Problem(problem.scene.varied(values)) if values else problem)
+        curves.extend(_curve(engine, driven, sweep, values, told) for engine in chosen)
+    return Responses(tuple(curves))
 
 
-def _point(problem: Problem, direction: str, frequency: float, pair: "RichardsonPair", noisy: bool) -> ResponsePoint:
-    """The means of one frequency, with their errors of sampling and step, in the scene's units."""
-    from harvester.engines.ensemble import ALIKE
+def _nothing(_: str) -> None:
+    """Tell nobody."""
 
-    (value, stderr), (bias, _), each = pair.mean("V2"), pair.bias("V2"), pair.moments.V2
-    spread = None if noisy else float(np.ptp(each) / each.max()) if value > 0.0 else 0.0
-    v2 = Value(value, None if spread is not None and spread <= ALIKE else stderr, abs(bias))
-    power, units = with_power(v2, problem.equations), problem.units
-    return ResponsePoint(direction, frequency, v2.scaled(units.volts**2), power.scaled(units.watts), spread)
+
+def _curve(
+    engine: Engine, driven: Driven, sweep: str | Sequence[float], varied: Mapping[str, float], tick: Tick
+) -> Response:
+    """One response by one engine."""
+    problem, resolving = driven.problem, isinstance(sweep, str)
+    at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
+    failures, warnings = list[tuple[float, str]](), list(unusual_values(problem.scene))
+    if isinstance(engine, Exact):
+        if reason := Exact.refusal(problem):
+            raise CannotServeError(reason)
+        found = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
+        for _ in range(2 * len(at)):
+            tick(engine.NAME)
+    elif isinstance(engine, Spice):
+        found, failures, more = from_rest(engine, driven, at, lambda: tick(engine.NAME))
+        warnings = list(dict.fromkeys([*warnings, *more]))
+    else:
+        assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"
+        found = continued(engine, driven, at, lambda: tick(engine.NAME))
+    whole = resolving and isinstance(engine, Exact)
+    known = engine.NAME, driven.level, dict(varied), tuple(failures)
+    return Response(tuple(found), problem.physical, tuple(warnings), whole, *known)
 
 
 def draw(
@@ -157,16 +193,23 @@ def draw(
     text: str,
     out: str | Path,
     seed: int = 0,
-    tick: Callable[[], None] | None = None,
+    tick: Tick | None = None,
     vector: Sequence[str] = (),
-) -> Response:
-    """Compute a `response` over the frequencies of a text (`frequencies`), and write its files.
+    vary: Points | None = None,
+    engines: Sequence[Named] | None = None,
+    per_g: bool = False,
+) -> Responses:
+    """Compute `responses` over the frequencies of a text (`frequencies`), and write their files.
 
-    These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.
+    These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
+    and voltage over the base's amplitude.
     """
     problem = Problem.of(scene)
     sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
-    found = response(problem, text, seed, tick)
-    about = provenance(problem, sweep=list(sweep), seed=seed)
-    folder.save("response", found.text(), figures.response(found, problem.scene.title), about)
+    if per_g and not problem.physical:
+        raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
+    found = responses(problem, text, vary, engines, seed, tick)
+    asked = {} if vary is None else {"vary": {axis.key: list(axis.values) for axis in vary.axes}}
+    about = provenance(problem, sweep=list(sweep), engines=[c.engine for c in found.curves], seed=seed, **asked)
+    folder.save("response", found.text(), figures.response(found.curves, problem.scene.title, per_g), about)
     return found

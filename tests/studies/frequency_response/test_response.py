@@ -14,7 +14,8 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError
-from harvester.studies.frequency_response.curve import Response, ResponsePoint
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.response import draw, frequencies, response
 from harvester.uncertainty.value import Value
 from tests.support.systems import COLOURED, DRIVEN, changed, linear_v2, scene
@@ -148,7 +149,7 @@ def test_where_the_true_peak_may_be():
 
 
 def test_files(tmp_path):
-    found = draw(PLATE, "3Hz:6Hz:4", tmp_path)
+    (found,) = draw(PLATE, "3Hz:6Hz:4", tmp_path).curves
     with (tmp_path / "response.csv").open() as file:
         rows = list(csv.DictReader(file))
     shown = [float(row["frequency (Hz)"]) for row in rows if row["direction"] == "up"]
@@ -185,6 +186,8 @@ def test_refusals():
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
     with pytest.raises(CannotServeError, match="does not know coloured noise: use engine 'ensemble'"):
         response(scene(COLOURED), [1.0, 2.0, 3.0])
-    with pytest.raises(CannotServeError, match="is netlist 'bridge': sweep excitation"):
-        response(PLATE.with_load(hv.Load(netlist="bridge")), [1.0, 2.0, 3.0])
+    with pytest.raises(CannotServeError, match="is netlist 'bridge': use engine 'spice', or 'ideal'"):
+        response(PLATE.with_load(hv.Load(netlist="bridge")), [1.0, 2.0, 3.0], engine="ensemble")
+    with pytest.raises(CannotServeError, match="'averaged' has no frequency response, as its formulas are for noise"):
+        response(PLATE, [1.0, 2.0, 3.0], engine="averaged")
     assert scales(PLATE).length == pytest.approx(0.01 * 9.80665 / 400.0)

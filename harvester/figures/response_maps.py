@@ -1,0 +1,81 @@
+"""The figure of frequency responses at many values of one scene key: the mean power over frequency and value."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+
+from harvester.arrays import Floats
+from harvester.figures.quantities import mark, plain, scale
+from harvester.figures.shapes import ResponseShape
+from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+
+FEWEST = 7  # values of one key: fewer are curves
+DECADES = 30.0  # ratio of the powers from which the colours go by ratio
+DEEPEST = 1e4  # the same, shown at most
+
+
+def is_map(answers: Sequence[ResponseShape]) -> bool:
+    """Whether responses are those of one engine at many values of one key."""
+    return len({a.engine for a in answers}) == 1 and len(answers) >= FEWEST and len(answers[0].varied) == 1
+
+
+def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: bool) -> Plot:
+    """Draw a map of the power for each direction (one where they are alike), and the largest of each value as a line.
+
+    ``per_g``: the power over the square of the base's amplitude.
+    """
+    answers = sorted(answers, key=lambda one: next(iter(one.varied.values())))
+    (key,) = answers[0].varied
+    values = np.array([one.varied[key] for one in answers])
+    directions = list(answers[0].directions)
+    at = sorted(set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions)))
+    units, f = answers[0].unit_names, np.array(at)
+    powers = {d: np.array([_powers(a, d, at, per_g) for a in answers]) for d in directions}
+    if len(directions) > 1 and not any(one.hysteresis for one in answers):
+        directions = directions[:1]
+    power = scale("mean power" + (" per g²" if per_g else ""), "W/g^2" if per_g else units.power, [*powers.values()])
+    top = max(float(one.max()) for one in powers.values()) / power.factor
+    least = min(float(one[one > 0.0].min(initial=np.inf)) for one in powers.values()) / power.factor
+    low = max(least, top / DEEPEST)
+    norm = LogNorm(low, top) if top > DECADES * low else Normalize(0.0, top or 1.0)
+    with styled():
+        size = (WIDTH, 4.2) if len(directions) == 1 else (WIDTH, 3.9)
+        figure, axes = new(1, len(directions), size, squeeze=False, sharey=True)
+        for panel, direction in zip(axes[0], directions, strict=True):
+            hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
+            logarithmic = values[0] > 0.0 and values[-1] >= 10.0 * values[0]
+            height = values / mark(panel.yaxis, key, values, bool(logarithmic))
+            panel.grid(False)
+            drawn = panel.pcolormesh(
+                f / hertz.factor, height, powers[direction] / power.factor, norm=norm, cmap="viridis", shading="nearest"
+            )
+            _crest(panel, answers, direction, height, hertz.factor)
+            panel.set_xlabel(hertz.label)
+            if len(directions) > 1:
+                panel.set_title(f"{direction} the frequencies")
+        for panel in axes[0][1:]:
+            panel.set_ylabel("")
+        bar = figure.colorbar(drawn, ax=list(axes[0]), label=power.label)
+        if isinstance(norm, LogNorm):
+            bar.formatter = bar.ax.yaxis.get_major_formatter()
+            bar.ax.yaxis.set_major_formatter(lambda y, _: plain(y))
+        entitle(figure, title, "Frequency response")
+        legend(figure)
+    return figure
+
+
+def _powers(answer: ResponseShape, direction: str, frequencies: Sequence[float], per_g: bool) -> list[float]:
+    """The mean powers of one response at some of its frequencies."""
+    of = {p.frequency: p.mean_power.value for p in answer.sweep(direction)}
+    over = (answer.level or 1.0) ** 2 if per_g else 1.0
+    return [of[f] / over for f in frequencies]
+
+
+def _crest(panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float) -> None:
+    """Draw where the largest power of each value is."""
+    peaks = [answer.peak(direction).frequency / hertz for answer in answers]
+    panel.plot(
+        peaks, height, color="white", linewidth=1.2, linestyle=(0, (2, 2)), label="frequency of the largest power"
+    )

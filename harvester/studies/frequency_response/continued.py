@@ -1,0 +1,129 @@
+"""A response up the frequencies and down again by trajectories that go on from each frequency to the next.
+
+They keep their motion, the phase of the drive, and with a circuit of ideal elements what its capacitors hold, so that a
+response of two branches (a hardening or softening spring, a stop) shows the hysteresis of a slow sweep at the bench.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.engines import Ensemble, Ideal
+from harvester.engines.ensemble import ALIKE, UNLIKE
+from harvester.engines.protocol import served
+from harvester.equations.problem import Problem
+from harvester.linear.harmonics import first_harmonic, phase_to_base
+from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.point import ResponsePoint, root
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+
+QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
+WAVES = 16  # periods of the drive from which a first harmonic is taken: whole turns of subharmonics, too
+Phases = tuple[float | None, float | None]
+
+
+def continued(
+    engine: Ensemble | Ideal, driven: Driven, frequencies: Sequence[float], tick: Callable[[], None]
+) -> list[ResponsePoint]:
+    """The points up and down again, by engine `ensemble` or `ideal`; ``tick`` is called after each.
+
+    Raises CannotServeError for what the engine does not know; UnboundedResponseError and SimulationError as
+    `harvester.mechanics.ensemble.burn_in.until_steady`.
+    """
+    model = engine.model(served(type(engine), driven.problem))
+    trajectories, points = None, []
+    for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
+        for frequency in way:
+            there = driven.at(frequency)
+            if trajectories is None:
+                trajectories = _at_rest(there, model.circuit, engine.seed)
+            pair = _steady(trajectories, there, engine)
+            trajectories = pair.trajectories
+            points.append(_point(there, engine, direction, frequency, pair))
+            tick()
+    return points
+
+
+def _at_rest(problem: Problem, circuit: "IdealCircuit | None", seed: int) -> "Trajectories":
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+
+    eqs = problem.equations
+    rest = np.zeros((3, NOISY if eqs.is_random else QUIET))
+    rest[0] = eqs.resting_places[0]
+    return Trajectories(eqs, rest.shape[1], np.random.SeedSequence(seed), None, rest, circuit)
+
+
+def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "RichardsonPair":
+    """Go on from the motion at another frequency: steady means there, and beside them those of twice the step."""
+    from harvester.mechanics.ensemble.burn_in import until_steady
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.kernels.step_size import default_step, shorter_step
+
+    eqs = engine.model(problem).eqs
+    x, v, _ = before.snapshot()
+    h: float | None = default_step(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
+    while h is not None:
+        trajectories = before.continued(eqs, h)
+        moments, _ = until_steady(trajectories)
+        h = shorter_step(eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0])
+    return RichardsonPair(trajectories, trajectories.time)
+
+
+def _point(
+    problem: Problem, engine: Ensemble, direction: str, frequency: float, pair: "RichardsonPair"
+) -> ResponsePoint:
+    """The means of one frequency, with their errors of sampling and step, in the scene's units."""
+    model, units, moments = engine.model(problem), problem.units, pair.moments
+    noisy, each = problem.equations.is_random, moments.V2
+    spread = None if noisy else float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
+    exact = spread is not None and spread <= ALIKE
+
+    def value(mean: float, error: float, bias: float) -> Value:
+        return Value(mean, None if exact else error, abs(bias), unknown=engine.UNKNOWN)
+
+    v2 = value(*pair.mean("V2"), pair.bias("V2")[0]).scaled(units.volts**2)
+    power = value(*pair.mean(model.name), pair.bias(model.name)[0]).scaled(model.factor * units.watts)
+    place = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
+    about = np.maximum(moments.x2 - place**2, 0.0)
+    moved = root(value(*mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2))
+    phases = _phases(problem, pair, model.circuit) if spread is not None and spread <= UNLIKE else (None, None)
+    return ResponsePoint(direction, frequency, v2, power, spread, moved, *phases)
+
+
+def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | None") -> Phases:
+    """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
+
+    They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
+    drive that this path has.  None where its voltage is not that of the trajectories: it went to another response.
+    """
+    from harvester.mechanics.kernels.path import trace
+
+    trajectories, eqs = pair.trajectories, problem.equations
+    assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"
+    h = trajectories.h
+    steps = WAVES * round((eqs.shaking_period or h) / h)
+    first = math.atan2(float(trajectories.filter[0, 1, 0]), float(trajectories.filter[0, 0, 0]))
+    angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
+    x, v, voltage = (float(one[0]) for one in trajectories.snapshot())
+    quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
+    if circuit is None:
+        path = trace(eqs, quiet, h, 1, (x, v, voltage), shaking)
+    else:
+        from harvester.mechanics.rectifiers.rectifier_path import trace_ideal
+
+        stored = float(trajectories.state[0, 3, 0])
+        path = trace_ideal(eqs, circuit, quiet, h, 1, (x, v, voltage, stored), shaking)
+    there = pair.mean("V2")[0]
+    if not abs(float(np.mean(path.V**2)) - there) <= UNLIKE * there:
+        return None, None
+    readings = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
+    found = (first_harmonic(values, readings) for values in (path.x, path.V))
+    x_phase, voltage_phase = (phase_to_base(one, eqs, problem.physical) for one in found)
+    return x_phase, voltage_phase

@@ -1,0 +1,59 @@
+"""A scene with a harmonic drive at one frequency after another, and what of it a frequency response cannot show."""
+
+from dataclasses import dataclass
+
+from harvester.engines.protocol import NOT_WHITE, unknown_effects
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError
+from harvester.scene.scene import Scene
+from harvester.studies.frequency_response.point import GRAVITY
+
+# Shaking that has no frequency to sweep
+UNSERVED = NOT_WHITE - {"harmonic_drive"}
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A scene whose drive's frequency is to be swept.
+
+    Raises InputError for a scene without a harmonic drive, and CannotServeError for shaking of other kinds.
+    """
+
+    problem: Problem
+
+    def __post_init__(self) -> None:
+        table, amplitude, _ = self._names
+        if reason := unknown_effects(self.problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
+            raise CannotServeError(reason)
+        if self.problem.equations.drive is None:
+            raise InputError(f"{table}.{amplitude} must be given for a frequency response, but is left out")
+
+    @property
+    def _names(self) -> tuple[str, str, str]:
+        if self.problem.physical:
+            return "excitation", "acceleration_amplitude", "frequency"
+        return "nondimensional", "drive", "drive_frequency"
+
+    @property
+    def frequency_key(self) -> str:
+        """The scene key of the frequency."""
+        table, _, frequency = self._names
+        return f"{table}.{frequency}"
+
+    @property
+    def level(self) -> float | None:
+        """The amplitude of the base's acceleration in g; None for a nondimensional scene, and for one of 0."""
+        excitation = self.problem.scene.excitation
+        if excitation is None or not excitation.acceleration_amplitude:
+            return None
+        return excitation.acceleration_amplitude / GRAVITY
+
+    @property
+    def is_random(self) -> bool:
+        """Whether there is noise beside the drive."""
+        return self.problem.equations.is_random
+
+    def at(self, frequency: float) -> Problem:
+        """The problem at another frequency."""
+        scene: Scene = self.problem.scene
+        return Problem(scene.vary(self.frequency_key, frequency))

@@ -1,0 +1,159 @@
+"""Responses of circuits and of several values of a key: engines agree, phases, per g, maps, files, what is refused."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.engines import Spice
+from harvester.errors import CannotServeError, CircuitError, InputError
+from harvester.studies.frequency_response.response import draw, engines_of, points_of, rows_of
+from tests.support.systems import DRIVEN, changed, scene
+
+pytestmark = pytest.mark.slow
+
+BRIDGE = """
+title = "Bimorph with a bridge"
+[oscillator]
+mass = "16.542 g"
+stiffness = "1364.1 N/m"
+damping_ratio = 0.027
+[piezo]
+coupling = "2.5261e-3 N/V"
+capacitance = "41.259 nF"
+[excitation]
+acceleration_amplitude = "0.25 g"
+frequency = "46 Hz"
+[load]
+netlist = "bridge"
+parameters = { R = "100 kohm", C = "0.3 uF" }
+"""
+SWEEP = [44.0, 47.0, 50.0]
+
+
+@pytest.mark.ngspice
+def test_engines_agree_on_a_resistor():
+    """Power, displacement and phases by ngspice and by trajectories are those of the closed form."""
+    linear = hv.loads(BRIDGE).with_load(resistance=50e3)
+    closed, sampled, spice = (hv.response(linear, SWEEP, engine=name) for name in ("exact", "ensemble", "spice"))
+    assert spice.directions == ["from rest"] and sampled.directions == closed.directions == ["up", "down"]
+    for true, *found in zip(closed.sweep("up"), sampled.sweep("down"), spice.sweep("from rest"), strict=True):
+        for one, factor, degrees in zip(found, (1.2, 1.0), (0.3, 0.02), strict=True):  # the step's own error
+            for name in ("mean_power", "displacement_rms"):
+                a, b = getattr(one, name), getattr(true, name)
+                assert abs(a.value - b.value) < factor * a.error95 < 0.015 * b.value
+            assert one.displacement_phase == pytest.approx(true.displacement_phase, abs=degrees)
+            assert one.voltage_phase == pytest.approx(true.voltage_phase, abs=degrees)
+
+
+def test_phases_of_a_resonance():
+    """The tip follows the base far below the resonance, is a quarter period off at it, and opposite to it far above.
+
+    The base's acceleration is opposite to its displacement.
+    """
+    weak = hv.loads(BRIDGE.replace("2.5261e-3", "1e-9")).with_load(resistance=50e3)
+    resonance = np.sqrt(1364.1 / 16.542e-3) / (2 * np.pi)
+    low, at, high = (p.displacement_phase for p in hv.response(weak, [0.01, resonance, 1e4]).sweep("up"))
+    assert (low, at, high) == (pytest.approx(180.0, abs=0.01), pytest.approx(90.0), pytest.approx(0.0, abs=0.02))
+
+
+@pytest.mark.ngspice
+def test_a_bridge_by_ngspice_and_by_ideal_diodes(tmp_path):
+    """By ngspice a netlist has a response from rest, whose power is that of ideal diodes within 1 %; files and JSON."""
+    found = draw(hv.loads(BRIDGE), "44Hz:50Hz:3", tmp_path, engines=["spice", "ideal"], per_g=True)
+    spice, ideal = found.curves
+    assert not ideal.hysteresis and not spice.failures
+    for one, other in zip(spice.sweep("from rest"), ideal.sweep("up"), strict=True):
+        assert one.mean_power.value == pytest.approx(other.mean_power.value, rel=0.01)
+        assert one.displacement_rms.value == pytest.approx(other.displacement_rms.value, rel=0.01)
+        assert one.voltage_phase == pytest.approx(other.voltage_phase, abs=1.5)
+    with (tmp_path / "response.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["engine"] for row in rows] == 3 * ["spice"] + 6 * ["ideal"]
+    power, volts = float(rows[0]["mean_power (W)"]), float(rows[0]["voltage_rms (V)"])
+    assert float(rows[0]["mean_power_per_g2 (W/g^2)"]) == pytest.approx(16.0 * power)
+    assert float(rows[0]["voltage_rms_per_g (V/g)"]) == pytest.approx(4.0 * volts)
+    assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
+    both = found.as_json()["responses"]
+    assert [one["engine"] for one in both] == ["spice", "ideal"]
+    assert both[0]["sweeps"]["from rest"]["points"][0]["mean_power_per_g2"] == pytest.approx(16.0 * power)
+    assert "up and down" in str(found) and "at least" in str(found)
+
+
+def test_several_loads_and_a_map(harvester, tmp_path):
+    """Each value has a response of its own, those of a scene with it; many values of the level make a map."""
+    linear = hv.loads(BRIDGE).with_load(resistance=50e3)
+    (tmp_path / "scene.toml").write_text(linear.to_toml())
+    asked = ["response", str(tmp_path / "scene.toml"), "--sweep", "44Hz:50Hz:7", "--out", str(tmp_path)]
+    status, text, _ = harvester(*asked, "--vary", "load.resistance=10k,100k", "--json")
+    assert status == 0
+    for one, load in zip(json.loads(text)["responses"], (1e4, 1e5), strict=True):
+        alone = hv.response(linear.with_load(resistance=load), "44Hz:50Hz:7")
+        assert one["varied"] == {"load.resistance": load}
+        assert one["sweeps"]["up"]["peak_power"]["value"] == pytest.approx(alone.peak("up").mean_power.value, rel=1e-12)
+    levels = ["--vary", "acceleration_amplitude=.1g:1g:8"]
+    status, text, _ = harvester(*asked, *levels)
+    assert status == 0 and "up and down" in text
+    found = hv.responses(linear, "44Hz:50Hz:7", {"excitation.acceleration_amplitude": ".1g:1g:8"})
+    per_g2 = {round(c.peak("up").mean_power.value / c.level**2, 12) for c in found.curves}
+    assert len(per_g2) == 1  # of a linear scene
+    drawn = found.plot(per_g=True)
+    heights = drawn.axes[0].collections[0].get_array()
+    assert heights.shape[0] == 8 and np.ptp(heights, axis=0).max() < 1e-9 * heights.max()
+    with (tmp_path / "response.csv").open() as file:
+        assert next(csv.reader(file))[:3] == ["excitation.acceleration_amplitude (m/s^2)", "engine", "direction"]
+
+
+@pytest.mark.ngspice
+def test_a_frequency_that_fails(monkeypatch):
+    """It is left out and told with its reason, and the others are there; where all fail, that is the error."""
+    linear = hv.loads(BRIDGE).with_load(resistance=50e3)
+    run = Spice.run
+
+    def fails_above_45(self, problem, progress=None):
+        if problem.scene.excitation.frequency > 45.0:
+            raise CircuitError("the circuit does not converge at node 7")
+        return run(self, problem, progress)
+
+    monkeypatch.setattr(Spice, "run", fails_above_45)
+    found = hv.response(linear, SWEEP, engine="spice")
+    assert [p.frequency for p in found.points] == [44.0] and [f for f, _ in found.failures] == [47.0, 50.0]
+    assert "failed at 2 of 3 frequencies, as 47 Hz: the circuit does not converge at node 7" in str(found)
+    with pytest.raises(CircuitError, match="node 7"):
+        hv.response(linear, [46.0, 47.0, 48.0], engine="spice")
+
+
+def test_rows_of_the_bar():
+    linear = scene(DRIVEN)
+    points = points_of(linear, {"nondimensional.mu": [0.5, 1.0, 2.0]})
+    assert rows_of(engines_of(linear, ["exact", "spice"]), 5, points) == {"exact": 30, "spice": 15}
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--vary", "excitation.frequency=1,2"], "--vary must leave out excitation.frequency, which is what --sweep"),
+        (["--vary", "load.resistance=-1k,2k"], "load.resistance"),
+        (["--engine", "spicy"], "did you mean 'spice'"),
+        (["--engine", "exact", "--engine", "exact"], "names 'exact' twice"),
+        (["--engine", "exact", "--budget", "3s"], "--budget must be left out with engine 'exact'"),
+    ],
+)
+def test_refused(harvester, tmp_path, options, said):
+    """One line that names the option, status 2, and no file."""
+    path = tmp_path / "scene.toml"
+    path.write_text(hv.loads(BRIDGE).with_load(resistance=50e3).to_toml())
+    status, _, error = harvester(
+        "response", str(path), "--sweep", "44Hz:50Hz:3", "--out", str(tmp_path / "o"), *options
+    )
+    assert status == 2 and said in error and len(error.splitlines()) == 1
+    assert not (tmp_path / "o" / "response.csv").exists()
+
+
+def test_per_g_needs_a_base(tmp_path):
+    with pytest.raises(InputError, match="`per_g` must go with a physical scene"):
+        draw(scene(DRIVEN), "0.9:1.1:3", tmp_path, per_g=True)
+    with pytest.raises(CannotServeError, match="linear equations"):
+        hv.response(scene(changed(DRIVEN, alpha=0.1)), [0.9, 1.0, 1.1], engine="exact")
