@@ -77,5 +77,5 @@ def _crest(panel: Axes, answers: Sequence[ResponseShape], direction: str, height
     """Draw where the largest power of each value is."""
     peaks = [answer.peak(direction).frequency / hertz for answer in answers]
     panel.plot(
-        peaks, height, color="white", linewidth=1.2, linestyle=(0, (2, 2)), label="frequency of the largest power"
+        peaks, height, color="#D55E00", linewidth=1.4, linestyle=(0, (3, 2)), label="frequency of the largest power"
     )

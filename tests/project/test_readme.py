@@ -16,7 +16,7 @@ LESS = [
     # With spice: `make demo` below.
     ("resistance=1k:10M:13 --out out/mine", ["--engine", "averaged", "--engine", "ensemble"], {}),
     ("bridge.toml --engine spice", ["--trajectories", "4", "--duration", "2"], {}),
-    ("harvester response", [], {":61": ":3"}),
+    ("harvester response", [], {":61": ":3", ":26": ":3", ":11": ":3", ":8": ":2"}),
     ("harvester cost", ["--budget", "3s"], {}),
     ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
     ("harvester tolerance", ["--runs", "32", "--samples", "256", "--checks", "2"], {}),
