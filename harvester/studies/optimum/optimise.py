@@ -71,7 +71,7 @@ def optimise(
 
 
 @dataclass(frozen=True)
-class Prepared:
+class SearchAsked:
     """What a search is asked, checked: the scene, the ranges, the engine, the error that is aimed at, the seconds."""
 
     scene: Scene
@@ -91,7 +91,7 @@ def prepared(
     engine: Named | None,
     within: float | str,
     budget: float | str,
-) -> Prepared:
+) -> SearchAsked:
     """The arguments of `optimise`, checked; raises InputError as it does."""
     found_ranges = ranges(over)
     problem = Problem.of(scene)
@@ -109,11 +109,11 @@ def prepared(
         point = scene
         for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is an error before anything runs
             point = point.vary(r.key, value)
-    return Prepared(scene, found_ranges, engine, within, budget)
+    return SearchAsked(scene, found_ranges, engine, within, budget)
 
 
 def finished(
-    asked: Prepared,
+    asked: SearchAsked,
     surface: Surface,
     search: SampledSearch | None,
     folder: OutputFolder | None,

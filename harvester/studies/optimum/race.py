@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 from harvester.errors import HarvesterError
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.evaluations import SHORTEST, SpentError, Surface, Tick
-from harvester.studies.optimum.optimise import Prepared, finished
-from harvester.studies.optimum.sampled_search import SampledSearch
-from harvester.studies.optimum.search_result import SearchResult
+from harvester.studies.optimum.optimise import SearchAsked, finished
+from harvester.studies.optimum.ranges import scan
+from harvester.studies.optimum.sampled_search import SCAN, SampledSearch
+from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.studies.output_folder import OutputFolder
 
 SCANS = 0.6  # of the whole budget, for the scans at most
@@ -26,7 +27,7 @@ HOPELESS = 0.5  # of the largest power: a scan may miss a peak's top, but not by
 class Race:
     """The searches of several scenes by their names, with the seconds of all of them together."""
 
-    asked: Mapping[str, Prepared]
+    asked: Mapping[str, SearchAsked]
     tick: Tick | None = None
     begin: float = field(default_factory=time.perf_counter)
     surfaces: dict[str, Surface] = field(default_factory=dict)
@@ -48,10 +49,10 @@ class Race:
         try:
             more = bool(searches)
             while more:
-                more = sum(search.scan_one_more() for search in searches.values()) > 0
+                more = sum(scan_one_more(search) for search in searches.values()) > 0
             for name, search in searches.items():
                 try:
-                    self.seen[name] = search.best_of_scan()[0]
+                    self.seen[name] = best_of_scan(search).power.value
                 except HarvesterError:
                     self.seen[name] = 0.0  # its error comes again where it goes on
         except SpentError:
@@ -73,7 +74,7 @@ class Race:
         if search is not None and self._hopeless(name):
             top = max(self.seen, key=self.seen.__getitem__)
             word = f"{ENDED}, whose largest power is {self.seen[name] / self.seen[top]:.0%} of that of {top}"
-            found = SearchResult((search.best_of_scan()[1],), warnings=(word,))
+            found = SearchResult((best_of_scan(search),), warnings=(word,))
         return finished(self.asked[name], surface, search, folder, found)
 
     def _hopeless(self, name: str) -> bool:
@@ -84,3 +85,22 @@ class Race:
     def _told(self, _: float) -> None:
         if self.tick is not None:
             self.tick(min((time.perf_counter() - self.begin) / self.whole, 1.0))
+
+
+def scan_one_more(search: SampledSearch) -> bool:
+    """Evaluate the next place of the coarse scan that a search begins with; False where it has all.
+
+    Raises SpentError where the budget has ended.
+    """
+    first, dimensions = search.scout() or search, search.surface.dimensions
+    done, places = len(first.of_scan), scan(SCAN[dimensions], dimensions)
+    if done == len(places):
+        return False
+    search.surface.evaluate(places[done][None], first.coarse(first.scan_seed), "scan")
+    return True
+
+
+def best_of_scan(search: SampledSearch) -> Peak:
+    """The place of the largest power that the coarse scan saw; raises the last error where it saw none."""
+    first = search.scout() or search
+    return search.so_far(first.of_scan)

@@ -5,6 +5,8 @@ polynomial through them (`response_surface`, `box_fit`) climb at a coarse accura
 until the power falls by `DROP` between the middle and a face: a smaller box drowns in noise, a larger one has a shape
 that no cubic has.  The last box is evaluated at full accuracy, again and again with new noise, until its curvature
 stands above the noise and little power is lost at the ends of the keys' interval.
+
+The file is long because all steps share what the search has learnt: its seeds, the pilot, the scan, the last box.
 """
 
 import dataclasses
@@ -87,7 +89,7 @@ class SampledSearch:
             if rough is not None and rough.low is not None and not any(p is rough for p in found):
                 found.append(rough)
             elif not found:
-                found = [self._so_far(self.surface.points[begin:] or self.surface.points)]
+                found = [self.so_far(self.surface.points[begin:] or self.surface.points)]
             self.warnings.append(self._missing(found[-1].low is not None))
         found.sort(key=lambda p: -p.power.value)
         for other in found[1:]:
@@ -121,18 +123,6 @@ class SampledSearch:
         """Whether all points of a design get the same seed: where answers hold each trajectory's power."""
         return self.pilot is not None and self.pilot.power_samples is not None
 
-    def scan_one_more(self) -> bool:
-        """Evaluate the next place of the coarse scan that the search begins with; False where it has all.
-
-        Raises SpentError where the budget has ended.
-        """
-        first = self._scout() or self
-        done, places = first.of_scan, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
-        if len(done) == len(places):
-            return False
-        self.surface.evaluate(places[len(done)][None], first.coarse(first.scan_seed), "scan")
-        return True
-
     @property
     def scan_seed(self) -> int:
         """The seed of the coarse scan, that of all its places."""
@@ -145,13 +135,7 @@ class SampledSearch:
         """The evaluations of the coarse scan by this engine, in its order."""
         return [one for one in self.surface.points if (one.stage, one.engine) == ("scan", self.engine.NAME)]
 
-    def best_of_scan(self) -> tuple[float, Peak]:
-        """The largest power that the coarse scan saw, and its place; raises the last error where it saw none."""
-        first = self._scout() or self
-        peak = self._so_far(first.of_scan)
-        return peak.power.value, peak
-
-    def _scout(self) -> "SampledSearch | None":
+    def scout(self) -> "SampledSearch | None":
         """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one."""
         if isinstance(self.engine, Spice) and self._cheaper is None:
             problem = Problem.of(self.surface.scene)
@@ -168,7 +152,7 @@ class SampledSearch:
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
             if isinstance(engine, Spice):
-                if (cheaper := self._scout()) is None:
+                if (cheaper := self.scout()) is None:
                     return []
                 found = cheaper.find().peaks
                 self.scouted_by_samples = any(p.width is not None for p in found)
@@ -193,7 +177,7 @@ class SampledSearch:
         self.surface.evaluate(places[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
         u, power, _ = served(self.of_scan)
         if not len(power):
-            self._so_far(self.of_scan)
+            self.so_far(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
 
@@ -266,7 +250,7 @@ class SampledSearch:
         self.rough_peak = peak_of_box(fit, bias, u, width)
         return fit, bias
 
-    def _so_far(self, points: list[Evaluation]) -> Peak:
+    def so_far(self, points: list[Evaluation]) -> Peak:
         """The best of some places; raises the last error where none has an answer."""
         u, power, values = served(points)
         if not len(power):
