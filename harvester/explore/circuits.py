@@ -45,6 +45,7 @@ _PICTURES = {
     + "M26 8V13M26 13L30 20M26 22V25M26 25q7 2 0 4q7 2 0 4q7 2 0 4"
     + _wired(36, 90)
     + _resistor(90),
+    "sshc": _PIEZO + "M26 8V13M26 13L30 20M26 22V26M21 26H31M21 29H31M26 29V38" + _wired(36, 90) + _resistor(90),
     "series_sshi": _PIEZO
     + "M10 8H16L21 3.5M23 8H25q2 -7 4 0q2 -7 4 0q2 -7 4 0H47V12M10 38H47V34"
     + _bridge(36)
@@ -58,7 +59,7 @@ _PICTURES = {
 }
 _LABELS = {"resistor": "resistor", "bridge": "bridge", "doubler": "doubler", "parallel_sshi": "parallel SSHI"}
 _LABELS |= {"series_sshi": "series SSHI", "sece": "SECE", "self_powered_sshi": "self-powered SSHI"}
-_LABELS |= {"ltc3588": "LTC3588", "bq25570": "BQ25570"}
+_LABELS |= {"sshc": "SSHC", "ltc3588": "LTC3588", "bq25570": "BQ25570"}
 
 
 def names() -> list[str]:

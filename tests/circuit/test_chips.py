@@ -189,7 +189,13 @@ def test_self_powered_sshi_does_not_switch_below_its_drops():
 
 @pytest.mark.parametrize(
     ("name", "low", "high"),
-    [("ltc3588", 0.2, 0.5), ("bq25570", 0.2, 2.0), ("self_powered_sshi", 3.4, 4.4), ("node", 0.01, 0.11)],
+    [
+        ("ltc3588", 0.2, 0.5),
+        ("bq25570", 0.2, 2.0),
+        ("self_powered_sshi", 3.4, 4.4),
+        ("node", 0.01, 0.11),
+        ("sshc", 0.22, 0.242),
+    ],
 )
 def test_their_files_run_by_hand(name, low, high):
     """The power (mW) that `ngspice -b` prints of each file as it stands."""

@@ -214,12 +214,23 @@ def test_gain_over_the_bridge(name):
     assert watts / bridges == pytest.approx(gain, rel=0.13 if name == "sece" else 0.07)
 
 
+@pytest.mark.parametrize(("share", "flip"), [(0.5, 10 * CP), (1.5, CP)])
+def test_sshc_against_its_closed_form(share, flip):
+    """Vdc = 2 (Voc - (1 - q) Vd)/(1 - q + pi/(w Cp R)), with q = b/(1 + b), b = Cflip/(Cp + Cflip)."""
+    b = flip / (CP + flip)
+    q = b / (1 + b)
+    best = math.pi / (W * CP * (1 - q))
+    _, volts = measured("sshc", share * best, Cflip=flip)
+    expected = 2 * (VOC - PLAY - (1 - q) * last_drop(VOC, W, 2)) / ((1 - q) * (1 + 1 / share))
+    assert volts == pytest.approx(expected, rel=0.01)
+
+
 def test_power_of_sece_does_not_depend_on_the_load():
     """Within 6 % from 1 Mohm to 10 Mohm, where the bridge's falls to two fifths."""
     assert measured("sece", 1e7)[0] == pytest.approx(measured("sece", 1e6)[0], rel=0.06)
 
 
-CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node")  # tests/circuit/test_chips.py
+CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")  # tests/circuit/test_chips.py
 
 
 @pytest.mark.parametrize(
