@@ -12,9 +12,7 @@ from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.averaging.two_scale.law import solve, solve_many
 from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, SimulationError, UnboundedResponseError
-from harvester.mechanics.ensemble.burn_in import burn_in
-from harvester.mechanics.ensemble.richardson import RichardsonPair
-from harvester.mechanics.ensemble.trajectories import Trajectories
+from tests.support.coupled import coupled
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 GAPS = [0.8, 0.0, -0.4]
@@ -206,14 +204,6 @@ PLATE = {"alpha": None, "c1": -0.008, "c2": None, "c3": None, "n2": None, "mu": 
 TARGET = [({}, f) for f in (0.05, 0.2, 0.4, 0.8, 1.6, 3.2)]
 TARGET += [({"mu": 0.5}, f) for f in (0.1, 1.6)] + [(PLATE, f) for f in (0.05, 0.8, 2.0)]
 TARGET += [({"beta": 0.5}, f) for f in (0.1, 0.8)] + [({"restitution": 0.8}, f) for f in (0.1, 0.4, 1.6)]
-
-
-def coupled(eqs):
-    """E[V^2] of the coupled equations by the ensemble, the bias of the step taken off, and its error."""
-    many = Trajectories(eqs, 8192, np.random.SeedSequence(5))
-    burn_in(many)
-    pair = RichardsonPair(many, 2 * many.time)
-    return pair.extrapolated("V2")
 
 
 @pytest.mark.statistics
