@@ -405,7 +405,7 @@ def test_return_law_of_a_free_particle():
     White noise changes the speed by 1 in the time tau = 1/(2 N1); the spring acts on the scale 1.
     """
     tau = 1e-4
-    speeds = np.empty(15_000)
+    speeds = np.empty(8_000)
     first_returns(1, speeds, tau / 200, 0.5 / tau, 200 * 30)
     law = lambda w: 1.5 / np.pi * w**1.5 / (1 + w**3)  # noqa: E731
     assert quad(law, 0, 1)[0] == pytest.approx(0.1370, abs=5e-5)

@@ -223,11 +223,11 @@ ENSEMBLE = hv.Ensemble(trajectories=1024)
 
 @pytest.mark.statistics
 def test_coverage_of_the_intervals():
-    """The 95 % intervals of the best mu and of the power there hold the exact ones, but for one in six at most.
+    """The 95 % intervals of the best mu and of the power there hold the exact ones, but for one in four at most.
 
     In a range with even spacing, where the surface is skewed.  In full, 100 seeds each: see the changelog.
     """
-    n, keys, powers = 6, 0, 0
+    n, keys, powers = 4, 0, 0
     for seed in range(n):
         engine = dataclasses.replace(ENSEMBLE, seed=seed)
         answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.5, 4.9)}, engine, budget=600.0)
