@@ -27,6 +27,14 @@ def averages(eqs, trajectories, h, burn_in, duration, seed=SEED):
     return many.run(duration)
 
 
+def controlled(eqs, h, names):
+    """Means and standard errors after a burn-in, with control variates: as sharp as the plain means of 16384."""
+    many = Trajectories(eqs, 1024, SEED, h, controlled=True)
+    many.run(500.0)
+    moments = many.run(1000.0)
+    return {name: mean_and_error(moments.controlled(name)) for name in names}
+
+
 # Orders of convergence
 
 
@@ -37,12 +45,12 @@ def averages(eqs, trajectories, h, burn_in, duration, seed=SEED):
 )
 def test_weak_order_with_the_stop(eqs, names, steps):
     """The error of stationary means falls with the square of the step."""
-    reference = averages(eqs, 16384, 0.04, 500.0, 1000.0)
-    coarse = [averages(eqs, 16384, h, 500.0, 1000.0) for h in steps]
+    reference = controlled(eqs, 0.04, names)
+    coarse = [controlled(eqs, h, names) for h in steps]
     for name in names:
-        exact, exact_error = reference.mean(name)
-        errors = np.array([abs(m.mean(name)[0] - exact) for m in coarse])
-        sampling = np.array([np.hypot(m.mean(name)[1], exact_error) for m in coarse])
+        exact, exact_error = reference[name]
+        errors = np.array([abs(m[name][0] - exact) for m in coarse])
+        sampling = np.array([np.hypot(m[name][1], exact_error) for m in coarse])
         assert (errors > 4 * sampling).all(), name  # or there is no order to see
         slope, doubt = fit(steps, errors, sampling)
         assert 1.8 - 2 * doubt < slope < 3.0, name
@@ -175,7 +183,7 @@ def test_burn_in_forgets_the_start(name):
 @pytest.fixture(scope="module")
 def stop_v2():
     """E[V^2] of the paper's scene at step .1: value and standard error of a long run."""
-    return averages(PAPER, 32768, 0.1, 400.0, 2000.0).mean("V2")
+    return controlled(PAPER, 0.1, ("V2",))["V2"]
 
 
 @pytest.mark.parametrize("trajectories, duration", [(64, 500.0), (128, 100.0)])
