@@ -23,15 +23,16 @@ from harvester.linear.harmonics import first_harmonic
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.mechanics.periodic import Settling
+from harvester.mechanics.periodic import REACHED, WORTH, Secants, Settling
 
 FIRST = 4  # periods from rest before the way is shortened
 LONGEST = 60  # the same, of a mass that is not linear
-MEASURED = 2  # periods that are averaged, after one that is not
+MEASURED = 1  # periods that are averaged, after one that is not
 COMES_BACK = 1e-3  # of the state's size, in the unbroken run
 MULTIPLES = 8  # periods of the drive that a response may take
 SURE = 2.0  # times what is left as the last periods say it
 NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
+QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
 AWAY, TRIED = 0.02, 8  # a part of the motion by which it is pushed aside, and periods in which it must come back
 
 
@@ -52,7 +53,8 @@ class PeriodicResponse:
     the terminals and ``ledger`` are means over whole periods; ``left`` is the part of power and square that settling
     further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.  ``wave``, shape (steps, 2),
     has x and V (nondimensional) at each kick from the section on, until it comes back.  ``probed`` is as of
-    `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes.
+    `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes; ``secants`` are what the way there
+    says of the ways to neighbouring responses.
     """
 
     section: CoupledState
@@ -66,6 +68,7 @@ class PeriodicResponse:
     steps: int
     wave: Floats
     probed: Floats | None = None
+    secants: Secants | None = None
 
     @property
     def displacement(self) -> float:
@@ -81,13 +84,17 @@ class PeriodicResponse:
 
 
 class _Path:
-    """Runs of one device through periods of its drive, from section to section, at one ``phase``."""
+    """Runs of one device through periods of its drive, from section to section, at one ``phase``.
 
-    def __init__(self, device: CoupledDevice, phase: float, deadline: float) -> None:
-        self.device, self.phase, self.deadline, self.steps, self.kicks = device, phase, deadline, 0, 0
+    What is left of the way to a response must be below ``enough`` of its size.
+    """
+
+    def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
+        self.device, self.deadline, self.enough, self.steps, self.kicks = device, deadline, enough, 0, 0
         period = device.eqs.shaking_period
         assert period is not None, "the engine asks for a steady drive"
         self.size = round(period / device.h)  # kicks in a period
+        self.phase = round(phase * self.size) / self.size
         self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
@@ -112,7 +119,7 @@ class _Path:
         s = drive.state[0]
         return np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin)
 
-    def settling(self, section: CoupledState, turns: int) -> Settling:
+    def settling(self, section: CoupledState, turns: int, known: Secants | None = None) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
         names, s, load = list(section.nodes), self.device.scales, self.device.load
 
@@ -126,7 +133,7 @@ class _Path:
         for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
             if (name := outer.get(node, f"xload.{node}")) in names:
                 slow[3, 2 + names.index(name)] += sign
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), _flat(section, s.volts))
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), _flat(section, s.volts), known)
 
     def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4); means leave out the first turn."""
@@ -149,7 +156,8 @@ class _Path:
         whole = self.phase, turns, power, square, ledger, left
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
-        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, wave, probed)
+        ways = settled.secants(WORTH)
+        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, wave, probed, ways)
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
@@ -160,21 +168,30 @@ class _Path:
         return math.hypot(sections[-1, 0] - begin.x, sections[-1, 1] - begin.v) < way
 
 
-def periodic_response(device: CoupledDevice, x: float, v: float, deadline: float) -> PeriodicResponse | None:
-    """The response from (x, x'), with empty capacitors; None where it does not come back, even after some periods.
+def periodic_response(
+    device: CoupledDevice,
+    x: float,
+    v: float,
+    deadline: float,
+    enough: float = REACHED,
+    near: PeriodicResponse | None = None,
+) -> PeriodicResponse | None:
+    """The response from (x, x'), with empty capacitors, or from ``near``, that of a drive a little different.
 
-    Raises as `run_in_this_process`.
+    None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
-    path = _Path(device, 0.0, deadline)
+    path = _Path(device, 0.0 if near is None else near.phase, deadline, enough)
     own = device.load.topology is None and not device.load.linear  # which may feed what grows
     linear = linear_growth(device.eqs) is not None and not own
-    section, drive = path.run(CoupledState(x, v), FIRST * path.size, stride=1)
-    quiet = _quiet(drive.readings[-path.size :, 3])
-    section, _ = path.run(section, quiet)
-    path.phase = quiet / path.size
+    section, known = (CoupledState(x, v), None) if near is None else (near.section, near.secants)
+    section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
+    quiet, away = _quiet(drive.readings[-path.size :, 3])
+    if near is None or away < QUIET * path.size:
+        section, _ = path.run(section, quiet)
+        path.phase, known = (path.phase + quiet / path.size) % 1.0, None
     if not linear:
         section, _ = path.run(section, LONGEST * path.size)
-    found = _settled(path, section, 1, linear)
+    found = _settled(path, section, 1, linear, known)
     if found is not None:
         return found
     sections, _ = path.unbroken(section, 1, 2 * LONGEST)
@@ -185,16 +202,20 @@ def periodic_response(device: CoupledDevice, x: float, v: float, deadline: float
     return None
 
 
-def same_response(device: CoupledDevice, near: PeriodicResponse, deadline: float) -> PeriodicResponse | None:
+def same_response(
+    device: CoupledDevice, near: PeriodicResponse, deadline: float, enough: float = REACHED
+) -> PeriodicResponse | None:
     """The same response at another step or tolerance; None where it is no longer there."""
-    return _settled(_Path(device, near.phase, deadline), near.section, near.turns, True)
+    return _settled(_Path(device, near.phase, deadline, enough), near.section, near.turns, True, near.secants)
 
 
-def _settled(path: _Path, section: CoupledState, turns: int, surely: bool) -> PeriodicResponse | None:
+def _settled(
+    path: _Path, section: CoupledState, turns: int, surely: bool, known: Secants | None = None
+) -> PeriodicResponse | None:
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
-    settled = path.settling(section, turns)
-    if not settled.reach() or not (surely or path.returns(settled, names, turns)):
+    settled = path.settling(section, turns, known)
+    if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)
 
@@ -205,15 +226,19 @@ def _comes_back(motion: Floats, turns: int) -> bool:
     return bool(np.max(away) < NEAR * np.max(np.linalg.norm(motion[-MULTIPLES:], axis=1)))
 
 
-def _quiet(velocity: Floats) -> int:
-    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts."""
+def _quiet(velocity: Floats) -> tuple[int, int]:
+    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts.
+
+    Beside it is how many kicks the last one is from the nearest of these.
+    """
     size = len(velocity)
     changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))
     if len(changes) == 0:
-        return size
+        return size, size
     gaps = np.diff(np.append(changes, changes[0] + size))
     longest = int(np.argmax(gaps))
-    return int(changes[longest] + gaps[longest] // 2) % size or size
+    away = min(int(changes[0]) + 1, size - int(changes[-1]))
+    return int(changes[longest] + gaps[longest] // 2) % size or size, away
 
 
 def _unkicked(drive: Drive, a: float) -> float:

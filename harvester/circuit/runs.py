@@ -46,7 +46,7 @@ class CoupledDevice:
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
     do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that
     the load resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit to
-    look at.
+    look at; ``trapezoidal`` see `harvester.circuit.ngspice.deck.integration_options`.
     """
 
     eqs: Equations
@@ -61,6 +61,7 @@ class CoupledDevice:
     ideal: "IdealCircuit | None" = None
     ngspice_rule: bool = False
     probes: tuple[Probe, ...] = ()
+    trapezoidal: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def run_in_this_process(
     scales, vectors = device.scales, vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * one for one in drive.start)
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
-    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors)
+    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors, device.trapezoidal)
     ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.readings).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")

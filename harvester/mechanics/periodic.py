@@ -5,6 +5,9 @@ a few such modes only.  Anderson's acceleration finds the fixed point y = f(y) f
 combinations of the last f(y_i), of weights that add up to 1, it takes the one whose residuals f(y_i) - y_i leave least.
 (Anderson, J. ACM 12, 547, 1965; Walker and Ni, SIAM J. Numer. Anal. 49, 1715, 2011.)
 
+What the changes between periods were is worth as much for a neighbouring map, of a smaller step or another frequency:
+a way may begin with those of another one (`Secants`), and then takes two or three periods.
+
 Of a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative to its size; the rest
 (nodes between diodes, say) goes along.  What is left of the way is estimated by the next step of the same rule.
 """
@@ -17,15 +20,29 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import CircuitError
 
-MEMORY = 6  # periods that are combined
+MEMORY = 12  # periods that are combined
 MOST = 80  # periods
-REACHED = 1e-6  # of the state's size: nothing more to win
-ENOUGH = 1e-4  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
-PATIENCE = 4
+KEPT = 16  # changes between periods that are told to another way
+REACHED = 3e-5  # of the state's size, where no other is asked for
+NOISY = 1e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
+PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as nearer
+WORTH = 3e-3  # of the state's size: a change of y that is worth telling to another way, well above that noise
 SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
-SMALLEST = 1e-8  # singular values of a combination, relative to the largest
+TOLD = 0.3  # of the change of f(y) - y: the change of y that explains it
+# What is not believed of a change: a part of the size of one that was known, of one's own, and what ngspice's tolerance
+# makes in any, relative to the state
+STALE, CURVED, NOISE = 0.1, 0.01, 1e-4
 
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
+
+
+@dataclass(frozen=True)
+class Secants:
+    """Changes of f(y), shape (m, size of a state), of the slow part of f(y) - y, and of the means, between periods."""
+
+    states: Floats
+    residuals: Floats
+    means: Floats
 
 
 @dataclass
@@ -33,13 +50,14 @@ class Settling:
     """The way to a fixed point of ``turn``.
 
     ``slow``, shape (n, size of a state), picks what counts; ``groups``, shape (n,), numbers what has a size together.
-    ``state`` is the last f(y), shape (size,), and ``means`` those of its period.
+    ``state`` is the last f(y), shape (size,), and ``means`` those of its period; ``known`` is what another way found.
     """
 
     turn: Turn
     slow: Floats
     groups: Floats
     state: Floats
+    known: Secants | None = None
     means: Floats = field(default_factory=lambda: np.zeros(0))
     _states: list[Floats] = field(default_factory=list)
     _residuals: list[Floats] = field(default_factory=list)
@@ -66,21 +84,43 @@ class Settling:
 
         ``residual`` is the slow part of f(y) - y, shape (n,).
         """
-        if len(self._states) < 2:
+        changes = self.secants()
+        if changes is None:
             return np.zeros_like(self.state), np.zeros_like(self.means)
         weights = self._weights()
-        changes = np.diff([weights * one for one in self._residuals], axis=0).T
-        share = np.linalg.lstsq(changes, weights * residual, rcond=SMALLEST)[0]
-        return share @ np.diff(self._states, axis=0), share @ np.diff(self._means, axis=0)
+        columns = (weights * changes.residuals).T
+        known = 0 if self.known is None else len(self.known.states)
+        doubt = np.where(np.arange(columns.shape[1]) < known, STALE, CURVED) * np.linalg.norm(columns, axis=0) + NOISE
+        told = np.vstack([columns, np.diag(doubt)])
+        share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))))[0]
+        return share @ changes.states, share @ changes.means
+
+    def secants(self, worth: float = 0.0) -> Secants | None:
+        """What was known, and after it the changes between this way's last periods; None before there are any.
+
+        A change of f(y) that no change of y explains is ngspice's tolerance, and says nothing of the way; nor does a
+        change of y that is not ``worth`` it, relative to the state's size.
+        """
+        known = [] if self.known is None else [[self.known.states, self.known.residuals, self.known.means]]
+        if len(self._states) > 1:
+            own = [np.diff(values, axis=0) for values in (self._states, self._residuals, self._means)]
+            moved, changed = own[0] @ self.slow.T - own[1], own[1]
+            least = [max(TOLD * self.size(one), worth) for one in changed]
+            told = [self.size(one) > size for one, size in zip(moved, least, strict=True)]
+            known.append([values[told] for values in own])
+        both = [np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)]
+        return Secants(*both) if both and len(both[0]) else None
 
     def _forget(self) -> None:
         """Combine no periods before this one."""
+        self.known = None
         for values in (self._states, self._residuals, self._means):
             values.clear()
 
-    def reach(self) -> bool:
-        """Go on to the fixed point; whether it was reached, in `MOST` periods."""
+    def reach(self, enough: float = REACHED) -> bool:
+        """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods."""
         y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
+        nearest = self.state
         for _ in range(MOST):
             reached = self.state
             try:
@@ -100,8 +140,9 @@ class Settling:
                 del values[:-MEMORY]
             step = self.left(residual)[0]
             size = self.size(residual) + self.size(self.slow @ step)
-            best, since = (size, 0) if size < best else (best, since + 1)
-            if len(self._states) > 1 and (size < REACHED or (since >= PATIENCE and size < ENOUGH)):
+            best, nearest, since = (size, self.state, 0) if size < NEARER * best else (best, nearest, since + 1)
+            if self.secants() is not None and (size < enough or (since >= PATIENCE and best < NOISY)):
+                self.state = nearest
                 return True
             y = self.state - step
         return False

@@ -1,8 +1,9 @@
 """Engine `spice` under a steady drive: one periodic response, at several steps and tolerances; nothing is sampled.
 
-The response is found once, from rest, and followed to steps of a half and a quarter and to a tenth of ngspice's
-tolerance.  What the step changes is extrapolated where it falls as the order says (`harvester.uncertainty.richardson`),
-what the tolerance changes is added; both changes, and what settling further would change, are the error.
+The response is found once, from rest or from a neighbouring one, and followed to steps of a half and a quarter and to a
+tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or by Gear's where that does not converge.
+What the step changes is extrapolated where it falls as the order says (`harvester.uncertainty.richardson`), what the
+tolerance changes is added; what both may still change, and what settling further would, is the error.
 """
 
 import dataclasses
@@ -33,8 +34,12 @@ if TYPE_CHECKING:
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
+BORNE = 0.7  # of the error that is asked for: what the tolerance may make while the step is still halved
 TENTH = 0.1  # of the tolerance, to see what it does
+REMAINS = 0.5  # of that change, at a tenth of the tolerance: as its power 2/3 (`harvester.circuit.tolerance`), doubled
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
+SETTLED = 0.1  # of the error that is asked for: what settling may leave
+ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST = 64  # steps in a period, of the longest step
 
 
@@ -45,16 +50,28 @@ class Steady:
     ``found`` has it by how often the step was halved and the tolerance divided by ten.  The mean is that of the
     tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
-    tolerance; ``unknown`` says why the error is not known, where it is not.
+    tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
+    is not.
     """
 
     first: "CoupledDevice"
     halvings: int
     deadline: float
+    within: float = WITHIN
     found: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
     tenths: int = 0
     unknown: str = ""
     warm_up_seconds: float = 0.0
+
+    @property
+    def enough(self) -> float:
+        """What settling may leave, relative to the response's size."""
+        return min(max(SETTLED * self.within, FINEST), ROUGHEST)
+
+    @property
+    def remains(self) -> float:
+        """Of the change to a tenth of the tolerance, what may remain there; Gear's damping falls more slowly."""
+        return REMAINS if self.first.trapezoidal else 1.0
 
     @property
     def finest(self) -> int:
@@ -66,6 +83,30 @@ class Steady:
         """The response at the finest step."""
         return self.found[self.finest, self.tenths]
 
+    def begin(self, near: "PeriodicResponse | None") -> bool:
+        """Find the response from rest, or the one that ``near`` leads to; whether there is one that comes back.
+
+        Raises OutOfTimeError at the deadline.
+        """
+        from harvester.circuit.periodic import periodic_response
+        from harvester.circuit.worker_pool import map_in_workers
+
+        for trapezoidal in (True, False):
+            self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
+            start = self.first.eqs.resting_places[0], 0.0
+            try:
+                found = next(
+                    map_in_workers(periodic_response, [(self.first, *start, self.deadline, self.enough, near)])
+                )
+            except OutOfTimeError:
+                raise
+            except CircuitError:  # it may be a state on the way that ngspice cannot begin with: a run will tell
+                continue
+            if found is not None:
+                self.found[0, 0] = found
+            return found is not None
+        return False
+
     def follow(self, places: list[tuple[int, int]]) -> None:
         """Find the response at further (halvings, tenths), side by side."""
         from harvester.circuit.periodic import same_response
@@ -74,7 +115,8 @@ class Steady:
         jobs = []
         for halvings, tenths in places:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
-            jobs.append((dataclasses.replace(self.first, h=h, reltol=reltol), self.last, self.deadline))
+            device = dataclasses.replace(self.first, h=h, reltol=reltol)
+            jobs.append((device, self.last, self.deadline, self.enough))
         try:
             for place, response in zip(places, map_in_workers(same_response, jobs), strict=True):
                 if response is None:
@@ -94,7 +136,7 @@ class Steady:
         left = float(self.last.left[0 if name == "power" else 1]) * abs(values[-1])
         tighter = self.found.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
-        return value + change, (step, abs(change), left)
+        return value + change, (step, self.remains * abs(change), left)
 
     def value(self, name: str) -> Value:
         """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
@@ -103,6 +145,25 @@ class Steady:
         value, parts = self.errors(name)
         return Value(value, bias=sum(parts))
 
+    def measure(self, tolerant: bool) -> None:
+        """Find the response at two smaller steps, and where ngspice is ``tolerant``, at a tenth of its tolerance.
+
+        Where the tolerance alone makes too large an error, the steps are those of that tenth.
+        """
+        if not tolerant:
+            return self.follow([(1, 0), (2, 0)])
+        self.follow([(2, 0), (2, 1)])
+        if self.unknown:
+            return None
+        rough, fine = (self.found[2, tenths].power for tenths in (0, 1))
+        if (
+            self.remains * abs(fine - rough) < BORNE * self.within * abs(fine)
+            or self.first.reltol * TENTH**2 < TIGHTEST
+        ):
+            return self.follow([(1, 0)])
+        self.tenths = 1
+        return self.follow([(2, 2), (1, 1), (0, 1)])
+
     def improve(self) -> bool:
         """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
         _, (step, tolerance, _) = self.errors("power")
@@ -110,7 +171,7 @@ class Steady:
         before, finer = dict(self.found), finest < self.halvings
         tighter = (finest, tenths + 1) in self.found
         if tighter and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST and (tolerance > step or not finer):
-            top = min(finest + 1, self.halvings)
+            top = min(finest + (step > 0.25 * tolerance), self.halvings)
             row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.found]
             self.follow([*row, (top, tenths + 2)])
             tenths += 1
@@ -126,43 +187,42 @@ class Steady:
 
 
 def steady_response(
-    options: Sampled, problem: Problem, reltol: float, progress: Progress | None, probes: tuple[Probe, ...] = ()
+    options: Sampled,
+    problem: Problem,
+    reltol: float,
+    progress: Progress | None = None,
+    probes: tuple[Probe, ...] = (),
+    near: Steady | None = None,
 ) -> Steady | None:
     """The response from rest to a steady drive, and its errors; None where it does not come back.
 
-    It goes on to smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
+    With ``near``, the response to a drive a little different, it is that which a slow change leads to.  It goes on to
+    smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
 
     Raises as `harvester.circuit.runs.run_in_this_process`.
     """
-    from harvester.circuit.periodic import periodic_response
     from harvester.circuit.runs import CoupledDevice, warm_up_workers
-    from harvester.circuit.worker_pool import map_in_workers
 
-    eqs, circuit, budget, within = problem.equations, problem.circuit, number(options.budget), number(options.within)
+    eqs, circuit, budget = problem.equations, problem.circuit, number(options.budget)
     assert circuit is not None, "the engine refuses an open circuit"
     h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
-    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes)
-    code, warm = machine_code(), warm_up_workers(device)
-    start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
+    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
+    warm, start = 0.0, 0.0
+    if near is None:
+        code, warm = machine_code(), warm_up_workers(device)
+        start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
     deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
-    steady = Steady(device, halvings, deadline, warm_up_seconds=warm)
-    try:
-        found = next(map_in_workers(periodic_response, [(device, eqs.resting_places[0], 0.0, steady.deadline)]))
-    except OutOfTimeError:
-        raise
-    except CircuitError:  # it may be a state on the way that ngspice cannot begin with: a run from rest will tell
+    steady = Steady(device, halvings, deadline, number(options.within) or WITHIN, warm_up_seconds=warm)
+    if not steady.begin(None if near is None else near.found[0, 0]):
         return None
-    if found is None:
-        return None
-    steady.found[0, 0] = found
     if halvings < 2:
         steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
         return steady
-    steady.follow([(1, 0), (2, 0), *([] if circuit.linear else [(2, 1)])])
+    steady.measure(not circuit.linear)
     going = not steady.unknown
     while going:
         power = steady.value("power")
-        share = power.error95 / abs(power.value) / (within or WITHIN) if power.value else 0.0
+        share = power.error95 / abs(power.value) / steady.within if power.value else 0.0
         if progress is not None:
             progress(1.0 / max(share, 1.0))
         going = share > 1.0 and steady.improve()

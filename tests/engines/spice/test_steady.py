@@ -43,9 +43,9 @@ parameters = { R = "100 kohm", C = "10 uF" }
 KNOWN = 2e-4
 SWITCHED = {
     "bridge": ("1.5 Mohm", "0.3 uF", 38.461),
-    "parallel_sshi": ("5 Mohm", "0.1 uF", 142.43),
-    "series_sshi": ("0.6 Mohm", "0.8 uF", 108.79),
-    "sece": ("2 Mohm", "0.2 uF", 101.63),
+    "parallel_sshi": ("5 Mohm", "0.1 uF", 142.85),
+    "series_sshi": ("0.6 Mohm", "0.8 uF", 109.22),
+    "sece": ("2 Mohm", "0.2 uF", 102.16),
 }
 
 
