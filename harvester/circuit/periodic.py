@@ -8,20 +8,18 @@ than its node voltages the response does not come back in the unbroken run that 
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
-from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
 from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
+from harvester.circuit.sections import MULTIPLES, CoupledState, comes_back, flat, quiet_kick, section_of, unkicked
 from harvester.equations.bounds import linear_growth
 from harvester.linear.harmonics import first_harmonic
-from harvester.mechanics.kernels.compiled import interpreted
-from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.periodic import REACHED, WORTH, Secants, Settling
 
@@ -29,20 +27,9 @@ FIRST = 4  # periods from rest before the way is shortened
 LONGEST = 60  # the same, of a mass that is not linear
 MEASURED = 1  # periods that are averaged, after one that is not
 COMES_BACK = 1e-3  # of the state's size, in the unbroken run
-MULTIPLES = 8  # periods of the drive that a response may take
 SURE = 2.0  # times what is left as the last periods say it
-NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
 AWAY, TRIED = 0.02, 8  # a part of the motion by which it is pushed aside, and periods in which it must come back
-
-
-@dataclass(frozen=True)
-class CoupledState:
-    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name."""
-
-    x: float = 0.0
-    v: float = 0.0
-    nodes: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -112,7 +99,7 @@ class _Path:
         drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
         self.steps += int(drive.state[0].steps)
         self.kicks += kicks
-        return CoupledState(float(drive.readings[-1, 0]), _unkicked(drive, float(shaking[-1])), drive.nodes), drive
+        return CoupledState(float(drive.readings[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square of the terminals' voltage (V^2) in a run."""
@@ -124,8 +111,8 @@ class _Path:
         names, s, load = list(section.nodes), self.device.scales, self.device.load
 
         def turn(y: Floats) -> tuple[Floats, Floats]:
-            after, drive = self.run(_section(y, names, s.volts), turns * self.size)
-            return _flat(after, s.volts), self.means(drive)
+            after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
+            return flat(after, s.volts), self.means(drive)
 
         outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
         slow = np.zeros((4, 2 + len(names)))
@@ -133,7 +120,7 @@ class _Path:
         for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
             if (name := outer.get(node, f"xload.{node}")) in names:
                 slow[3, 2 + names.index(name)] += sign
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), _flat(section, s.volts), known)
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known)
 
     def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4); means leave out the first turn."""
@@ -145,7 +132,7 @@ class _Path:
     def measured(self, settled: Settling, names: list[str], turns: int) -> PeriodicResponse | None:
         """The means of an unbroken run from where the map has settled; None where that does not come back."""
         scales = self.device.scales
-        section = _section(settled.state, names, scales.volts)
+        section = section_of(settled.state, names, scales.volts)
         sections, drive = self.unbroken(section, turns, 1 + MEASURED)
         residual = sections[-1] - sections[-2]
         if settled.size(residual) > COMES_BACK:
@@ -161,7 +148,7 @@ class _Path:
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
-        begin = _section(settled.state, names, self.device.scales.volts)
+        begin = section_of(settled.state, names, self.device.scales.volts)
         way = AWAY * math.hypot(begin.x, begin.v)
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
         sections, _ = self.unbroken(aside, turns, TRIED)
@@ -185,7 +172,7 @@ def periodic_response(
     linear = linear_growth(device.eqs) is not None and not own
     section, known = (CoupledState(x, v), None) if near is None else (near.section, near.secants)
     section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
-    quiet, away = _quiet(drive.readings[-path.size :, 3])
+    quiet, away = quiet_kick(drive.readings[-path.size :, 3])
     if near is None or away < QUIET * path.size:
         section, _ = path.run(section, quiet)
         path.phase, known = (path.phase + quiet / path.size) % 1.0, None
@@ -196,7 +183,7 @@ def periodic_response(
         return found
     sections, _ = path.unbroken(section, 1, 2 * LONGEST)
     for turns in range(2, MULTIPLES + 1):
-        if _comes_back(sections[:, :2], turns):
+        if comes_back(sections[:, :2], turns):
             section, _ = path.run(section, 2 * LONGEST * path.size)
             return _settled(path, section, turns, False)
     return None
@@ -218,44 +205,3 @@ def _settled(
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)
-
-
-def _comes_back(motion: Floats, turns: int) -> bool:
-    """Whether the last of many sections (x, x') are those of ``turns`` before."""
-    away = np.linalg.norm(motion[-MULTIPLES:] - motion[-MULTIPLES - turns : -turns], axis=1)
-    return bool(np.max(away) < NEAR * np.max(np.linalg.norm(motion[-MULTIPLES:], axis=1)))
-
-
-def _quiet(velocity: Floats) -> tuple[int, int]:
-    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts.
-
-    Beside it is how many kicks the last one is from the nearest of these.
-    """
-    size = len(velocity)
-    changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))
-    if len(changes) == 0:
-        return size, size
-    gaps = np.diff(np.append(changes, changes[0] + size))
-    longest = int(np.argmax(gaps))
-    away = min(int(changes[0]) + 1, size - int(changes[-1]))
-    return int(changes[longest] + gaps[longest] // 2) % size or size, away
-
-
-def _unkicked(drive: Drive, a: float) -> float:
-    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
-    state = drive.state[0]
-    present = dict(zip(COEFFICIENTS[STOPS:], drive.coefficients[STOPS:], strict=True))
-    x, voltage, v = drive.readings[-1, [0, 1, 3]]
-    at_rest, at_speed = (
-        interpreted(kick)(x, one, voltage, 0.0, 0.5 * float(state.h), **present, a=a) for one in (0.0, 1.0)
-    )
-    return float((v - at_rest) / (at_speed - at_rest))
-
-
-def _flat(section: CoupledState, volts: float) -> Floats:
-    return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
-
-
-def _section(y: Floats, names: list[str], volts: float) -> CoupledState:
-    voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
-    return CoupledState(float(y[0]), float(y[1]), voltages)

@@ -44,8 +44,8 @@ def build_deck(
 
     capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
     voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
-    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved; ``probes`` are the
-    names of further vectors that are.
+    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved; ``probes`` are
+    the names of further vectors that are.
     The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
     with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
     x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same

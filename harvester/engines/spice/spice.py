@@ -16,7 +16,8 @@ from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.runs import FEWEST, Runs
-from harvester.engines.spice.steady import steady_estimate, steady_response
+from harvester.engines.spice.steady import steady_response
+from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError, SimulationError, invalid, names_arguments
@@ -110,8 +111,7 @@ class Spice(Sampled):
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all)
             if steady is not None:
-                seconds = time.perf_counter() - begin - steady.warm_up_seconds
-                found = steady_estimate(self, self.NAME, problem, steady, seconds)
+                found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
                 return with_steady_probes(found, problem, watch, steady)
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         searched = time.perf_counter() - begin

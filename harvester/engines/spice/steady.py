@@ -12,17 +12,11 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from harvester.answers.details import DISPLACEMENT, PHASES
-from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
-from harvester.engines.protocol import Progress, estimate
-from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
-from harvester.engines.spice.preparation import stand_in
-from harvester.equations.bounds import linear_growth
+from harvester.engines.protocol import Progress
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
-from harvester.linear.harmonics import phase_to_base
 from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 from harvester.uncertainty.richardson import limit
@@ -239,56 +233,3 @@ def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
     assert period is not None, "the drive is steady"
     larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
     return h * 2**larger, larger
-
-
-def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Steady, seconds: float) -> Estimate:
-    """The answer that a periodic response gives, with its energy ledger."""
-    s, units, last, within = problem.scales, problem.units, steady.last, number(options.within)
-    everything = steady.found.values()
-    power, square = steady.value("power"), steady.value("square")
-    if power.value + power.error95 < 0.0:
-        raise gives_power(-power.value)
-    warnings = ledger_doubts(2 * [last.ledger])
-    if within is not None and (steady.unknown or power.error95 > within * abs(power.value)):
-        relative = "is not known" if steady.unknown else f"is {power.error95 / abs(power.value):.2g}"
-        warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
-    again = (
-        "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
-    )
-    reasons = [f"no sampling error: nothing is random, and the response from rest comes back {again}"]
-    if linear_growth(problem.equations) is None:
-        reasons.append("other responses to the same drive, from other starts, are not looked for")
-    details = {"step": steady.first.h / 2**steady.finest / units.frequency}
-    details |= _motion(problem, steady) | {
-        "response_periods": last.turns,
-        "ngspice_periods": sum(one.periods for one in everything),
-    }
-    if steady.unknown:
-        reasons.append(steady.unknown)
-    else:
-        parts = ("step_error", "tolerance_error", "settling_error")
-        found = dict(zip(parts, steady.errors("power")[1], strict=True))
-        details |= {part: error * units.watts / s.watts for part, error in found.items()}
-        reasons.append("its error is that of the step, of ngspice's tolerance and of settling")
-    if not problem.physical:
-        reasons.append(stand_in(s))
-    answer = estimate(
-        name,
-        problem,
-        square.scaled(1.0 / s.volts**2),
-        power.scaled(1.0 / s.watts),
-        seconds,
-        sum(one.steps for one in everything),
-        "; ".join(reasons),
-        tuple(warnings),
-        details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
-    )
-    return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
-
-
-def _motion(problem: Problem, steady: Steady) -> dict[str, float]:
-    """The RMS displacement about its mean, with its error where that is known, and phases to the base in degrees."""
-    moved = steady.value("displacement").scaled(problem.units.length)
-    found = {DISPLACEMENT: moved.value} | ({} if moved.bias is None else {f"{DISPLACEMENT}_bias": moved.bias})
-    phases = (phase_to_base(one, problem.equations, problem.physical) for one in steady.last.harmonics)
-    return found | dict(zip(PHASES, phases, strict=True))

@@ -1,0 +1,66 @@
+"""Sections of a motion and its circuit, once a period: where one run of ngspice ends and the next one begins."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuit.lockstep.drive import Drive
+from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
+from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.equation_of_motion import kick
+
+MULTIPLES = 8  # periods of the drive that a response may take
+NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
+
+
+@dataclass(frozen=True)
+class CoupledState:
+    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name."""
+
+    x: float = 0.0
+    v: float = 0.0
+    nodes: dict[str, float] = field(default_factory=dict)
+
+
+def comes_back(motion: Floats, turns: int) -> bool:
+    """Whether the last of many sections (x, x') are those of ``turns`` before."""
+    away = np.linalg.norm(motion[-MULTIPLES:] - motion[-MULTIPLES - turns : -turns], axis=1)
+    return bool(np.max(away) < NEAR * np.max(np.linalg.norm(motion[-MULTIPLES:], axis=1)))
+
+
+def quiet_kick(velocity: Floats) -> tuple[int, int]:
+    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts.
+
+    Beside it is how many kicks the last one is from the nearest of these.
+    """
+    size = len(velocity)
+    changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))
+    if len(changes) == 0:
+        return size, size
+    gaps = np.diff(np.append(changes, changes[0] + size))
+    longest = int(np.argmax(gaps))
+    away = min(int(changes[0]) + 1, size - int(changes[-1]))
+    return int(changes[longest] + gaps[longest] // 2) % size or size, away
+
+
+def unkicked(drive: Drive, a: float) -> float:
+    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
+    state = drive.state[0]
+    present = dict(zip(COEFFICIENTS[STOPS:], drive.coefficients[STOPS:], strict=True))
+    x, voltage, v = drive.readings[-1, [0, 1, 3]]
+    at_rest, at_speed = (
+        interpreted(kick)(x, one, voltage, 0.0, 0.5 * float(state.h), **present, a=a) for one in (0.0, 1.0)
+    )
+    return float((v - at_rest) / (at_speed - at_rest))
+
+
+def flat(section: CoupledState, volts: float) -> Floats:
+    """x, x' and the node voltages in units of ``volts``, shape (2 + nodes,)."""
+    return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
+
+
+def section_of(y: Floats, names: list[str], volts: float) -> CoupledState:
+    """The section of the numbers of `flat`, whose nodes have these names."""
+    voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
+    return CoupledState(float(y[0]), float(y[1]), voltages)
