@@ -127,6 +127,7 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
     yield f"*   Rload p 0 {load:.10g}"
     yield f"*   .tran {step:.3g} {100 * period:.3g} 0 {step:.3g} uic"
     yield f"*   .options method=gear reltol=1e-5 vntol={1e-7 * min(force, s.volts):.2g} abstol=1e-15 chgtol=1e-18"
+    yield "* A chip or another circuit that switches may need reltol=1e-4: else ngspice ends with Timestep too small"
     if contact is not None:
         yield f"* The last number of .tran is the longest step: a contact with a stop lasts {contact:.3g} s"
     yield ""
