@@ -10,6 +10,7 @@ from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_written
 from harvester.commands.options import figure, sampling, scene_argument, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
+from harvester.errors import InputError
 
 EITHER = "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
 one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusive.rephrased(error=EITHER % "both are")
@@ -51,7 +52,7 @@ one_runner = mutually_exclusive.rephrased(
 @sampling
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
+    cloup.option("--out", help="Needed: folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
     vector_option,
     report_option,
 )
@@ -70,7 +71,7 @@ def sweep(
     varied: tuple[str, ...],
     points: str | None,
     engines: tuple[str, ...],
-    out: str,
+    out: str | None,
     resume: bool,
     workers: int | None,
     scheduler: str | None,
@@ -91,6 +92,8 @@ def sweep(
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     chosen = selection.engines(engines or default, **options)
+    if out is None:  # said after the keys: what is wrong with them is harder to find
+        raise InputError("`out` must be given, a folder for the files of the sweep, but is left out")
     file = report_file(report, out)
     with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT) as bar:
         runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}

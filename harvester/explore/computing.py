@@ -1,5 +1,6 @@
 """What a page computes when a knob turns, in threads and in a worker process: the server itself only hands on."""
 
+import dataclasses
 import functools
 import threading
 from collections.abc import Callable
@@ -62,6 +63,7 @@ class Computing:
     def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
         self._page, self._soon = page, soon
         self._ended = threading.Event()
+        self._told: Live | None = None  # the last answer that the page has
         self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
@@ -84,12 +86,17 @@ class Computing:
         try:
             same = (without(asked.tables, asked.key), asked.key, asked.slide)
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
-            found = live(asked.scene, asked.key, asked.at, asked.slide, False, curves=curves)
+            where = asked.scene, asked.key, asked.at, asked.slide
+            found = None
+            if curves is None:  # the best formula's curve is there long before those of the others
+                found = live(*where, False, first=True)
+                self._tell(asked, found, rested=False, more=True)
+            found = live(*where, False, curves=curves, known=found)
             self._tell(asked, found, rested=False)
             if self._ended.wait(RESTED) or overtaken():
                 return
             if curves is None:
-                found = live(asked.scene, asked.key, asked.at, asked.slide, True, overtaken)
+                found = live(*where, True, overtaken)
             if found is None:
                 return
             self._tell(asked, found, rested=True)
@@ -98,9 +105,14 @@ class Computing:
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
 
-    def _tell(self, asked: Wanted, found: Live | None, rested: bool) -> None:
-        """Hand what the formulas say to the page."""
+    def _tell(self, asked: Wanted, found: Live | None, rested: bool, more: bool = False) -> None:
+        """Hand what the formulas say to the page; where ``more`` is to come, with the others' curves as they were."""
         if found is not None:
+            if more and self._told is not None and (self._told.key, self._told.instead) == (found.key, found.instead):
+                known = [name for name in self._told.curves if name not in found.curves and name not in found.refused]
+                shown = {name: self._told.curves[name] for name in known}
+                found = dataclasses.replace(found, curves={**shown, **found.curves})
+            self._told = found
             self._soon(functools.partial(self._page.show, asked, found, refusals(found.problem), rested))
 
     def _trace(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:

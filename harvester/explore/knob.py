@@ -1,7 +1,7 @@
 """One key on the page: a field and a slider for a number, a choice or a text for what is none."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import panel as pn
 
@@ -15,6 +15,18 @@ from harvester.scene.profiles.catalogue import PROFILES
 Changed = Callable[[str], None]  # is called with an error, "" where there is none
 
 
+class QuickField(pn.widgets.TextInput):  # type: ignore[misc]
+    """A field whose text is read at once: Panel waits 50 ms for more changes otherwise."""
+
+    _priority_changes: ClassVar[list[str]] = ["value"]
+
+
+class QuickSlider(pn.widgets.IntSlider):  # type: ignore[misc]
+    """A slider whose value is read at once, as that of `QuickField`."""
+
+    _priority_changes: ClassVar[list[str]] = ["value"]
+
+
 class Knob:
     """The field and the slider of one key."""
 
@@ -25,7 +37,7 @@ class Knob:
         name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
         told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
         style = [f"knob-{key.replace('.', '-')}"]
-        self.field = pn.widgets.TextInput(
+        self.field = QuickField(
             name=name,
             value=draft.texts.get(key, ""),
             description=told,
@@ -34,7 +46,7 @@ class Knob:
             css_classes=["field", *style],
             stylesheets=[FIELD],
         )
-        self.slider = pn.widgets.IntSlider(
+        self.slider = QuickSlider(
             name="",
             start=0,
             end=STEPS,

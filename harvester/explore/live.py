@@ -74,47 +74,59 @@ def live(
     fine: bool,
     overtaken: Callable[[], bool] = lambda: False,
     curves: dict[str, PowerCurve] | None = None,
+    first: bool = False,
+    known: Live | None = None,
 ) -> Live | None:
     """The answers of the formulas to a scene whose ``key`` is ``at``; on a ``fine`` grid, or on one that is quick.
 
     Ends with None once it is ``overtaken``.  ``curves`` are those of the same scene at another value of the key, where
-    they are known already: then the working point alone is computed.
+    they are known already: then the working point alone is computed.  ``first``: only by the formula that is nearest
+    to the truth.  ``known`` is such an answer, to which the other formulas are added.
 
     Raises InputError for a scene that cannot be.
     """
     problem = Problem(scene)
-    instead = problem.netlist is not None
-    base = scene
-    if instead:
-        _ = problem.circuit  # refuses a netlist that is not allowed
-        resistance = problem.circuit.values.get("R") if problem.circuit else None
-        if resistance is None:
-            return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
-        base = scene.with_load(resistance=resistance)
-        key_of_base = "load.resistance" if key == "load.parameters.R" else key
-        if key_of_base.startswith("load.parameters."):
-            return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
-    else:
-        key_of_base = key
-    found = Live(problem, key, at, instead)
+    base, key_of_base = _without_netlist(problem, key)
+    if base is None:
+        return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
+    found = Live(problem, key, at, problem.netlist is not None)
+    if known is not None:
+        found.curves.update(known.curves)
+        found.here.update(known.here)
+        found.refused.update(known.refused)
     for name, engine in FORMULAS.items():
+        if name in found.here or name in found.refused:
+            continue
         if reason := engine.refusal(Problem(base)):
             found.refused[name] = reason
             continue
-        here = engine().run_many([base])[0]
+        places = grid(slide, POINTS[name][fine]) if curves is None else np.empty(0)
+        answers = _answers(engine(), base, key_of_base, places, overtaken)
+        if answers is None:
+            return None
+        here, at_places = answers
         if isinstance(here, Estimate):
             found.here[name] = here
         else:
             found.refused[name] = str(here)
         if curves is not None:
             found.curves.update({name: curves[name]} if name in curves else {})
-            continue
-        known = _answers(engine(), base, key_of_base, grid(slide, POINTS[name][fine]), overtaken)
-        if known is None:
-            return None
-        if len(known) > 1:
-            found.curves[name] = _curve(known, slide)
+        elif len(at_places) > 1:
+            found.curves[name] = _curve(at_places, slide)
+        if first and found.here:
+            return found
     return found
+
+
+def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
+    """The scene with a resistor in the place of a netlist, and the key there; None where that cannot be."""
+    if problem.netlist is None:
+        return problem.scene, key
+    resistance = problem.circuit.values.get("R") if problem.circuit else None  # refuses a netlist that is not allowed
+    key_of_base = "load.resistance" if key == "load.parameters.R" else key
+    if resistance is None or key_of_base.startswith("load.parameters."):
+        return None, key
+    return problem.scene.with_load(resistance=resistance), key_of_base
 
 
 def best(here: dict[str, Estimate]) -> Estimate | None:
@@ -124,17 +136,24 @@ def best(here: dict[str, Estimate]) -> Estimate | None:
 
 def _answers(
     engine: Formula, scene: Scene, key: str, places: Floats, overtaken: Callable[[], bool]
-) -> dict[float, Estimate] | None:
-    """The answers at the places where there are any, in their order; None once it is overtaken."""
+) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
+    """The answer to the scene as it stands, and those at the places where there are any, in their order.
+
+    The first places are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
+    """
     at_once = AT_ONCE if engine.NAME == Exact.NAME else AT_ONCE // 4
+    here: list[Estimate | HarvesterError] = []
     found: dict[float, Estimate] = {}
-    for begin in range(0, len(places), at_once):
+    for begin in range(0, max(len(places), 1), at_once):
         if overtaken():
             return None
         some = {float(x): one for x in places[begin : begin + at_once] if (one := _varied(scene, key, x)) is not None}
-        answers = engine.run_many([*some.values()])
-        found |= {x: answer for x, answer in zip(some, answers, strict=True) if isinstance(answer, Estimate)}
-    return found
+        alone = [] if here else [scene]
+        answers = engine.run_many([*alone, *some.values()])
+        here += answers[: len(alone)]
+        at_places = zip(some, answers[len(alone) :], strict=True)
+        found |= {x: answer for x, answer in at_places if isinstance(answer, Estimate)}
+    return here[0], found
 
 
 def _varied(scene: Scene, key: str, value: float) -> Scene | None:

@@ -103,7 +103,7 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
                 label="exact RC update",
             )
             panel.plot(t, path.spice[shown] / volt.factor, color=spice, linewidth=1, label="ngspice")
-            text = f"decoupled off by {path.decoupled_error:.0%} RMS, ngspice by {path.spice_error:.1g} of the exact"
+            text = f"RMS error of published {path.decoupled_error:.0%}, of ngspice {path.spice_error:.1g}"
             panel.set_title(f"One path {path.title}: {text}")
             panel.set_ylabel(volt.label.replace(" (", "\n("))
             panel.set_xlim(t[0], t[-1])

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import scale
+from harvester.figures.quantities import broken, scale
 from harvester.figures.shapes import MotionShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
@@ -47,7 +47,7 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         figure, axes = new(len(in_time), 2, (WIDTH, 1.9 * len(in_time) + 0.5), width_ratios=[2.0, 1])
         for here, name in zip(axes[:, 0], in_time, strict=True):
             here.plot(shown["t"][last][thin], shown[name][last][thin], color=_INK, linewidth=0.8)
-            here.set_ylabel(scales[name].label.replace(" (", "\n("))
+            here.set_ylabel(broken(scales[name].label, 20).replace(" (", "\n("))
             here.set_xlim((end - path.shown) / scales["t"].factor, end / scales["t"].factor)
         for here in axes[:-1, 0]:
             here.tick_params(labelbottom=False)

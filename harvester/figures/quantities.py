@@ -13,7 +13,7 @@ from harvester.scene.keys import unit_of
 from harvester.scene.units import SYMBOLS
 
 NONDIMENSIONAL = "nondimensional"
-_PREFIXED = {"W", "V", "A", "ohm", "F", "Hz", "s", "m", "m/s", "N/m", "N/V"}
+_PREFIXED = {"W", "V", "A", "ohm", "F", "H", "Hz", "s", "m", "m/s", "N/m", "N/V"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _WRITTEN = {"ohm": "Ω", "^2": "²", "^3": "³", "^5": "⁵"}
 _NAMES = {
@@ -65,7 +65,7 @@ def written(unit: str) -> str:
 def quantity(key: str) -> tuple[str, str]:
     """The name and unit of a scene key, such as ("load resistance", "ohm"); "" for a number without a unit."""
     if key.startswith("load.parameters."):
-        return f"parameter {key.split('.', 2)[2]} of the netlist", "SI"
+        return f"parameter {key.split('.', 2)[2]} of the netlist", unit_of(key) or "SI"
     unit = unit_of(key)
     bare = key.removeprefix("nondimensional.").replace(".", " ").replace("_", " ")
     return _NAMES.get(key, bare), "" if unit == "1" else unit

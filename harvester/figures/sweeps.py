@@ -118,7 +118,7 @@ def _note(table: SweepShape, groups: int) -> str:
     if any(row["mean_power_stderr"] for row in table.rows):
         alone = max(len([row for row in table.rows if row["engine"] == e]) for e in {r["engine"] for r in table.rows})
         what = "Bars" if alone <= MOST_BARS * groups else "Bands"
-        notes.append(f"{what}: 95 % sampling (1.96 standard errors) and step; of a ratio, those of both.")
+        notes.append(f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both.")
     scattered = table.listed and len(table.axes) > 1
     if scattered:
         notes.append("The other keys differ from point to point.")

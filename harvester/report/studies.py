@@ -137,7 +137,7 @@ def _summary(table: Table, names: list[str]) -> TextTable:
     heads = ["engine", "points", "failed", "with warnings"]
     heads += ["sampling, 95 %, at most", "step and model, at most", "seconds"]
     note = (
-        "Errors relative to the mean power of their point; 95 % are 1.96 standard errors."
+        "Errors relative to the mean power of their point; of sampling, half of the 95 % interval."
         " none: nothing is sampled. -: no such error, or not known."
     )
     return TextTable("Engines", heads, rows, range(1, len(heads)), note)

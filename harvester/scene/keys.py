@@ -1,6 +1,7 @@
 """All keys of a scene file, with unit, meaning and example, read off the scene's dataclasses; and their values."""
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,8 @@ from harvester.scene.table import SceneTable, key_names
 TABLES: dict[str, type[SceneTable]] = {
     table.TABLE: table for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Nondimensional)
 }
+
+_OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}  # as in SPICE
 
 
 @dataclass(frozen=True)
@@ -112,14 +115,15 @@ def kind_of(key: str) -> Kind:
 
 
 def unit_of(key: str) -> str:
-    """The SI unit of a scene key, "1" where it is a number; "" for a netlist's parameter, whose unit is not known."""
+    """The SI unit of a scene key, "1" where it is a number; "" for a netlist's parameter whose unit is not known."""
     table, name = split_key(key)
     if name.startswith("parameters."):
-        return ""
+        return _OF_PARAMETERS.get(name.removeprefix("parameters."), "")
     kind = key_kind(table, name)
     return (kind.unit if kind else "") or "1"
 
 
+@functools.cache
 def key_kind(table: str, name: str) -> Kind | None:
     """The kind of quantity of a table's key, out of its annotation; None for a key that is a text or a table."""
     return next((note for note in _notes(table, name) if isinstance(note, Kind)), None)

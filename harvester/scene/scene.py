@@ -1,5 +1,6 @@
 """What the user asks: one device, its shaking and its load, as a frozen dataclass of tables."""
 
+import copy
 import dataclasses
 import hashlib
 from collections.abc import Mapping
@@ -137,7 +138,8 @@ class Scene(SceneTable):
         for name in TABLES:
             table = getattr(self, name)
             if table is not None:  # an empty table is one too
-                present[name] = {k: v for k, v in dataclasses.asdict(table).items() if v is not None and v != {}}
+                values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+                present[name] = {k: copy.copy(v) for k, v in values.items() if v is not None and v != {}}
         return present
 
     def to_toml(self) -> str:

@@ -29,8 +29,8 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import z_score
 
 # Of time.
-WEIGHTS = {**dict.fromkeys(("exact", "published", "averaged"), 0.02), "ensemble": 1.0, "ideal": 1.0, "spice": 8.0}
-WEIGHTS["paths"] = 1.0
+WEIGHTS = {**dict.fromkeys(("exact", "published", "averaged"), 0.02), "ensemble": 1.0, "ideal": 1.0, "spice": 2.0}
+WEIGHTS["paths"] = 0.1
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
@@ -126,7 +126,7 @@ class Comparison:
                 lines.append(f"  {estimate.engine:<10} {text}" + ("" if z is None else f", z = {z:.2f}"))
         lines += [
             f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
-            f"decoupled against ngspice {path.decoupled_error:.2g}"
+            f"published (V decoupled from x and x') against ngspice {path.decoupled_error:.2g}"
             for path in self.paths
         ]
         return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])

@@ -224,7 +224,11 @@ def test_a_path_from_rest_has_no_density_and_its_base_no_white_noise():
     labels = []
     for from_rest in (True, False):
         axes = hv.motion(scene, duration=60.0, from_rest=from_rest).plot().axes
-        labels.append([one.get_ylabel() for one in axes])
+        lines = [
+            line for one in axes for line in one.get_ylabel().splitlines() if "its white noise" in one.get_ylabel()
+        ]
+        assert max(map(len, lines)) <= 20  # no taller than its panel
+        labels.append([one.get_ylabel().replace("\n", " ") for one in axes])
         assert any("but its white noise" in label for label in labels[-1])
     assert [any("density" in label for label in some) for some in labels] == [False, True]
 
