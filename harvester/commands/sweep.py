@@ -93,7 +93,9 @@ def sweep(
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     chosen = selection.engines(engines or default, **options)
     if out is None:  # said after the keys: what is wrong with them is harder to find
-        raise InputError("`out` must be given, a folder for the files of the sweep, but is left out")
+        raise InputError(
+            "`out` must be given, a folder for the files of the sweep (such as --out out), but is left out"
+        )
     file = report_file(report, out)
     with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT) as bar:
         runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}

@@ -47,7 +47,8 @@ def _files_beside(table: str, keys: Sequence[str], given: dict[str, Any], folder
             path = (folder / name).resolve()
         except (OSError, RuntimeError, ValueError):  # no path at all, or links in a circle
             path = None
-        if path is None or not path.is_relative_to(folder.resolve()):
+        # Python 3.13 leaves a link as it is where links go in a circle; before, it was an error.
+        if path is None or path.is_symlink() or not path.is_relative_to(folder.resolve()):
             raise invalid(f"{table}.{key}", "be in the folder of the scene file (copy it there)", name)
         paths[key] = str(path)
     return paths
