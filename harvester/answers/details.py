@@ -10,6 +10,7 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value
 
 LEDGER, RESIDUAL = "ledger_", "ledger_residual"
+ERROR_OF = "error_of_"  # before the name of a detail: its whole error at 95 %, which stands in its line
 DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")  # of a steady response
 _TIMES = ("step", "burn_in", "duration")
 _POWERS = ("step_error", "tolerance_error", "settling_error")  # parts of the error of the mean power
@@ -23,7 +24,7 @@ def rows(details: Mapping[str, float], units: AnswerUnits) -> list[tuple[str, st
     """The name and the value in words of each detail, in the order in which the answer has them."""
     found = []
     for name, value in details.items():
-        if name in _ERRORS:
+        if name in _ERRORS or name.startswith(ERROR_OF):
             continue  # in the line of the quantity itself
         found.append((name.removesuffix(_CLOCK).replace("_", " "), _written(name, value, details, units)))
     return found
@@ -44,7 +45,7 @@ def _written(name: str, value: float, details: Mapping[str, float], units: Answe
     if name.endswith(_CLOCK):
         return f"{value:.2g} s of computing"
     if name.startswith(LEDGER) or name in _POWERS:
-        return Value(value).text(units.power)
+        return Value(value, bias=details.get(f"{ERROR_OF}{name}")).text(units.power)
     return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.4g}"
 
 

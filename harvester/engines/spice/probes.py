@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester.answers.details import ERROR_OF, LEDGER
 from harvester.answers.estimate import Estimate
 from harvester.answers.probes import ProbeMeans
 from harvester.arrays import Floats
@@ -20,6 +21,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 if TYPE_CHECKING:
     from harvester.engines.spice.steady import Steady
 
+PART = f"{LEDGER}circuit_"
 MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
 UNKNOWN = "the step and ngspice's tolerance"
 
@@ -65,8 +67,11 @@ def _with_probes(
         probes[probe.name] = ProbeMeans(unit, window, mean, _root(found[SQUARE]).scaled(scale), least, largest)
     watts, taken = problem.in_circuit("W"), 0.0
     for name, some in watch.parts:
-        value = sum(next(places)[MEAN].value for _ in some) / watts
-        details[f"ledger_circuit_{name}"] = value
+        means = [next(places)[MEAN] for _ in some]
+        value = sum(mean.value for mean in means) / watts
+        details[f"{PART}{name}"] = value
+        if all(mean.whole_error95 is not None for mean in means):  # errors of several may be of one sign
+            details[f"{ERROR_OF}{PART}{name}"] = sum(mean.error95 for mean in means) / watts
         taken += value
     if watch.parts and "ledger_circuit" in details:
         details["ledger_circuit_rest"] = details["ledger_circuit"] - taken

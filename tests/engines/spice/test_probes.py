@@ -42,7 +42,9 @@ def test_steady_probes_and_ledger(tmp_path, harvester):
     assert set(shares) == {f"ledger_circuit_{one}" for one in ("d1", "d2", "d3", "d4", "rest")}
     assert sum(shares.values()) == pytest.approx(answer["details"]["ledger_circuit"])
     assert abs(shares["ledger_circuit_rest"]) < 0.02 * answer["details"]["ledger_circuit"]
-    assert shares["ledger_circuit_d1"] == pytest.approx(shares["ledger_circuit_d2"], rel=0.05)
+    errors = [answer["details"][f"error_of_ledger_circuit_{one}"] for one in ("d1", "d2")]  # by symmetry they are equal
+    assert abs(shares["ledger_circuit_d1"] - shares["ledger_circuit_d2"]) < sum(errors)
+    assert max(errors) < 0.05 * shares["ledger_circuit_d1"]
 
 
 @pytest.mark.ngspice
