@@ -193,7 +193,7 @@ def robust_engine(
     inner = engine_of((Averaged if Exact.refusal(problem) else Exact)() if engine is None else engine)
     if not isinstance(inner, Formula):
         raise InputError(
-            "`engine` must be one of formulas, such as 'averaged', where `vary`, `limit`, `pareto` or a series is "
+            "`engine` must be one of formulas, such as 'averaged', where `vary`, `limit` or a series is "
             f"given, but is {inner.NAME!r}"
         )
     if reason := inner.refusal(problem):

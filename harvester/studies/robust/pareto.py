@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.engines.formula import Formula
 from harvester.engines.options import Asked, number
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
+from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, invalid, names_arguments, unknown
 from harvester.studies.extremes.levels import rice_holds
@@ -27,6 +29,7 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.robust.engine import Robust
 from harvester.studies.robust.front import Front, FrontPoint
 from harvester.studies.robust.optimise import read_share, robust_engine, with_counted_peaks
+from harvester.studies.robust.sampled_front import sampled_front
 from harvester.studies.tolerance.limits import QUANTITIES, Limit, lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
 from harvester.uncertainty.value import Value
@@ -61,8 +64,9 @@ def pareto(
 
     ``aim`` is the quantity, "peak_displacement" or another that `harvester.tolerance` may limit, to be low; with
     ":high" behind it, to be high.  The other arguments are those of `harvester.optimise_robust`; the front has up to
-    ``points`` designs, and the ``budget`` is for all of them.  ``out`` is a folder for pareto.csv, pareto.png and
-    provenance.json.
+    ``points`` designs, and the ``budget`` is for all of them.  An engine that samples gives the best of places that
+    fill the ranges, and says which others cannot be told from them (`harvester.studies.robust.sampled_front`).  ``out``
+    is a folder for pareto.csv, pareto.png and provenance.json.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -88,6 +92,17 @@ def pareto(
     aimed = Limit(quantity, sign, -sign * np.inf, "")  # which any value meets
     years = lifetime_of([*bounds, aimed], lifetime, problem)
     part = read_share(share)
+    chosen = None if engine is None else engine_of(engine)
+    if chosen is not None and not isinstance(chosen, Formula) and not vary and part is None:
+        if reason := chosen.refusal(problem):
+            raise InputError(reason)
+        target = number(Asked(within=within).within) or 0.0
+        sampled = sampled_front(problem, found, aimed, bounds, chosen, years, target, asked, tick)
+        taken = time.perf_counter() - begin
+        some = Front(
+            chosen.NAME, quantity, sign, sampled.points, problem.physical, taken, sampled.warnings, sampled.alike
+        )
+        return _saved(some, folder, problem, found, aim, texts)
     free = robust_engine(problem, found, vary, part, (*bounds, aimed), engine, years)
     if years is not None and not rice_holds(problem):
         free, asked, tick = with_counted_peaks(free, problem, found, asked, tick)
@@ -105,9 +120,21 @@ def pareto(
     told = tuple(dict.fromkeys([*warnings, *search.warnings]))
     taken = time.perf_counter() - begin
     answer = Front(free.engine.NAME, quantity, sign, _front(designs, sign), problem.physical, taken, told)
+    return _saved(answer, folder, problem, found, aim, texts)
+
+
+def _saved(
+    answer: Front,
+    folder: OutputFolder | None,
+    problem: Problem,
+    found: Sequence[Range],
+    aim: str,
+    limits: Sequence[str],
+) -> Front:
+    """The answer, whose files are written where there is a folder."""
     if folder is not None:
         over_ends = {one.key: [one.low, one.high] for one in found}
-        about = provenance(problem, over=over_ends, pareto=aim, limits=list(texts), engine=answer.engine)
+        about = provenance(problem, over=over_ends, pareto=aim, limits=list(limits), engine=answer.engine)
         folder.save("pareto", answer.text(), answer.plot(problem.scene.title), about)
     return answer
 
