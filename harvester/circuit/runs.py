@@ -21,9 +21,9 @@ from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.circuit_features import path_controls
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
-from harvester.mechanics.kernels.noise import child, gaussian_grid, three_point_grid
+from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
-from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -41,12 +41,12 @@ class CoupledDevice:
     """A mass and a load circuit that the piezo couples, and how their runs are made.
 
     ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit; ``h`` is the
-    nondimensional step, ``stride`` the kicks between readings.  A run that makes less than a kick a second over
+    nondimensional step, ``stride`` the kicks between readings. A run that makes less than a kick a second over
     ``patience`` seconds is given up; ``norton`` see `harvester.circuit.ngspice.deck.build_deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do.  ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that
-    the load resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit to
-    look at; ``trapezoidal`` see `harvester.circuit.ngspice.deck.integration_options`.
+    do. ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that the load
+    resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
+    ``trapezoidal`` see `harvester.circuit.ngspice.deck.integration_options`; ``coarse``: on the noise of steps of h/2.
     """
 
     eqs: Equations
@@ -62,6 +62,11 @@ class CoupledDevice:
     ngspice_rule: bool = False
     probes: tuple[Probe, ...] = ()
     trapezoidal: bool = False
+    coarse: bool = False
+
+    def coarser(self) -> "CoupledDevice":
+        """The same device at twice the step on the same noise: they differ by three times the bias of h."""
+        return dataclasses.replace(self, h=2.0 * self.h, stride=max(self.stride // 2, 1), coarse=True)
 
 
 @dataclass(frozen=True)
@@ -139,23 +144,25 @@ def _measure(
     start: Start,
 ) -> TrajectoryMeans:
     """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
-    noise = (gaussian_grid if device.gaussian else three_point_grid)(seed, kicks)
-    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
+    grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
+    noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
+    shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
     drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline)
-    state = drive.state[0]
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
-    ledger = ledger_of(state, device.scales, drive.smoothing, device.load.linear)
+    ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
     load = np.array([ledger.load])
     if blocks > 1:
-        load, controls = _blocks(drive, burn_in, blocks)
+        coloured = device.eqs.coloured is not None and not device.coarse
+        new = filtered(*shaken, np.random.default_rng(child(seed, 1))) if coloured else None
+        load, controls = _blocks(drive, burn_in, blocks, new)
         moments = dataclasses.replace(moments, controls=controls)
     control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
     probed = means_of_probes(device.probes, drive) if device.probes else None
-    return TrajectoryMeans(moments, load, int(state.steps), ledger, control, probed)
+    return TrajectoryMeans(moments, load, int(drive.state[0].steps), ledger, control, probed)
 
 
-def _blocks(drive: "Drive", burn_in: float, blocks: int) -> tuple[Floats, Floats]:
-    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`."""
+def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:
+    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: of `filtered`."""
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
     first = math.ceil(burn_in / (h * stride) - 1e-6)
@@ -164,7 +171,8 @@ def _blocks(drive: "Drive", burn_in: float, blocks: int) -> tuple[Floats, Floats
     load = np.diff(drive.kicked[edges, 4]) / (kicks * h / float(state.w0))
     rows = edges[:-1, None] + np.arange(kicks + 1)
     states = np.moveaxis(drive.kicked[rows, :4], -1, 0)
-    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], kicks * h)
+    begun = None if new is None else new[:, rows[:, 1:]]  # kick k is at the time (k + 1) h
+    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], kicks * h, begun)
 
 
 def _control(
@@ -237,7 +245,6 @@ def ngspice_version() -> str:
 
 
 def _version() -> str:
-    """`ngspice_version` in this process."""
     from harvester.circuit.ngspice.instance import ngspice
 
     return str(ngspice().ngspice_version)

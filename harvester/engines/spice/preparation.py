@@ -56,6 +56,13 @@ class Prepared:
         return self.device.eqs.mu is not None
 
     @property
+    def has_controls(self) -> bool:
+        """Whether the noise makes sums of mean zero from step to step."""
+        from harvester.mechanics.kernels.shaken_features import martingales_of
+
+        return martingales_of(self.device.eqs) > 0
+
+    @property
     def quantity(self) -> str:
         """The moment that the power is made of."""
         return "V2" if self.resistive else "load"
@@ -64,20 +71,26 @@ class Prepared:
         """Of the step, as the cheap model shows it; None where there is none."""
         return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
-    def known(self, tolerance: dict[str, float] | None) -> str:
+    def known(self, tolerance: dict[str, float] | None, followed: int = 0) -> str:
         """What is known of the bias of the step, where it is not that of the very same equations.
 
-        ``tolerance`` are the errors by ngspice's tolerance, None where they were not measured.
+        ``tolerance`` are the errors by ngspice's tolerance, None where they were not measured; ``followed`` the runs of
+        ngspice beside which others made twice the step.
         """
         if self.resistive:
             return ""
-        if self.pair is None:
+        if self.pair is None and not followed:
             return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
         measured = "was measured against a tenth of it on the same motion"
         if tolerance is None:
             measured = "was not measured (for want of time, or as a warning says)"
+        step = "that of the ideal circuit"
+        if self.pair is None:
+            step = (
+                f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
+            )
         return (
-            f"the bias of the step is that of the ideal circuit, that of ngspice's tolerance {measured}; "
+            f"the bias of the step is {step}, that of ngspice's tolerance {measured}; "
             "the ledger is of the ngspice runs alone"
         )
 

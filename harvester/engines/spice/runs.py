@@ -12,14 +12,15 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import Prepared
-from harvester.errors import CircuitError, OutOfTimeError
+from harvester.engines.spice.step_bias import largest_step_bias
+from harvester.errors import CircuitError, OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, split
 from harvester.uncertainty.controls import controlled_entries, least_squares
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import TrajectoryMeans
+    from harvester.circuit.runs import Start, TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
@@ -48,13 +49,14 @@ class Runs:
     deadline: float = math.inf
     blocks: int = 1  # of a trajectory: more than one have controls
     tolerance: dict[str, float] | None = None  # relative errors of moments by ngspice's tolerance, once measured
+    coarse: "list[TrajectoryMeans]" = field(
+        default_factory=list
+    )  # at twice the step, on the noise of the first of done
 
     def more(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.
 
-        Where these are fewer than `FEWEST`, they are no longer paired.
-
-        Raises OutOfTimeError where they are fewer than two.
+        Fewer than `FEWEST` are no longer paired.  Raises OutOfTimeError where they are fewer than two.
         """
         from harvester.circuit import runs as worker
         from harvester.mechanics.kernels.noise import child
@@ -71,6 +73,7 @@ class Runs:
                 self.done.append(one)
                 if self.progress is not None:
                     self.progress((k + 1) / count)
+            self._follow_coarsely(seeds, starts)
         except OutOfTimeError as error:
             ended = len(self.done)
             said = f"{ended} of {before + count} ngspice runs had ended when the `budget` was spent"
@@ -81,6 +84,25 @@ class Runs:
             ready.warnings.append(said)
         self.ngspice_seconds += time.perf_counter() - begin
         self.seconds += time.perf_counter() - begin
+
+    def _follow_coarsely(self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None") -> None:
+        """The same runs at twice the step on the same noise, where no cheap model tells the bias of the step."""
+        from harvester.circuit import runs as worker
+
+        ready = self.ready
+        if ready.pair is not None or len(self.coarse) + len(seeds) < len(self.done):
+            return
+        given = ready.device.coarser(), seeds, self.kicks // 2, ready.burn_in, False, self.deadline, self.blocks, starts
+        try:
+            for one in worker.measure_in_workers(*given):
+                self.coarse.append(one)
+        except SimulationError as error:  # of a circuit that does not bear the step, or of time that is over
+            ready.warnings.append(f"the bias of the step could not be measured: {error}")
+
+    @property
+    def followed(self) -> int:
+        """Runs at twice the step; 0 where they are too few to tell the bias of the step."""
+        return len(self.coarse) if len(self.coarse) >= FEWEST else 0
 
     def measure_tolerance(self) -> None:
         """Measure what ngspice's tolerance does to the moments, where it chooses its steps and time is left.
@@ -148,9 +170,11 @@ class Runs:
         if not self.paired or pair is None:
             entries = controlled_entries(high, controls, self.blocks)
             mean, variance = float(entries.mean()), float(entries.var(ddof=1))
-            bias = self.ready.relative_bias(name)
-            error = math.sqrt(variance / len(entries))
-            value = Value(mean, error, None if bias is None else abs(bias * mean), freedom=len(entries) - 1.0)
+            relative, error = self.ready.relative_bias(name), math.sqrt(variance / len(entries))
+            bias = None if relative is None else abs(relative * mean)
+            if self.followed:
+                bias = largest_step_bias(name, self.done, self.coarse, self.ready.device.scales.watts)
+            value = Value(mean, error, bias, freedom=len(entries) - 1.0)
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)

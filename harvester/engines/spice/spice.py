@@ -156,7 +156,7 @@ class Spice(Sampled):
             dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value.lacking(exists.unknown)
             for one in (runs.mean_square_voltage(), runs.power())
         )
-        reasons = [sought, ready.known(runs.tolerance), agreed if agreed == NO_NOISE else ""]
+        reasons = [sought, ready.known(runs.tolerance, runs.followed), agreed if agreed == NO_NOISE else ""]
         if target is not None:
             reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
         if not problem.physical:
@@ -167,7 +167,7 @@ class Spice(Sampled):
             v2,
             power,
             ready.seconds + runs.seconds,
-            sum(one.steps for one in runs.done),
+            sum(one.steps for one in (*runs.done, *runs.coarse)),
             "; ".join(reason for reason in reasons if reason),
             tuple(ready.warnings),
             details,
@@ -195,7 +195,7 @@ class Spice(Sampled):
             duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
-        if eqs.is_random and not eqs.is_shaken_otherwise and not self.alone:
+        if ready.has_controls and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
         count = self.trajectories or (self.TRAJECTORIES if target is None or ready.starts is None else FEWEST)
         count = max(count, FEWEST) if paired else count

@@ -24,8 +24,8 @@ from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
 from harvester.mechanics.kernels.lanes import LANES
 from harvester.mechanics.kernels.noise import child, draw_noise, random_words
+from harvester.uncertainty.controls import controlled_mean
 from harvester.uncertainty.richardson import step_bias
-from harvester.uncertainty.value import mean_and_error
 
 STEP = 0.05  # default step, in units of 1/(frequency of the linear response + rate of its noise)
 MEMORIES = 6.0  # burn-in, in units of the longest memory
@@ -35,8 +35,11 @@ _RESCALED = 0.4  # time units, about, between two rescalings
 
 
 @kernel
-def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2):  # type: ignore[no-untyped-def]
+def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2, pushes=None):  # type: ignore[no-untyped-def]
     """Advance a block and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
+
+    ``pushes``, shape (3, LANES), gets sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for
+    g = x', which kicks add to the logs to first order, and g = x and V.  None: nothing of it is compiled.
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place.  A coefficient that is
     None is an absent effect.  A round has ``draws`` of two random variates, for two steps of length h each or, where
@@ -44,6 +47,7 @@ def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2): 
     """
     e, g = relaxation(h, mu)
     noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
+    force = 0.0 if n2 is None else math.sqrt(2.0 * n2 * h)
     for _ in range(rounds):
         for _ in range(draws):
             if n2 is not None:
@@ -51,6 +55,16 @@ def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2): 
             for k in range(steps):
                 for i in range(LANES):
                     x[i], vi, V[i], _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
+                    if pushes is not None and n2 is not None:
+                        size2 = x[i] * x[i] + vi * vi
+                        if mu is not None:
+                            size2 += V[i] * V[i]
+                        if size2 > 0.0:
+                            push = abs(x[i]) / size2 * force * noise[k, i]
+                            pushes[0, i] += vi * push
+                            pushes[1, i] += x[i] * push
+                            if mu is not None:
+                                pushes[2, i] += V[i] * push
                     v[i] = kick(x[i], vi, V[i], noise[k, i], h, None, beta, c1, None, None, None, n2, None)
         for i in range(LANES):
             size2 = x[i] * x[i] + v[i] * v[i]
@@ -73,7 +87,8 @@ def memory(eqs: Equations) -> float:
 class Growth:
     """A measured exponent (nondimensional), with its errors and what it took.
 
-    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a trajectory.
+    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a trajectory, ``pushed``,
+    shape (n, 3), sums of mean zero beside it: the controls (`harvester.uncertainty.controls`) of ``value``.
     """
 
     value: float
@@ -84,6 +99,7 @@ class Growth:
     burn_in: float
     steps: int
     samples: Floats
+    pushed: Floats
 
 
 def exponent(
@@ -114,10 +130,11 @@ def exponent(
         )
     done = (lambda fraction: None) if tick is None else tick
     run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
-    fine, steps = _run(*run, False, lambda part: done(part * 2 / 3))
-    coarse, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
-    value, stderr = mean_and_error(fine)
-    return Growth(value, stderr, abs(step_bias(fine, coarse)[0]), h, duration, burn_in, steps + coarse_steps, fine)
+    fine, pushed, steps = _run(*run, False, lambda part: done(part * 2 / 3))
+    coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
+    value, stderr = controlled_mean(fine, pushed)
+    bias = abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
+    return Growth(value, stderr, bias, h, duration, burn_in, steps + coarse_steps, fine, pushed)
 
 
 def _run(
@@ -129,8 +146,11 @@ def _run(
     h: float,
     coarse: bool,
     tick: Callable[[float], None],
-) -> tuple[Floats, int]:
-    """One sample of lambda a trajectory, and trajectory-steps; ``coarse`` makes one step of 2 h of two of h."""
+) -> tuple[Floats, Floats, int]:
+    """One sample of lambda a trajectory, sums of mean zero beside it, shape (n, 3), and trajectory-steps.
+
+    ``coarse`` makes one step of 2 h of two of h.
+    """
     blocks = -(-trajectories // LANES)
     draws = max(1, round(0.5 * _RESCALED / h))
     time = 2 * draws * h  # of a round
@@ -141,14 +161,14 @@ def _run(
     mu = eqs.mu if eqs.beta else None
     if mu is None:
         state[:, 2] = state[:, 0]
-    logs = np.zeros((blocks, LANES))
+    logs, pushes = np.zeros((blocks, LANES)), np.zeros((blocks, 3, LANES))
 
     def block(k: int) -> None:
         step = 2.0 * h if coarse else h
         arguments = (draws, coarse, step, mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2)
-        grow(*state[k], *words[k], logs[k], before, *arguments)  # type: ignore[call-arg]
-        logs[k] = 0.0
-        grow(*state[k], *words[k], logs[k], after, *arguments)  # type: ignore[call-arg]
+        grow(*state[k], *words[k], logs[k], before, *arguments, pushes[k])  # type: ignore[call-arg]
+        logs[k], pushes[k] = 0.0, 0.0
+        grow(*state[k], *words[k], logs[k], after, *arguments, pushes[k])  # type: ignore[call-arg]
 
     with ThreadPoolExecutor(cores()) as pool:
         for done, _ in enumerate(pool.map(block, range(blocks)), 1):
@@ -158,4 +178,5 @@ def _run(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
         )
     steps_a_round = draws if coarse else 2 * draws
-    return logs.ravel() / (after * time), steps_a_round * (before + after) * blocks * LANES
+    made = steps_a_round * (before + after) * blocks * LANES
+    return logs.ravel() / (after * time), np.moveaxis(pushes, 1, 2).reshape(-1, 3) / (after * time), made

@@ -18,13 +18,14 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.kernels.circuit_features import circuit_boundary, interleaved
-from harvester.mechanics.kernels.features import MARTINGALES, boundary
+from harvester.mechanics.kernels.features import boundary
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.other_stops import loss_unit, stops_of
 from harvester.mechanics.kernels.path import check_start, coefficients
+from harvester.mechanics.kernels.shaken_features import martingales_of
 from harvester.mechanics.kernels.shaking import samples_of, shaker, shaker_start
 from harvester.mechanics.kernels.step_size import default_step, remedy, whole_steps
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
@@ -67,10 +68,9 @@ class Trajectories:
     ngspice_rule
         advance the load resistor by ngspice's integration rule (`harvester.mechanics.kernels.ngspice_rule`), for a stop
         at rest or none.
-
     controlled
-        with the sums of mean zero that make means cheaper, where there are any: under white noise alone, with a
-        resistance or none (`harvester.mechanics.kernels.features`), or a circuit (`circuit_features`).
+        with the sums of mean zero that make means cheaper, where white or coloured noise has any: see
+        `harvester.mechanics.kernels.features`, `circuit_features` and `shaken_features`.
 
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with mu.
     """
@@ -103,7 +103,7 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
-        self.controlled = controlled and not ngspice_rule and eqs.is_random and not eqs.is_shaken_otherwise
+        self.controlled = controlled and not ngspice_rule and martingales_of(eqs) > 0
         self._coarse = False  # True: the noise of two steps of h/2 makes that of one step
         self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
@@ -165,7 +165,7 @@ class Trajectories:
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
         grid = (readings, self.stride, self._coarse, self.h)
         eqs = self.eqs
-        martingales = aligned((self.blocks, MARTINGALES, LANES)) if self.controlled else None
+        martingales = aligned((self.blocks, martingales_of(eqs), LANES)) if self.controlled else None
         states_h = boundary if self.circuit is None else circuit_boundary
         begin = states_h(eqs, self._states()) if self.controlled else np.empty(0)
 
@@ -197,7 +197,7 @@ class Trajectories:
         moments = from_sums(sums, readings, elapsed, unit, eqs.mu)
         if martingales is None:
             return moments
-        rows = np.moveaxis(martingales, 1, 0).reshape(MARTINGALES, -1), states_h(eqs, self._states()) - begin
+        rows = np.hstack(list(martingales)), states_h(eqs, self._states()) - begin
         columns = np.vstack(rows) if self.circuit is None else interleaved(*rows)
         return replace(moments, controls=columns.T / elapsed)
 

@@ -17,6 +17,7 @@ from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import intensity
 from harvester.mechanics.kernels.features import energy
+from harvester.mechanics.kernels.shaken_features import shaken_path_controls
 
 
 @forced
@@ -63,11 +64,13 @@ def circuit_boundary(eqs: Equations, states: Floats) -> Floats:
     return np.array([U * U * root, U, W, U * U, root, np.abs(V) * U, x * v, x * V, V * V])
 
 
-def path_controls(eqs: Equations, states: Floats, noise: Floats, length: float) -> Floats:
-    """Both kinds of sums of consecutive blocks of a recorded path, over their ``length``: shape (blocks, 18).
+def path_controls(
+    eqs: Equations, states: Floats, noise: Floats, length: float, filtered: Floats | None = None
+) -> Floats:
+    """Both kinds of sums of consecutive blocks of a recorded path, over their ``length``: shape (blocks, 18 or 26).
 
     ``states``, shape (4, blocks, n + 1), are (x, v, V, U) before each kick of a block, and before the one after
-    it; ``noise``, shape (blocks, n), the variates of its kicks.
+    it; ``noise``, shape (blocks, n), the variates of its kicks; ``filtered`` as of `shaken_path_controls`.
     """
     x, v, V, U = states[:, :, :-1]
     root = np.sqrt(_all_energy(eqs, x, v, V))
@@ -76,9 +79,13 @@ def path_controls(eqs: Equations, states: Floats, noise: Floats, length: float) 
     weights = (v, v * U, v * root, V, v * U * U, V * root, v * x, x * root, v * V)
     martingales = np.array([(one * noise).sum(axis=1) for one in weights])
     change = circuit_boundary(eqs, states[:, :, -1]) - circuit_boundary(eqs, states[:, :, 0])
+    if filtered is not None:
+        martingales = np.vstack([martingales, shaken_path_controls(states[:, :, :-1], filtered)])
     return interleaved(martingales, change).T / length
 
 
 def interleaved(martingales: Floats, change: Floats) -> Floats:
-    """Columns of both kinds in turn, in the order of their worth: shape (18, n) of two of (9, n)."""
-    return np.stack([martingales, change], axis=1).reshape(2 * len(change), -1)
+    """Columns of both kinds in turn, in the order of their worth: shape (18, n) of two of (9, n); further ones last."""
+    both = len(change)
+    in_turn = np.stack([martingales[:both], change], axis=1).reshape(2 * both, -1)
+    return np.vstack([in_turn, martingales[both:]])

@@ -11,7 +11,8 @@ from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, fricti
 from harvester.mechanics.kernels.features import add_features
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.other_stops import kick_at_stops, move
-from harvester.mechanics.kernels.shaking import last_acceleration, shake, shaken
+from harvester.mechanics.kernels.shaken_features import shake_and_add
+from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
 LANES = 64
 
@@ -54,7 +55,7 @@ def advance(
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
-    shaker: as of `shaken`, its states changed in place.  controls: shape (MARTINGALES, LANES), added to
+    shaker: as of `shaken`, its states changed in place.  controls: shape (`martingales_of`, LANES), added to
     (`harvester.mechanics.kernels.features`); None: nothing of it is compiled.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.
@@ -62,7 +63,7 @@ def advance(
     e, g = relaxation(h, mu)
     e_half, g_half = relaxation(0.5 * h, mu)
     noise, kicks, accelerations = np.zeros((2, LANES)), np.zeros((2, LANES)), np.zeros((2, LANES))
-    before = np.zeros((3, LANES))
+    before, filtered = np.zeros((3, LANES)), np.zeros((2, LANES))
     steps = 1 if coarse else 2
     for _ in range(readings):
         for _ in range(stride // steps):
@@ -72,7 +73,7 @@ def advance(
                 before[0], before[1], before[2] = x, v, V
                 kicks[:] = 0.0
             for k in range(steps):
-                shake(accelerations, coarse, shaker)
+                shake_and_add(x, v, V, filtered, accelerations, coarse, shaker, controls, mu)
                 for i in range(LANES):
                     x[i], v[i], V[i], v_kicked = _step(
                         i, x[i], v[i], V[i], noise[k, i], sums, accelerations,

@@ -94,6 +94,11 @@ def fill_three_point(noise, s0, s1):
         noise[k], noise[k + 1] = two_variates(bits)
 
 
+def coarsened(noise: Floats) -> Floats:
+    """The noise of steps of twice the length on the same path, shape (2 n,) -> (n,), as `draw_noise` makes it."""
+    return np.asarray((noise[::2] + noise[1::2]) * HALF_ROOT)
+
+
 def three_point_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
     """Three-point variates, one for each of ``steps`` kicks (an even number): the noise of one lane of an ensemble."""
     noise = np.empty(steps)

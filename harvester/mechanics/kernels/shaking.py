@@ -112,11 +112,12 @@ def shake(accelerations, coarse, shaker):
     ``accelerations`` has shape (2, lanes).
     """
     if shaker is not None:
-        _shake(accelerations, coarse, *shaker)
+        shake_filter(accelerations, coarse, *shaker)
 
 
 @forced
-def _shake(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+def shake_filter(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
+    """`shake` with the filter's parts one by one."""
     for i in range(len(p)):
         accelerations[0, i] = p[i]
     if coarse:
@@ -179,14 +180,35 @@ def _last_acceleration(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain,
 
 @kernel
 def _filter_path(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
-    """Fill ``out`` with the filter's p, from variates of shape (2, n)."""
-    for k in range(len(out)):
-        out[k] = p
+    """Fill ``out``, shape (3, n), as `filtered` does, from variates of shape (2, n)."""
+    for k in range(out.shape[1]):
+        out[0, k], out[1, k], out[2, k] = p, q, l11 * xi[0, k]
         p1, q1 = a11 * p + l11 * xi[0, k], 0.0
         if a12 is not None:
             p1 += a12 * q
             q1 = a21 * p + a22 * q + l21 * xi[0, k] + l22 * xi[1, k]
         p, q = p1, q1
+
+
+def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
+    """States (p, q) of the filter of coloured noise at the times 0, h, ..., steps h, and what is new in p's next step.
+
+    Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``.
+    """
+    whole = shaker(eqs, h)
+    assert whole is not None, "coloured noise is given"
+    out = np.empty((3, steps + 1))
+    p, q = shaker_start(eqs, h, 1, rng)[:, 0]
+    xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
+    _filter_path(xi, p, q, *whole, out)  # type: ignore[call-arg]
+    return out
+
+
+def coarse_forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
+    """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
+    fine = forcing(eqs, 0.5 * h, 2 * steps, rng)
+    gain = None if eqs.coloured is None else (shaker(eqs, h, coarse=True) or ())[7]
+    return None if fine is None else np.ascontiguousarray(fine[::2]) * (1.0 if gain is None else gain)
 
 
 def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
@@ -209,10 +231,4 @@ def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | Non
         raise invalid("forcing", "be given where coloured noise shakes the mass", None)
     if eqs.density is not None:
         return _record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
-    whole = shaker(eqs, h)
-    assert whole is not None
-    out = np.empty(steps + 1)
-    p, q = shaker_start(eqs, h, 1, rng)[:, 0]
-    xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
-    _filter_path(xi, p, q, *whole, out)  # type: ignore[call-arg]
-    return out
+    return np.asarray(filtered(eqs, h, steps, rng)[0])

@@ -13,7 +13,8 @@ from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import LANES, SUMS
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.other_stops import kick_at_stops
-from harvester.mechanics.kernels.shaking import last_acceleration, shake, shaken
+from harvester.mechanics.kernels.shaken_features import shake_and_add
+from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 from harvester.mechanics.rectifiers.circuit import conducted, until_free
 
 IDEAL_SUMS = (*SUMS, "load")
@@ -52,16 +53,16 @@ def advance_ideal(
     """Advance a block by ``readings`` times ``stride`` steps of length h and add up its moments.
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
-    added to.  Noise and shaking are those of `harvester.mechanics.kernels.lanes.advance`.  controls: shape (9, LANES),
-    added to (`harvester.mechanics.kernels.circuit_features`); None: nothing of it is compiled.
+    added to.  Noise and shaking are those of `harvester.mechanics.kernels.lanes.advance`.  controls, added to: shape
+    (`martingales_of`, LANES), of `harvester.mechanics.kernels.circuit_features`; None: nothing of it is compiled.
     """
-    scratch, mid = np.zeros((4, LANES)), np.zeros((5, LANES))
+    scratch, mid, filtered = np.zeros((4, LANES)), np.zeros((5, LANES)), np.zeros((2, LANES))
     noise, accelerations, steps = np.zeros((2, LANES)), np.zeros((2, LANES)), 1 if coarse else 2
     for _ in range(readings):
         for k in range(stride):
             if (n1 is not None or n2 is not None) and k % steps == 0:
                 draw_noise(noise, s0, s1, coarse)
-            shake(accelerations, coarse, shaker)
+            shake_and_add(x, v, V, filtered, accelerations, coarse, shaker, controls, mu)
             _drift(
                 x, v, V, U, m, scratch, accelerations, h, h, r, beta, n1, stops, shaker,
                 mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,

@@ -287,6 +287,17 @@ def test_hard_scenes_stay_finite(change):
     assert formula.doubts(eqs).texts or "mu" in change or eqs.restitution is None
 
 
+@pytest.mark.statistics
+@pytest.mark.parametrize("eqs", [FIGURE7, changed(FIGURE7, restitution=None)], ids=["stop", "no stop"])
+def test_exponent_is_worth_twenty_five_times_as_many_trajectories(eqs):
+    """Sums of mean zero of the path's own noise: the same exponent within the plain error, a fifth of that error."""
+    growth = lyapunov.exponent(eqs, SEED, 1024, 400.0)
+    plain = growth.samples.std(ddof=1) / math.sqrt(len(growth.samples))
+    assert plain > 5.0 * growth.stderr
+    assert abs(growth.value - growth.samples.mean()) < 4.0 * plain
+    assert (np.abs(growth.pushed.mean(axis=0)) < 4.0 * growth.pushed.std(axis=0) / math.sqrt(len(growth.pushed))).all()
+
+
 def test_at_rest_on_the_stop_only_the_voltage_is_left():
     """V > 0 holds the mass at the stop, and the size decays as e^(-mu t)."""
     state = [np.full(64, value) for value in (0.01, 0.0, 10.0)]

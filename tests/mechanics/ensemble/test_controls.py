@@ -9,7 +9,7 @@ from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.uncertainty.controls import controlled_mean
 from harvester.uncertainty.value import mean_and_error
-from tests.support.systems import COLOURED, PAPER, changed, linear, linear_v2, z
+from tests.support.systems import COLOURED, DRIVEN, PAPER, changed, linear, linear_v2, z
 
 LINEAR = linear(0.05, 0.05)
 WELLS = Equations(linear=-1.0, alpha=1.0, beta=0.1, mu=0.5, c1=-0.1, n1=0.05)
@@ -39,7 +39,8 @@ def test_absent_when_not_asked_for():
     assert plain.controls is None
     assert wished.controls.shape == (64, 13)
     np.testing.assert_allclose(plain.V2, wished.V2, rtol=1e-9)
-    assert Trajectories(COLOURED, 64, seed, 0.1, controlled=True).run(4.0).controls is None
+    still = changed(PAPER, n1=None, n2=None, drive=0.1, drive_frequency=1.0)
+    assert not Trajectories(still, 64, seed, 0.1, controlled=True).controlled
 
 
 def test_controls_of_windows_add_up():
@@ -59,8 +60,10 @@ def test_controls_of_windows_add_up():
         (changed(PAPER, mu=3.0), 100.0),
         (changed(PAPER, gap=0.5), 25.0),
         (WELLS, 20.0),
+        (COLOURED, 8.0),
+        (changed(DRIVEN, n1=0.01), 8.0),
     ],
-    ids=["paper", "without-stop", "linear", "fast-load", "gap", "wells"],
+    ids=["paper", "without-stop", "linear", "fast-load", "gap", "wells", "coloured", "driven"],
 )
 def test_mean_square_voltage_is_worth_many_times_as_many_trajectories(eqs, floor):
     """The variance of E[V^2] over 400 time units falls by the factor that docs and benchmarks promise."""
