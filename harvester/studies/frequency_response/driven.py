@@ -26,7 +26,9 @@ class Driven:
         if reason := unknown_effects(self.problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
             raise CannotServeError(reason)
         if self.problem.equations.drive is None:
-            raise InputError(f"{table}.{amplitude} must be given for a frequency response, but is left out")
+            given = getattr(getattr(self.problem.scene, table), amplitude, None)
+            said = "is left out" if given is None else f"is {given:g}"
+            raise InputError(f"{table}.{amplitude} must be given, above 0, for a frequency response, but {said}")
 
     @property
     def _names(self) -> tuple[str, str, str]:

@@ -182,7 +182,9 @@ def test_refusals():
         frequencies(Problem(PLATE), "1Hz:1Hz:3")
     with pytest.raises(InputError, match=r"excitation\.frequency must be a frequency"):
         frequencies(Problem(PLATE), "1kg:2Hz:3")
-    with pytest.raises(InputError, match="acceleration_amplitude must be given"):
+    with pytest.raises(
+        InputError, match="acceleration_amplitude must be given, above 0, for a frequency response, but is left out"
+    ):
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
     with pytest.raises(CannotServeError, match="does not know coloured noise: use engine 'ensemble'"):
         response(scene(COLOURED), [1.0, 2.0, 3.0])

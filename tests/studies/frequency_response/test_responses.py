@@ -136,6 +136,7 @@ def test_rows_of_the_bar():
     [
         (["--vary", "excitation.frequency=1,2"], "--vary must leave out excitation.frequency, which is what --sweep"),
         (["--vary", "load.resistance=-1k,2k"], "load.resistance"),
+        (["--vary", "acceleration_amplitude=0,1"], "acceleration_amplitude must be given, above 0, for a frequency"),
         (["--engine", "spicy"], "did you mean 'spice'"),
         (["--engine", "exact", "--engine", "exact"], "names 'exact' twice"),
         (["--engine", "exact", "--budget", "3s"], "--budget must be left out with engine 'exact'"),
