@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
 FEWEST = 8  # pairs, of which each half weighs the other
-UNPAIRED = (
-    "too few to pair them with a cheap model: give fewer `trajectories`, not below 8, a shorter `duration`, or a "
-    "larger `budget`"
-)
 
 
 @dataclass
@@ -80,7 +76,8 @@ class Runs:
             if ended < 2:
                 raise OutOfTimeError(f"{error}; {said}, and 2 are needed") from None
             if self.paired and ended < FEWEST:
-                said, self.paired = f"{said}, {UNPAIRED}", False
+                self.paired = False
+                said += ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
             ready.warnings.append(said)
         self.ngspice_seconds += time.perf_counter() - begin
         self.seconds += time.perf_counter() - begin

@@ -114,7 +114,7 @@ def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
     runs.done = []
     runs.more(16)
     said = "7 of 16 ngspice runs had ended when the `budget` was spent, too few to pair them with a cheap model"
-    said += ": give fewer `trajectories`, not below 8, a shorter `duration`, or a larger `budget`"
+    said += ": give a shorter `duration` or a larger `budget`"
     assert runs.ready.warnings == [said]
     assert runs.power().value.freedom == 6.0
 
