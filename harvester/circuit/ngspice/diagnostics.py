@@ -47,8 +47,9 @@ def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:
     culprit = _CULPRIT.search(small[3])
     where = f"at {place_of(culprit[1] or culprit[2])}" if culprit else "at an unnamed node"
     return (
-        f"{said}: it did not converge {where} even with a step of {float(small[2]):.3g} s; make abrupt switches "
-        "and B sources gradual, give diodes a series resistance (Rs) and a junction capacitance (Cjo), or lower `dt`"
+        f"{said}: it did not converge {where} even with a step of {float(small[2]):.3g} s; lower `dt`, or, in "
+        "the netlist, make abrupt switches and B sources gradual, and give diodes a series resistance (Rs) and a "
+        "junction capacitance (Cjo)"
     )
 
 

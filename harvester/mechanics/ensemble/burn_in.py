@@ -86,7 +86,7 @@ def until_steady(
         if energy > GROWN * max(first, 1e-300) and not friction_bounds(eqs):
             raise UnboundedResponseError(
                 f"the response grows without bound: its energy grew {energy / first:.1e} times in "
-                f"{trajectories.time:g} time units; {remedy(eqs, trajectories.h)}"
+                f"{trajectories.time:g}/w0; {remedy(eqs, trajectories.h)}"
             )
         steady = before is not None and all(now.agrees(before, name) for name in ("x2", "v2"))
         response = CORRELATION_TIMES * memory(trajectories, now, length)
@@ -136,7 +136,7 @@ def _check_cost(trajectories: Trajectories, length: float, budget: float | None,
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
     if made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0):
         raise SimulationError(
-            f"the start is not forgotten after {trajectories.time:g} time units, and a burn-in of {length:g} more "
+            f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
             f"would take {made + more:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
             f"`trajectories`, or a `budget` above {max(spent, made / rate) + more / rate:.2g}s"
         )
@@ -151,12 +151,12 @@ def _cut_short(trajectories: Trajectories, load: float, response: float) -> str:
         why = f"of the load's memory, {constant}, {why}"
     elif response > trajectories.time:
         why = f"of the response's own memory, about {response / CORRELATION_TIMES:.2g}, {why}"
-    return f"burn-in stopped at {trajectories.time:g} time units because {why}"
+    return f"burn-in stopped at {trajectories.time:g}/w0 because {why}"
 
 
 def _not_stationary(trajectories: Trajectories) -> SimulationError:
     """The error of a response that still changes after `LONGEST`."""
-    after = f"its energy still changes after {trajectories.time:g} time units"
+    after = f"its energy still changes after {trajectories.time:g}/w0"
     if surely_bounded(trajectories.eqs):
         return SimulationError(f"no stationary response was seen: {after}; add damping, so that it settles sooner")
     return UnboundedResponseError(

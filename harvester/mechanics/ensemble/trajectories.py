@@ -136,8 +136,8 @@ class Trajectories:
         # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
         self.stride = 2 * max(1, round(0.2 / h))
         self.filter = aligned((self.blocks, 2, LANES))
-        if repeat is not None:  # whole readings, at least 16, to a period
-            self.stride = math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
+        if repeat is not None:  # whole readings to a period: 16 or more, or 8 where it has 16 steps
+            self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         self.samples: list[Floats | None] = [None] * self.blocks
         if self.eqs.is_shaken_otherwise:
             grid = 0.5 * h if self._coarse else h
@@ -190,8 +190,8 @@ class Trajectories:
         self.steps += readings * self.stride * self.count
         if not all(np.isfinite(one).all() for one in (sums, self.state, martingales) if one is not None):
             raise NotFiniteError(
-                f"the response grows without bound: it left the finite numbers after {self.time:g} time units "
-                f"at step {self.h:g}; {remedy(self.eqs, self.h)}"
+                f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
+                f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
         unit = loss_unit(eqs) if self.circuit is None else 1.0
         moments = from_sums(sums, readings, elapsed, unit, eqs.mu)

@@ -1,12 +1,14 @@
 """How this package compiles: decorators over numba with one set of flags and one cache.
 
-numba's own cache looks only at the file of the function that it stores; here a kernel is made
-of functions from several files, so the cache folder is named by a hash of all of them.  A compiled function can also
-be built again from its source, interpreted or compiled to exactly the same arithmetic.
+numba's own cache looks only at the path and the time of the file of the function that it stores; here a kernel is made
+of functions from several files, so the cache folder is named by a hash of what stands in all of them, wherever they
+lie and whenever they were written.  A compiled function can also be built again from its source, interpreted or
+compiled to exactly the same arithmetic.
 """
 
 import hashlib
 import pickle
+import re
 import sys
 import threading
 import time
@@ -34,12 +36,22 @@ F = TypeVar("F", bound=Callable[..., Any])
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 
 
+DECORATED = re.compile(rb"^ *@(kernel|inlined|forced|c_function)\b", re.MULTILINE)
+
+
+@cache
+def compiled_sources() -> tuple[Path, ...]:
+    """The files of this package that machine code is made of: those with a decorator of this module, and this one."""
+    package = Path(__file__).parents[2]
+    files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("circuit/**/*.py")])
+    return (Path(__file__), *(file for file in files if DECORATED.search(file.read_bytes())))
+
+
 @cache
 def _cache_folder() -> str | None:
     """Folder of the machine code of exactly these sources; None where none can be written."""
-    package = Path(__file__).parents[2]
     digest = hashlib.sha256()
-    for source in sorted([*package.glob("mechanics/**/*.py"), *package.glob("circuit/**/*.py")]):
+    for source in compiled_sources():
         digest.update(source.read_bytes())
     base = folders.cache_folder()
     folder = base and folders.own(base / f"kernels-{digest.hexdigest()[:16]}")
@@ -62,11 +74,23 @@ class _Files(numba_caching.IndexDataCacheFile):
             raise FileNotFoundError(name) from None  # which numba expects
 
 
+class _FilesOfThisPackage(_Files):
+    """The same, of a function whose source the folder's name is a hash of: its path and its time do not matter."""
+
+    def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
+        room = Path(cache_path)
+        room = room.with_name(room.name.rsplit("_", 1)[0])  # numba appends a hash of the source's path
+        room.mkdir(parents=True, exist_ok=True)
+        super().__init__(str(room), filename_base, None)
+
+
 @contextmanager
-def _own_cache() -> Iterator[bool]:
+def _own_cache(function: Callable[..., Any]) -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
     folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
-    config.CACHE_DIR, caching.IndexDataCacheFile = folder or config.CACHE_DIR, _Files
+    ours = Path(function.__code__.co_filename) in compiled_sources()
+    config.CACHE_DIR = folder or config.CACHE_DIR
+    caching.IndexDataCacheFile = _FilesOfThisPackage if ours else _Files
     try:
         yield folder is not None
     finally:
@@ -115,7 +139,7 @@ def forced(function: F) -> F:
 
 def kernel(function: F) -> F:
     """Compile a function called from Python: cached on disk, free of the interpreter's lock."""
-    with _own_cache() as cached:
+    with _own_cache(function) as cached:
         return numba.njit(cache=cached, nogil=True, **FLAGS)(function)  # type: ignore[no-any-return]
 
 
@@ -123,7 +147,7 @@ def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function that C code calls through a pointer (its ``.address``), cached on disk."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        with _own_cache() as cached:
+        with _own_cache(function) as cached:
             return numba.cfunc(signature, cache=cached, **FLAGS)(function)
 
     return decorate

@@ -132,7 +132,7 @@ def stability(
     if eqs.is_shaken:
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
-        warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g} time units, before the load's memory 1/mu ended")
+        warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g}/w0, before the load's memory 1/mu ended")
     growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
     doubts, quiet = formula.doubts(eqs), noiseless(eqs)
     bias, unknown = growth.bias, ""
