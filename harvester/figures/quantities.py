@@ -13,7 +13,7 @@ from harvester.scene.keys import unit_of
 from harvester.scene.units import SYMBOLS
 
 NONDIMENSIONAL = "nondimensional"
-_PREFIXED = {"W", "V", "A", "ohm", "F", "H", "Hz", "s", "m", "m/s", "N/m", "N/V"}
+_PREFIXED = {"W", "V", "A", "ohm", "F", "H", "Hz", "s", "m", "m/s", "N/m", "N/V", "W/g^2", "V/g", "m/g"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _WRITTEN = {"ohm": "Ω", "^2": "²", "^3": "³", "^5": "⁵"}
 _NAMES = {
