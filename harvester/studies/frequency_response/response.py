@@ -144,6 +144,11 @@ def responses(
     engines or their names: "exact", "ensemble", "ideal" and "spice"; by default "exact" for a linear scene, "spice"
     for a netlist, else "ensemble".  ``spice`` by name has a budget of `BUDGET` seconds a point.
 
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> [curve.engine for curve in hv.responses(scene, [0.9, 1.0], {"nondimensional.mu": [0.5, 2.0]}).curves]
+    ['exact', 'exact']
+
     Raises as `response`, and InputError for a key or value that no scene has.
     """
     problem = Problem.of(scene)
