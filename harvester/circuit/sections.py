@@ -56,7 +56,7 @@ def unkicked(drive: Drive, a: float) -> float:
 
 
 def flat(section: CoupledState, volts: float) -> Floats:
-    """x, x' and the node voltages in units of ``volts``, shape (2 + nodes,)."""
+    """The section as one array of shape (2 + nodes,): x, x' and the node voltages in units of ``volts``."""
     return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
 
 
