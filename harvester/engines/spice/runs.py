@@ -45,9 +45,7 @@ class Runs:
     deadline: float = math.inf
     blocks: int = 1  # of a trajectory: more than one have controls
     tolerance: dict[str, float] | None = None  # relative errors of moments by ngspice's tolerance, once measured
-    coarse: "list[TrajectoryMeans]" = field(
-        default_factory=list
-    )  # at twice the step, on the noise of the first of done
+    coarse: "list[TrajectoryMeans]" = field(default_factory=list)  # the first of done again, at twice the step
 
     def more(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.
@@ -91,8 +89,7 @@ class Runs:
             return
         given = ready.device.coarser(), seeds, self.kicks // 2, ready.burn_in, False, self.deadline, self.blocks, starts
         try:
-            for one in worker.measure_in_workers(*given):
-                self.coarse.append(one)
+            self.coarse.extend(worker.measure_in_workers(*given))
         except SimulationError as error:  # of a circuit that does not bear the step, or of time that is over
             ready.warnings.append(f"the bias of the step could not be measured: {error}")
 
