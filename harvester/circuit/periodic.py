@@ -26,10 +26,10 @@ from harvester.mechanics.periodic import REACHED, WORTH, Secants, Settling
 FIRST = 4  # periods from rest before the way is shortened
 LONGEST = 60  # the same, of a mass that is not linear
 MEASURED = 1  # periods that are averaged, after one that is not
-COMES_BACK = 1e-3  # of the state's size, in the unbroken run
+COMES_BACK = 3e-3  # of the state's size, in the unbroken run
 SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
-AWAY, TRIED = 0.02, 8  # a part of the motion by which it is pushed aside, and periods in which it must come back
+AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and periods in which it must come back
 
 
 @dataclass(frozen=True)
@@ -151,8 +151,11 @@ class _Path:
         begin = section_of(settled.state, names, self.device.scales.volts)
         way = AWAY * math.hypot(begin.x, begin.v)
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
+        (there, *_), _ = self.unbroken(
+            begin, turns, 1
+        )  # the velocity that `unbroken` reads is that of half a step later
         sections, _ = self.unbroken(aside, turns, TRIED)
-        return math.hypot(sections[-1, 0] - begin.x, sections[-1, 1] - begin.v) < way
+        return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 
 
 def periodic_response(
@@ -171,6 +174,10 @@ def periodic_response(
     own = device.load.topology is None and not device.load.linear  # which may feed what grows
     linear = linear_growth(device.eqs) is not None and not own
     section, known = (CoupledState(x, v), None) if near is None else (near.section, near.secants)
+    if near is not None and not linear:  # the branch that it is on, as long as that is there
+        found = _settled(path, section, near.turns, False, known)
+        if found is not None:
+            return found
     section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
     quiet, away = quiet_kick(drive.readings[-path.size :, 3])
     if near is None or away < QUIET * path.size:

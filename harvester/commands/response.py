@@ -78,7 +78,7 @@ def response(
     problem = Problem(scene)
     points = study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
     chosen = study.engines_of(problem, engines or None, seed, budget)
-    rows = study.rows_of(chosen, len(study.frequencies(problem, sweep)), points)
+    rows = study.rows_of(problem, chosen, len(study.frequencies(problem, sweep)), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
         answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g)
     echo_answer(answer, as_json)

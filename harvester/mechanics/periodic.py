@@ -24,7 +24,7 @@ MEMORY = 12  # periods that are combined
 MOST = 80  # periods
 KEPT = 16  # changes between periods that are told to another way
 REACHED = 3e-5  # of the state's size, where no other is asked for
-NOISY = 1e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
+NOISY = 2e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
 PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as nearer
 WORTH = 3e-3  # of the state's size: a change of y that is worth telling to another way, well above that noise
 SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
@@ -32,6 +32,7 @@ TOLD = 0.3  # of the change of f(y) - y: the change of y that explains it
 # What is not believed of a change: a part of the size of one that was known, of one's own, and what ngspice's tolerance
 # makes in any, relative to the state
 STALE, CURVED, NOISE = 0.1, 0.01, 1e-4
+QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
 
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
 
@@ -90,9 +91,10 @@ class Settling:
         weights = self._weights()
         columns = (weights * changes.residuals).T
         known = 0 if self.known is None else len(self.known.states)
-        doubt = np.where(np.arange(columns.shape[1]) < known, STALE, CURVED) * np.linalg.norm(columns, axis=0) + NOISE
+        noise = min(NOISE, QUIETER * self.size(residual))
+        doubt = np.where(np.arange(columns.shape[1]) < known, STALE, CURVED) * np.linalg.norm(columns, axis=0) + noise
         told = np.vstack([columns, np.diag(doubt)])
-        share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))))[0]
+        share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))), rcond=None)[0]
         return share @ changes.states, share @ changes.means
 
     def secants(self, worth: float = 0.0) -> Secants | None:

@@ -15,8 +15,9 @@ from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
+from harvester.engines.spice.pursuit import pursue
 from harvester.engines.spice.runs import FEWEST, Runs
-from harvester.engines.spice.steady import steady_response
+from harvester.engines.spice.steady import Steady, steady_response
 from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
@@ -103,16 +104,26 @@ class Spice(Sampled):
         Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
         trajectories or a duration are given.
         """
+        return self.follow(scene, None, progress)[0]
+
+    def follow(
+        self, scene: AnyScene, near: Steady | None, progress: Progress | None = None
+    ) -> tuple[Estimate, Steady | None]:
+        """As `run`, and the periodic response where there is one.
+
+        It is that which a slow change of a steady drive leads to from ``near``, the one of a drive a little different;
+        None: from rest.
+        """
         from harvester.circuit import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
         watch, exists = watch_of(problem, self.probe, self.ledger), existence(problem)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
-            steady = steady_response(self, problem, self.reltol, progress, watch.all)
+            steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
             if steady is not None:
                 found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
-                return with_steady_probes(found, problem, watch, steady)
+                return with_steady_probes(found, problem, watch, steady), steady
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         searched = time.perf_counter() - begin
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
@@ -174,7 +185,8 @@ class Spice(Sampled):
             moments.V2,
         )
         answer = with_sampled_probes(answer, problem, watch, [one.probed for one in runs.done])
-        return answer if ready.resistive else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+        effects = problem.effects if ready.resistive else (*problem.effects, "netlist")
+        return dataclasses.replace(answer, effects=effects), None
 
     def _first_round(
         self,
@@ -214,37 +226,3 @@ class Spice(Sampled):
                 f"use engine 'ensemble', or give fewer `trajectories`, a longer `dt` or a `budget` above "
                 f"{kicks / self.STEPS_A_SECOND:.2g}s"
             )
-
-
-def pursue(runs: Runs, target: Target, fixed: bool) -> None:
-    """More pairs and a longer ensemble, in the proportion that costs least, until the target is reached."""
-    warnings = runs.ready.warnings
-    while True:
-        found = runs.power()
-        if target.reached(found.value):
-            return
-        variance = target.variance(found.value)
-        if variance == 0.0:  # a larger ensemble knows the bias no better: it was asked for before the first run
-            tolerance = (runs.tolerance or {}).get(runs.ready.quantity, 0.0)
-            if 2.0 * tolerance > target.within:
-                warnings.append(
-                    f"`within` {target.within:.3g} needs a smaller tolerance of ngspice, which makes {tolerance:.2g}: "
-                    f"in Python, Spice(reltol={0.1 * runs.ready.device.reltol:.0e})"
-                )
-            elif fixed or target.budget is None:
-                warnings.append(
-                    f"`within` {target.within:.3g} needs a smaller `dt`: the bias of the step alone is too large"
-                )
-            else:
-                warnings.append(target.missed(found.value))
-            return
-        pairs, longer = runs.asked_for(found, variance)
-        seconds = pairs * runs.cost + longer * runs.rate
-        share = min(target.seconds_left / seconds, 1.0)
-        if share < 0.02:
-            warnings.append(target.missed(found.value))
-            return
-        if pairs >= 1.0:
-            runs.more(max(2 * round(0.5 * share * pairs), 2))
-        if longer > 0.0:
-            runs.extend(share * longer)

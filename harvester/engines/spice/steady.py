@@ -32,7 +32,7 @@ BORNE = 0.7  # of the error that is asked for: what the tolerance may make while
 TENTH = 0.1  # of the tolerance, to see what it does
 REMAINS = 0.5  # of that change, at a tenth of the tolerance: as its power 2/3 (`harvester.circuit.tolerance`), doubled
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
-SETTLED = 0.1  # of the error that is asked for: what settling may leave
+SETTLED = 0.03  # of the error that is asked for: what settling may leave
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST = 64  # steps in a period, of the longest step
 
@@ -45,7 +45,7 @@ class Steady:
     tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
-    is not.
+    is not; ``followed`` that it comes from that of a drive a little different, and not from rest.
     """
 
     first: "CoupledDevice"
@@ -55,6 +55,7 @@ class Steady:
     found: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
     tenths: int = 0
     unknown: str = ""
+    followed: bool = False
     warm_up_seconds: float = 0.0
 
     @property
@@ -125,9 +126,11 @@ class Steady:
     def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
         """The ``power``, ``square`` or ``displacement``, and its errors: of step, ngspice's tolerance and settling."""
         finest, tenths = self.finest, self.tenths
-        values = [float(getattr(self.found[k, tenths], name)) for k in range(finest - 2, finest + 1)]
+        three = [self.found[k, tenths] for k in range(finest - 2, finest + 1)]
+        values = [float(getattr(one, name)) for one in three]
         value, step = limit(values)
-        left = float(self.last.left[0 if name == "power" else 1]) * abs(values[-1])
+        lefts = [float(one.left[0 if name == "power" else 1]) * abs(v) for one, v in zip(three, values, strict=True)]
+        left = (4.0 * lefts[-1] + lefts[-2]) / 3.0  # as the limit weighs them
         tighter = self.found.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
         return value + change, (step, self.remains * abs(change), left)
@@ -208,7 +211,8 @@ def steady_response(
     deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
     steady = Steady(device, halvings, deadline, number(options.within) or WITHIN, warm_up_seconds=warm)
     if not steady.begin(None if near is None else near.found[0, 0]):
-        return None
+        return None if near is None else steady_response(options, problem, reltol, progress, probes)
+    steady.followed = near is not None
     if halvings < 2:
         steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
         return steady

@@ -25,10 +25,11 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
     if within is not None and (steady.unknown or power.error95 > within * abs(power.value)):
         relative = "is not known" if steady.unknown else f"is {power.error95 / abs(power.value):.2g}"
         warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
+    whence = "from that of the frequency before" if steady.followed else "from rest"
     again = (
         "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
     )
-    reasons = [f"no sampling error: nothing is random, and the response from rest comes back {again}"]
+    reasons = [f"no sampling error: nothing is random, and the response {whence} comes back {again}"]
     if linear_growth(problem.equations) is None:
         reasons.append("other responses to the same drive, from other starts, are not looked for")
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}

@@ -21,10 +21,10 @@ from harvester.uncertainty.value import number
 class Response:
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
-    By engine `spice` each point begins at rest: the one direction is "from rest".  ``resolved`` says that the peak and
-    its half-power points are among them; else the peak is the best of the points.  ``level`` is the amplitude of the
-    base's acceleration in g, None where there is none; ``varied`` are scene keys that this response has of its own,
-    with their values in SI units; ``failures`` are frequencies without a point, and why.
+    Engine `spice` goes over those of a linear mass once: the one direction is "from rest".  ``resolved`` says that the
+    peak and its half-power points are among them; else the peak is the best of the points.  ``level`` is the amplitude
+    of the base's acceleration in g, None where there is none; ``varied`` are scene keys that this response has of its
+    own, with their values in SI units; ``failures`` are frequencies without a point, and why.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
@@ -91,9 +91,10 @@ class Response:
         found = list[float]()
         if not {"up", "down"} <= set(self.directions):
             return found
-        for up, down in zip(self.sweep("up"), self.sweep("down"), strict=True):
-            a, b = up.mean_square_voltage, down.mean_square_voltage
-            if abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
+        downwards = {down.frequency: down.mean_square_voltage for down in self.sweep("down")}
+        for up in self.sweep("up"):
+            a, b = up.mean_square_voltage, downwards.get(up.frequency)
+            if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
                 found.append(up.frequency)
         return found
 

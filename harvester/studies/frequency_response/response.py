@@ -2,7 +2,7 @@
 
 A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the sweep
 (`closed_form`).  Other scenes are followed up the frequencies and down again by engine `ensemble`, or `ideal` with a
-circuit of ideal elements (`continued`); engine `spice` finds the response from rest at each frequency (`from_rest`).
+circuit of ideal elements (`continued`); engine `spice` follows the periodic response (`by_ngspice`).
 """
 
 import re
@@ -16,11 +16,11 @@ from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.scene.usual import unusual_values
+from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
 from harvester.studies.frequency_response.closed_form import closed_form, power_at
 from harvester.studies.frequency_response.continued import continued
 from harvester.studies.frequency_response.curve import Response
 from harvester.studies.frequency_response.driven import Driven
-from harvester.studies.frequency_response.from_rest import from_rest
 from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.frequency_response.responses import Responses
 from harvester.studies.output_folder import OutputFolder, provenance
@@ -96,10 +96,10 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
     return points
 
 
-def rows_of(engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
-    """How often the tick is called for each engine: up and down, or once for each frequency from rest."""
-    curves = 1 if points is None else len(points)
-    return {e.NAME: curves * frequencies * (1 if isinstance(e, Spice) else 2) for e in engines}
+def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
+    """How often the tick is called for each engine: up and down, or once by ngspice and a linear mass."""
+    curves, ways = 1 if points is None else len(points), len(directions(Driven(Problem.of(scene))))
+    return {e.NAME: curves * frequencies * (ways if isinstance(e, Spice) else 2) for e in engines}
 
 
 @names_arguments
@@ -183,7 +183,7 @@ def _curve(
         for _ in range(2 * len(at)):
             tick(engine.NAME)
     elif isinstance(engine, Spice):
-        found, failures, more = from_rest(engine, driven, at, lambda: tick(engine.NAME))
+        found, failures, more = by_ngspice(engine, driven, at, lambda: tick(engine.NAME))
         warnings = list(dict.fromkeys([*warnings, *more]))
     else:
         assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"

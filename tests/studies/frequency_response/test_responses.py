@@ -8,6 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.engines import Spice
+from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, CircuitError, InputError
 from harvester.studies.frequency_response.response import draw, engines_of, points_of, rows_of
 from tests.support.systems import DRIVEN, changed, scene
@@ -110,14 +111,14 @@ def test_several_loads_and_a_map(harvester, tmp_path):
 def test_a_frequency_that_fails(monkeypatch):
     """It is left out and told with its reason, and the others are there; where all fail, that is the error."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
-    run = Spice.run
+    follow = Spice.follow
 
-    def fails_above_45(self, problem, progress=None):
+    def fails_above_45(self, problem, near, progress=None):
         if problem.scene.excitation.frequency > 45.0:
             raise CircuitError("the circuit does not converge at node 7")
-        return run(self, problem, progress)
+        return follow(self, problem, near, progress)
 
-    monkeypatch.setattr(Spice, "run", fails_above_45)
+    monkeypatch.setattr(Spice, "follow", fails_above_45)
     found = hv.response(linear, SWEEP, engine="spice")
     assert [p.frequency for p in found.points] == [44.0] and [f for f, _ in found.failures] == [47.0, 50.0]
     assert "failed at 2 of 3 frequencies, as 47 Hz: the circuit does not converge at node 7" in str(found)
@@ -125,10 +126,29 @@ def test_a_frequency_that_fails(monkeypatch):
         hv.response(linear, [46.0, 47.0, 48.0], engine="spice")
 
 
+@pytest.mark.ngspice
+def test_a_neighbour_leads_to_the_response_from_rest():
+    """With a capacitor of 46 periods, where a way that ends too early is seen in the power."""
+    slow = hv.loads(BRIDGE.replace("0.3 uF", "10 uF"))
+    followed = hv.response(slow, [45.0, 45.5], engine="spice").points[1].mean_power
+    alone = Spice().run(slow.vary("excitation.frequency", 45.5)).mean_power
+    assert abs(followed.value - alone.value) < followed.error95 + alone.error95 < 2e-3 * alone.value
+
+
+@pytest.mark.ngspice
+def test_ngspice_follows_branches_up_and_down():
+    """A hardening spring: at 1.25 both branches are there, and each way is on its own, as by the ensemble."""
+    eqs = Equations(beta=0.05, mu=0.5, c1=-0.05, alpha=0.3, drive=0.15, drive_frequency=1.0)
+    found = hv.response(scene(eqs), [1.15, 1.25, 1.4], engine="spice")
+    assert found.directions == ["up", "down"] and found.hysteresis == [1.25]
+    up, down = (found.sweep(way)[1].mean_power.value for way in ("up", "down"))
+    assert up == pytest.approx(0.02690, rel=3e-3) and down == pytest.approx(9.47e-4, rel=5e-3)
+
+
 def test_rows_of_the_bar():
     linear = scene(DRIVEN)
     points = points_of(linear, {"nondimensional.mu": [0.5, 1.0, 2.0]})
-    assert rows_of(engines_of(linear, ["exact", "spice"]), 5, points) == {"exact": 30, "spice": 15}
+    assert rows_of(linear, engines_of(linear, ["exact", "spice"]), 5, points) == {"exact": 30, "spice": 15}
 
 
 @pytest.mark.parametrize(
