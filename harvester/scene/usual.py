@@ -20,7 +20,7 @@ def unusual_values(scene: Scene) -> list[str]:
                 unit = kind.example.strip("'").partition(" ")[2]
                 likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {unit}"
                 found.append(doubt + (f": is {likely} meant?" if unit not in ("", kind.unit) else ""))
-    return found + _doubts_of_pairs(scene)
+    return found + _doubts_of_pairs(scene) + _doubts_of_a_copy(scene)
 
 
 def _doubts_of_pairs(scene: Scene) -> list[str]:
@@ -43,6 +43,19 @@ def _doubts_of_pairs(scene: Scene) -> list[str]:
             ": is its unit right?"
         )
     return found
+
+
+def _doubts_of_a_copy(scene: Scene) -> list[str]:
+    """A warning of a netlist's own Cp, by which its switches are timed, that is not the piezo's."""
+    if scene.piezo is None or scene.load is None:
+        return []
+    own, piezo = scene.load.parameters.get("Cp"), scene.piezo.capacitance
+    if own is None or math.isclose(float(own), piezo, rel_tol=1e-3):
+        return []
+    return [
+        f"load.parameters.Cp is {float(own) * 1e9:.4g} nF, but piezo.capacitance is {piezo * 1e9:.4g} nF: left out, it "
+        "is the piezo's"
+    ]
 
 
 def unusual(what: str, value: float, kind: Kind) -> str:

@@ -74,6 +74,14 @@ def test_values_that_no_device_has_get_a_warning(changes, doubts):
     assert all(doubt in words[0] for doubt in doubts)
 
 
+@pytest.mark.parametrize(("own", "warned"), [({}, False), ({"Cp": "50.2 nF"}, False), ({"Cp": "33 nF"}, True)], ids=str)
+def test_a_switch_timed_for_another_piezo_gets_a_warning(own, warned):
+    scene = hv.load(EXAMPLES / "plate_parallel_sshi.toml")
+    found = unusual_values(scene.with_load(hv.Netlist("parallel_sshi", R="5 Mohm", **own)))
+    says = "load.parameters.Cp is 33 nF, but piezo.capacitance is 50.2 nF: left out, it is the piezo's"
+    assert found == ([says] if warned else [])
+
+
 def test_a_best_load_that_no_device_has_gets_a_warning():
     """50 F makes it 995 uohm."""
     words = meaning(problem_of({**SHEET, "acceleration_psd": "1e-5 g^2/Hz", "capacitance": "50"})).words["load"]
