@@ -155,7 +155,7 @@ def doubts(eqs: Equations) -> Doubts:
             texts.append(f"no averaging is reliable for a restitution coefficient of {r:g}, below .5")
         quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
         g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2))
-        error = g * n * (6.0 * n + (0.0 if r is None else 0.5 * math.sqrt(ratio2) / (1.0 + ratio2)))
+        error = g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))
         if quiet is not None:
             error += abs(quiet - float(averaged(eqs, n2=0.0)))
         scale = n if r is None else n - float(np.sqrt(w2) / math.pi * log(r))

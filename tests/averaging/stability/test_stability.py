@@ -27,7 +27,7 @@ SEED = np.random.SeedSequence(20261122)
 COLLAPSE = math.exp(-math.pi / math.sqrt(3.0))  # restitution of inelastic collapse
 
 
-def measured(eqs, trajectories=4096, duration=1000.0, h=0.04):
+def measured(eqs, trajectories=512, duration=1000.0, h=0.04):
     return lyapunov.exponent(eqs, SEED, trajectories, duration, h)
 
 
@@ -207,8 +207,8 @@ def test_without_a_stop(mu, n2):
     """Monte Carlo against modes and first-order noise; without noise the roots of the characteristic polynomial."""
     eqs = changed(FIGURE7, mu=mu, n2=n2, restitution=None, c1=-0.02, beta=0.2)
     growth = measured(eqs, duration=1500.0, h=0.03)
-    assert growth.stderr < 1.5e-4
-    assert abs(z(growth, float(formula.averaged(eqs)))) < 4
+    assert growth.stderr < 5e-5
+    assert abs(growth.value - float(formula.averaged(eqs))) < 4 * growth.stderr + formula.doubts(eqs).error < 4e-4
     roots = np.roots([1.0, 0.02 + mu, 1.0 + 0.2 + 0.02 * mu, mu])
     assert formula.noiseless(eqs) == pytest.approx(roots.real.max(), rel=1e-9)
     assert formula.averaged(eqs, n2=0.0) == pytest.approx(roots.real.max(), rel=1e-9)
@@ -335,9 +335,9 @@ def test_stated_bias_is_the_real_one():
 
 
 def test_both_steps_share_their_noise():
-    """At the default step the stated bias is not the noise of two independent runs: far below the standard error."""
+    """At the default step the stated bias is not the noise of two independent runs: far below the plain error."""
     growth = measured(FIGURE7, 512, 500.0)
-    assert 0.0 < growth.bias < 0.1 * growth.stderr
+    assert 0.0 < growth.bias < 0.1 * growth.samples.std() / math.sqrt(512)
 
 
 def test_stopping_dead_is_a_named_error():
@@ -416,7 +416,7 @@ def test_return_law_of_a_free_particle():
     White noise changes the speed by 1 in the time tau = 1/(2 N1); the spring acts on the scale 1.
     """
     tau = 1e-4
-    speeds = np.empty(8_000)
+    speeds = np.empty(5_000)
     first_returns(1, speeds, tau / 200, 0.5 / tau, 200 * 30)
     law = lambda w: 1.5 / np.pi * w**1.5 / (1 + w**3)  # noqa: E731
     assert quad(law, 0, 1)[0] == pytest.approx(0.1370, abs=5e-5)
