@@ -5,7 +5,7 @@ import cloup
 from harvester.commands.completion import engines as known_engines
 from harvester.commands.completion import scene_keys
 from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.messages import echo_answer, echo_written, typed
 from harvester.commands.options import duration, figure, json_option, scene_argument, seed_option, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
 
@@ -72,14 +72,19 @@ def response(
     from harvester.equations.problem import Problem
     from harvester.scene.toml import load
     from harvester.studies.frequency_response import response as study
+    from harvester.studies.frequency_response.driven import Driven
+    from harvester.studies.frequency_response.engines import engines_of
     from harvester.studies.sweep.points import grid, read_axis
 
     scene, file = load(path), report_file(report, out)
     problem = Problem(scene)
     points = study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
-    chosen = study.engines_of(problem, engines or None, seed, budget)
-    rows = study.rows_of(problem, chosen, len(study.frequencies(problem, sweep)), points)
+    chosen = engines_of(problem, engines or None, seed, budget)
+    frequencies = study.frequencies(problem, sweep)
+    rows = study.rows_of(problem, chosen, len(frequencies), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
+        for doubt in Driven(problem).doubts(frequencies):  # before minutes go by
+            bar.notice(f"warning: {typed(doubt)}")
         answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g)
     echo_answer(answer, as_json)
     if not as_json:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.engines import Ensemble, Ideal
 from harvester.engines.ensemble import ALIKE, UNLIKE
 from harvester.engines.protocol import served
@@ -81,27 +82,33 @@ def _point(
 ) -> ResponsePoint:
     """The means of one frequency, with their errors of sampling and step, in the scene's units."""
     model, units, moments = engine.model(problem), problem.units, pair.moments
-    noisy, each = problem.equations.is_random, moments.V2
-    spread = None if noisy else float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
-    exact = spread is not None and spread <= ALIKE
+    noisy = problem.equations.is_random
+    spread = None if noisy else _spread(getattr(moments, model.name))
 
-    def value(mean: float, error: float, bias: float) -> Value:
+    def value(each: Floats, mean: float, error: float, bias: float) -> Value:
+        exact = not noisy and max(_spread(each), spread or 0.0) <= ALIKE
         return Value(mean, None if exact else error, abs(bias), unknown=engine.UNKNOWN)
 
-    v2 = value(*pair.mean("V2"), pair.bias("V2")[0]).scaled(units.volts**2)
-    power = value(*pair.mean(model.name), pair.bias(model.name)[0]).scaled(model.factor * units.watts)
+    v2 = value(moments.V2, *pair.mean("V2"), pair.bias("V2")[0]).scaled(units.volts**2)
+    power = value(getattr(moments, model.name), *pair.mean(model.name), pair.bias(model.name)[0])
+    power = power.scaled(model.factor * units.watts)
     place = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
     about = np.maximum(moments.x2 - place**2, 0.0)
-    moved = root(value(*mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2))
+    moved = root(value(about, *mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2))
     phases = _phases(problem, pair, model.circuit) if spread is not None and spread <= UNLIKE else (None, None)
     return ResponsePoint(direction, frequency, v2, power, spread, moved, *phases)
+
+
+def _spread(each: Floats) -> float:
+    """How far the trajectories' means of a square are apart, relative to the largest."""
+    return float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
 
 
 def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | None") -> Phases:
     """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
 
     They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
-    drive that this path has.  None where its voltage is not that of the trajectories: it went to another response.
+    drive that this path has.  None where its displacement is not that of the trajectories: it went to another response.
     """
     from harvester.mechanics.kernels.path import trace
 
@@ -120,8 +127,8 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | N
 
         stored = float(trajectories.state[0, 3, 0])
         path = trace_ideal(eqs, circuit, quiet, h, 1, (x, v, voltage, stored), shaking)
-    there = pair.mean("V2")[0]
-    if not abs(float(np.mean(path.V**2)) - there) <= UNLIKE * there:
+    there = float(np.mean(pair.moments.x2 - pair.moments.x**2))
+    if not abs(float(np.var(path.x)) - there) <= UNLIKE * there:
         return None, None
     readings = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)  # half a step after each kick
     found = (first_harmonic(values, readings) for values in (path.x, path.V))

@@ -1,7 +1,7 @@
 """The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,7 @@ from harvester import figures
 from harvester.engines.ensemble import UNLIKE
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
-from harvester.studies.frequency_response.point import ResponsePoint, cells, heads
+from harvester.studies.frequency_response.point import ResponsePoint, cells, failed_cells, heads
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import number
 
@@ -104,7 +104,12 @@ class Response:
 
     def text(self) -> str:
         """The CSV file."""
-        return csv_text(heads(self.unit_names), [cells(p, self.level) for p in self.points])
+        return csv_text(heads(self.unit_names), self.rows())
+
+    def rows(self) -> list[Sequence[object]]:
+        """The rows of the CSV file: those of the points, then those of the frequencies that failed."""
+        failed = [failed_cells(*failure, self.unit_names) for failure in self.failures]
+        return [*(cells(p, self.level) for p in self.points), *failed]
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
@@ -148,7 +153,7 @@ class Response:
         f = [p.frequency for p in self.sweep(self.directions[0])]
         if not self.resolved and len(f) > 1:
             widest = max(b - a for a, b in itertools.pairwise(f))
-            lines.append(f"note: frequencies are up to {widest:.3g} {hertz} apart".rstrip())
+            lines.append(f"note: frequencies are up to {widest:.3g} {hertz}".rstrip() + " apart")
         if self.failures:
             first, why = self.failures[0]
             at = f"{first:.5g} {hertz}".rstrip()
@@ -164,7 +169,7 @@ class Response:
             lines.append(f"{direction:<5} peak {power} at {at}{self._where(direction)}; half-power bandwidth {band}")
         if self.hysteresis:
             low, high, hertz = min(self.hysteresis), max(self.hysteresis), self.unit_names.frequency
-            lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}: hysteresis".rstrip())
+            lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}".rstrip() + ": hysteresis")
         if several := self.differing:
             lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
         return "\n".join([*lines, *self.notes()])

@@ -1,11 +1,13 @@
 """A scene with a harmonic drive at one frequency after another, and what of it a frequency response cannot show."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harvester.engines.protocol import NOT_WHITE, unknown_effects
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
 from harvester.scene.scene import Scene
+from harvester.scene.usual import unusual_values
 from harvester.studies.frequency_response.point import GRAVITY
 
 # Shaking that has no frequency to sweep
@@ -59,3 +61,13 @@ class Driven:
         """The problem at another frequency."""
         scene: Scene = self.problem.scene
         return Problem(scene.vary(self.frequency_key, frequency))
+
+    def doubts(self, frequencies: Sequence[float]) -> list[str]:
+        """Warnings of the scene's unusual values, and of those that the first and the last frequency would be."""
+        scene: Scene = self.problem.scene
+        found = unusual_values(scene)
+        ends = dict.fromkeys((min(frequencies), max(frequencies))) if len(frequencies) else {}
+        for frequency in ends:
+            there = unusual_values(self.at(frequency).scene)
+            found.extend(f"at an end of `sweep`, {doubt}" for doubt in there if doubt not in found)
+        return found

@@ -16,7 +16,7 @@ GRAVITY = USUAL_UNITS["gravity", "m/s^2"]
 class ResponsePoint:
     """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 
-    ``spread`` is that of the trajectories' E[V^2], relative to the largest; None where there is noise, or one path.
+    ``spread`` is that of the trajectories' mean power, relative to the largest; None where there is noise, or one path.
     ``displacement_rms`` is that of the mass about its mean place; ``displacement_phase`` and ``voltage_phase`` are
     those of the first harmonics to the base's acceleration (`harvester.linear.harmonics`), in degrees.  Each is None
     where it is not known: a phase where there is noise, or where trajectories differ.
@@ -70,7 +70,7 @@ def heads(of: AnswerUnits) -> list[str]:
     own = ["direction", named("frequency", of.frequency), *(named(name, unit) for name, unit in names.items())]
     per_g = ["voltage_rms_per_g (V/g)", "mean_power_per_g2 (W/g^2)"] if of.voltage else []
     phases = ["displacement_phase (degree)", "voltage_phase (degree)"]
-    return [*own, *errors, *phases, *per_g, "spread_of_trajectories"]
+    return [*own, *errors, *phases, *per_g, "spread_of_trajectories", "mean_power_error95", "error"]
 
 
 def cells(point: ResponsePoint, level: float | None) -> Sequence[object]:
@@ -81,4 +81,10 @@ def cells(point: ResponsePoint, level: float | None) -> Sequence[object]:
     per_g = [] if level is None else [point.voltage_rms.value / level, point.mean_power.value / level**2]
     spread = "" if point.spread is None else f"{point.spread:.3g}"
     known = [None if v is None else v.value for v in values]
-    return [point.direction, point.frequency, *known, *errors, *phases, *per_g, spread]
+    whole = point.mean_power.whole_error95
+    return [point.direction, point.frequency, *known, *errors, *phases, *per_g, spread, whole, ""]
+
+
+def failed_cells(frequency: float, why: str, of: AnswerUnits) -> Sequence[object]:
+    """The row of a frequency without a point: the reason in its last column, and nothing else."""
+    return [None, frequency, *[None] * (len(heads(of)) - 3), why]

@@ -10,25 +10,23 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from harvester import figures
-from harvester.engines import Ensemble, Exact, Ideal, Spice, selection
+from harvester.engines import Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
-from harvester.scene.usual import unusual_values
 from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
 from harvester.studies.frequency_response.closed_form import closed_form, power_at
 from harvester.studies.frequency_response.continued import continued
 from harvester.studies.frequency_response.curve import Response
 from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.frequency_response.responses import Responses
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 
 LEAST, MOST = 3, 10_000  # frequencies
-SERVING = (Exact, Ensemble, Ideal, Spice)
-BUDGET = 20.0  # seconds of a point by ngspice
 Values = str | Sequence[float | str]
 Tick = Callable[[str], None]  # called with the engine's name after each of the frequencies asked for, each way
 
@@ -48,39 +46,6 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     if found[0] == found[-1]:
         raise invalid("`sweep`", "be between two different frequencies", text)
     return tuple(found)
-
-
-def engines_of(
-    scene: AnyScene, engines: Sequence[Named] | None, seed: int = 0, budget: float | None = None
-) -> list[Engine]:
-    """The engines of a response: by default `Exact` for a linear scene, `Spice` for a netlist, else `Ensemble`.
-
-    ``budget`` is the time of a point by `Spice`, in seconds, by default `BUDGET`.
-
-    Raises InputError for an unknown engine, one named twice, and a budget without `Spice`; CannotServeError for one
-    that gives no response.
-    """
-    problem = Problem.of(scene)
-    names = [selection.default_engine(problem)] if engines is None else list(engines)
-    made = []
-    for one in [names] if isinstance(names, str) else names:
-        found = selection.engine(one)
-        if not isinstance(found, SERVING):
-            raise CannotServeError(
-                f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use "
-                f"{', '.join(repr(kind.NAME) for kind in SERVING)}"
-            )
-        if isinstance(one, str) and not isinstance(found, Exact):
-            own = {"budget": BUDGET if budget is None else budget} if isinstance(found, Spice) else {}
-            found = selection.engine(found, seed=seed, **own)
-        made.append(found)
-    for engine in made:
-        if sum(other.NAME == engine.NAME for other in made) > 1:
-            raise InputError(f"`engine` must name each only once, but names {engine.NAME!r} twice")
-    if budget is not None and not any(isinstance(engine, Spice) for engine in made):
-        ours = " and ".join(repr(engine.NAME) for engine in made)
-        raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
-    return made
 
 
 def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Points | None:
@@ -175,7 +140,7 @@ def _curve(
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
     at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
-    failures, warnings = list[tuple[float, str]](), list(unusual_values(problem.scene))
+    failures, warnings = list[tuple[float, str]](), driven.doubts(at)
     if isinstance(engine, Exact):
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)

@@ -10,7 +10,7 @@ from harvester.printing.answer_units import AnswerUnits
 from harvester.printing.columns import columns
 from harvester.scene.keys import unit_of
 from harvester.studies.frequency_response.curve import Response
-from harvester.studies.frequency_response.point import cells, heads
+from harvester.studies.frequency_response.point import heads
 from harvester.studies.output_folder import csv_text, named
 from harvester.uncertainty.value import Value, amount, percent
 
@@ -49,7 +49,7 @@ class Responses:
         """The CSV file: the varied keys and the engine, then the columns of one response."""
         units = {key: unit_of(key) for key in self.keys}
         own = [named(key, "" if unit == "1" else unit) for key, unit in units.items()]
-        rows = [[*c.varied.values(), c.engine, *cells(p, c.level)] for c in self.curves for p in c.points]
+        rows = [[*c.varied.values(), c.engine, *row] for c in self.curves for row in c.rows()]
         return csv_text([*own, "engine", *heads(self.unit_names)], rows)
 
     def as_json(self) -> dict[str, Any]:

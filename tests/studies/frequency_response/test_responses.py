@@ -10,7 +10,12 @@ import harvester as hv
 from harvester.engines import Spice
 from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, CircuitError, InputError
-from harvester.studies.frequency_response.response import draw, engines_of, points_of, rows_of
+from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.engines import engines_of
+from harvester.studies.frequency_response.point import ResponsePoint
+from harvester.studies.frequency_response.response import draw, points_of, rows_of
+from harvester.studies.frequency_response.responses import Responses
+from harvester.uncertainty.value import Value
 from tests.support.systems import DRIVEN, changed, scene
 
 pytestmark = pytest.mark.slow
@@ -178,3 +183,52 @@ def test_per_g_needs_a_base(tmp_path):
         draw(scene(DRIVEN), "0.9:1.1:3", tmp_path, per_g=True)
     with pytest.raises(CannotServeError, match="linear equations"):
         hv.response(scene(changed(DRIVEN, alpha=0.1)), [0.9, 1.0, 1.1], engine="exact")
+
+
+def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypatch, tmp_path):
+    """kHz for Hz: both ends are on stderr before anything is computed, and nothing is refused."""
+    (tmp_path / "scene.toml").write_text(BRIDGE)
+
+    def stopped(*_):
+        raise CircuitError("begun")
+
+    monkeypatch.setattr(Spice, "follow", stopped)
+    asked = ["response", str(tmp_path / "scene.toml"), "--out", str(tmp_path), "--sweep"]
+    _, _, error = harvester(*asked, "3kHz:4kHz:3")
+    first, second, last = error.splitlines()
+    for line, shown in ((first, "3000"), (second, "4000")):
+        assert line.startswith(f"response: warning: at an end of --sweep, excitation.frequency is {shown} Hz")
+    assert "begun" in last
+    assert len(harvester(*asked, "44Hz:50Hz:3")[2].splitlines()) == 1
+
+
+def test_a_csv_file_of_what_is_not_known():
+    """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
+    known, half = Value(2.0, bias=0.5), Value(2.0, bias=0.5, unknown="ideal diodes")
+    points = [ResponsePoint("up", float(k), Value(1.0), power, 0.0) for k, power in enumerate((known, half))]
+    found = Response(tuple(points), False, failures=((7.0, "no convergence, at node 7"),))
+    several = Responses((found,)).text()
+    for text in (found.text(), several):
+        rows = list(csv.DictReader(text.splitlines()))
+        assert [row["mean_power_error95"] for row in rows] == ["0.5", "", ""]
+        assert [row["error"] for row in rows] == ["", "", "no convergence, at node 7"]
+        assert {name for name, cell in rows[2].items() if cell} - {"engine"} == {"frequency", "error"}
+        assert all(len(row) == len(next(csv.reader(text.splitlines()))) for row in csv.reader(text.splitlines()))
+
+
+def test_numbers_without_a_unit():
+    """No blank stands before what follows the number of a nondimensional scene."""
+    points = [
+        ResponsePoint(way, f, Value(v2), Value(v2), 0.0)
+        for way, v2 in (("up", 1.0), ("down", 2.0))
+        for f in (1.3, 1.4, 1.6)
+    ]
+    text = str(Response(tuple(points), False))
+    assert "between 1.3 and 1.6: hysteresis" in text and "are up to 0.2 apart" in text
+
+
+def test_ideal_trajectories_are_judged_by_their_power():
+    """A bridge's voltage jumps and is read at few phases of the period: that scatter is an error, no other response."""
+    point = hv.response(hv.loads(BRIDGE), [47.0], engine="ideal").points[0]
+    assert point.spread < 0.005 and point.voltage_phase is not None
+    assert point.mean_square_voltage.stderr > 1e-4 * point.mean_square_voltage.value

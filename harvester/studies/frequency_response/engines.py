@@ -1,0 +1,65 @@
+"""The engines of a frequency response: which there are, and which of their options it uses."""
+
+import dataclasses
+from collections.abc import Sequence
+
+from harvester.engines import Ensemble, Exact, Ideal, Spice, selection
+from harvester.engines.protocol import AnyScene, Engine
+from harvester.engines.selection import Named
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError
+
+SERVING = (Exact, Ensemble, Ideal, Spice)
+BUDGET = 20.0  # seconds of a point by ngspice
+UNTOLD = frozenset({"probe", "ledger"})  # what `Spice` could tell of a circuit, and a response has no place for
+USED = frozenset({"seed"})  # of the others: they choose step, time and trajectories at each frequency
+
+
+def engines_of(
+    scene: AnyScene, engines: Sequence[Named] | None, seed: int = 0, budget: float | None = None
+) -> list[Engine]:
+    """The engines of a response: by default `Exact` for a linear scene, `Spice` for a netlist, else `Ensemble`.
+
+    ``budget`` is the time of a point by `Spice`, in seconds, by default `BUDGET`.
+
+    Raises InputError for an unknown engine, one named twice, an option that a response does not use, and a budget
+    without `Spice`; CannotServeError for an engine that gives no response.
+    """
+    problem = Problem.of(scene)
+    names = [selection.default_engine(problem)] if engines is None else list(engines)
+    made = []
+    for one in [names] if isinstance(names, str) else names:
+        found = selection.engine(one)
+        if not isinstance(found, SERVING):
+            raise CannotServeError(
+                f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use "
+                f"{', '.join(repr(kind.NAME) for kind in SERVING)}"
+            )
+        if ignored := _ignored(found):
+            raise InputError(ignored)
+        if isinstance(one, str) and not isinstance(found, Exact):
+            own = {"budget": BUDGET if budget is None else budget} if isinstance(found, Spice) else {}
+            found = selection.engine(found, seed=seed, **own)
+        made.append(found)
+    for engine in made:
+        if sum(other.NAME == engine.NAME for other in made) > 1:
+            raise InputError(f"`engine` must name each only once, but names {engine.NAME!r} twice")
+    if budget is not None and not any(isinstance(engine, Spice) for engine in made):
+        ours = " and ".join(repr(engine.NAME) for engine in made)
+        raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
+    return made
+
+
+def _ignored(engine: Engine) -> str:
+    """Why an engine's options are refused: those that are given and that a response does not use; empty without."""
+    fields = dataclasses.fields(engine)  # type: ignore[arg-type]
+    given = [field.name for field in fields if getattr(engine, field.name) != field.default]
+    unused = [name for name in given if (name in UNTOLD if isinstance(engine, Spice) else name not in USED)]
+    if not unused:
+        return ""
+    names = ", ".join(f"`{name}`" for name in unused)
+    verb, them = ("are", "them") if len(unused) > 1 else ("is", "it")
+    return (
+        f"{names} must be left out of engine {engine.NAME!r} for a frequency response, "
+        f"but {verb} given: a response does not use {them}"
+    )
