@@ -32,6 +32,7 @@ TOLD = 0.3  # of the change of f(y) - y: the change of y that explains it
 # What is not believed of a change: a part of the size of one that was known, of one's own, and what ngspice's tolerance
 # makes in any, relative to the state
 STALE, CURVED, NOISE = 0.1, 0.01, 1e-4
+CREEPING = 0.1  # of f(y) - y: what it changes by in a period where only a slow mode is left
 QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
 
 Turn = Callable[[Floats], tuple[Floats, Floats]]  # a state -> the state a period later, and the means over that period
@@ -92,6 +93,8 @@ class Settling:
         columns = (weights * changes.residuals).T
         known = 0 if self.known is None else len(self.known.states)
         noise = min(NOISE, QUIETER * self.size(residual))
+        if len(self._residuals) > 1:  # nor larger than the last two differ: of a slow mode hardly
+            noise = min(noise, self.size(self._residuals[-1] - self._residuals[-2]))
         doubt = np.where(np.arange(columns.shape[1]) < known, STALE, CURVED) * np.linalg.norm(columns, axis=0) + noise
         told = np.vstack([columns, np.diag(doubt)])
         share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))), rcond=None)[0]
@@ -113,11 +116,16 @@ class Settling:
         both = [np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)]
         return Secants(*both) if both and len(both[0]) else None
 
-    def _forget(self) -> None:
-        """Combine no periods before this one."""
+    def _creeps(self) -> bool:
+        """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
+        now, before = self._residuals[-1], self._residuals[-2]
+        return self.size(now - before) < CREEPING * self.size(now)
+
+    def _forget(self, but: int = 0) -> None:
+        """Combine no periods but so many of the last ones."""
         self.known = None
         for values in (self._states, self._residuals, self._means):
-            values.clear()
+            del values[: len(values) - but]
 
     def reach(self, enough: float = REACHED) -> bool:
         """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods."""
@@ -143,6 +151,9 @@ class Settling:
             step = self.left(residual)[0]
             size = self.size(residual) + self.size(self.slow @ step)
             best, nearest, since = (size, self.state, 0) if size < NEARER * best else (best, nearest, since + 1)
+            if since > 1 and self._creeps():
+                self._forget(2)
+                step, best, since = self.left(residual)[0], np.inf, 0
             if self.secants() is not None and (size < enough or (since >= PATIENCE and best < NOISY)):
                 self.state = nearest
                 return True

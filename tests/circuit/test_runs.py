@@ -123,7 +123,9 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
 
 def test_a_hang_is_a_named_error():
     """A circuit far faster than the vibration needs steps so short that it would take years."""
-    with pytest.raises(CircuitError, match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-1"):
+    with pytest.raises(
+        CircuitError, match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-(09|1)"
+    ):
         run(HANG, patience=1.0)
     goes_on()
 
@@ -152,9 +154,12 @@ FAILING = [
     (circuit("V1 p n 1", "V2 p n 2"), r"at 5e-14 s of .* no single solution at .*'v\d'.*; give every node"),
     (
         circuit("B1 p n I=1/(v(p,n)-0.01)"),
-        r"at \S+e-12 s of .* did not converge at the (piezo's terminal|current of the piezo) .*; make",
+        r"at \S+e-12 s of .* did not converge at the (piezo's terminal|current of the piezo) .*; lower `dt`, or,",
     ),
-    (circuit("B1 a n I=1/(v(a,n)-0.01)", "R1 p a 1", "C1 a n 1n"), r"did not converge at node 'a' even with .*; make"),
+    (
+        circuit("B1 a n I=1/(v(a,n)-0.01)", "R1 p a 1", "C1 a n 1n"),
+        r"did not converge at node 'a' even with .*; lower `dt`, or,",
+    ),
     (
         circuit("B1 p n I=-1m*v(p,n)*abs(v(p,n))"),
         r"at 0\.00\d+ s of 2\S+ s: it did not converge at the (current of|piezo's terminal)",

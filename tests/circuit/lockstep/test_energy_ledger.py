@@ -54,7 +54,7 @@ LOADS = {
     "doubler": (("doubler", (("R", 2e6),)), 0.05),
     "parallel_sshi": (("parallel_sshi", ()), 0.025),
     "series_sshi": (("series_sshi", ()), 0.025),
-    "sece": (("sece", ()), 0.0125),  # its voltage falls to zero within a hundredth of a time unit
+    "sece": (("sece", ()), 0.01),  # its voltage falls to zero within a hundredth of a time unit
 }
 
 

@@ -123,7 +123,7 @@ def test_richardson_bias_is_the_real_one():
     """The stated bias of a coarse step covers the true one, on the scene where it is largest."""
     eqs = changed(linear(1.25, 1.0, c=0.008), restitution=0.96)
     fine = voltage(eqs, 0.02)
-    pair = RichardsonPair(Trajectories(eqs, 2048, SEED, 0.2, controlled=True), 800.0)
+    pair = RichardsonPair(Trajectories(eqs, 2048, SEED, 0.1, controlled=True), 800.0)
     true = pair.mean("V2")[0] - fine[0]
     bias, error = pair.bias("V2")
     assert true == pytest.approx(bias, abs=4 * error + 0.2 * bias)

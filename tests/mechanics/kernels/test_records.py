@@ -112,7 +112,7 @@ def test_ensemble_runs_whole_periods():
     """Linear: E[V^2] from every start is the sum over the lines of the series, and nothing is random."""
     record = table(0.1, 597)
     eqs = Equations(beta=0.6, mu=0.4, c1=-0.2, record=record)
-    pair = RichardsonPair(Trajectories(eqs, 64, SEED, 0.05), 100.0)
+    pair = RichardsonPair(Trajectories(eqs, 64, SEED, 0.02), 100.0)
     exact = linear_v2(eqs)
     assert pair.extrapolated("V2")[0] == pytest.approx(exact, rel=1e-5)
     assert pair.mean("V2")[1] < 1e-6 * exact

@@ -92,4 +92,4 @@ def test_keys_are_set_together():
 
 
 def test_units():
-    assert [unit_of(k) for k in ("load.resistance", "stop.restitution", "load.parameters.R")] == ["ohm", "1", ""]
+    assert [unit_of(k) for k in ("load.resistance", "stop.restitution", "load.parameters.R")] == ["ohm", "1", "ohm"]
