@@ -42,7 +42,7 @@ from harvester.errors import InputError, invalid
     ),
 )
 @cloup.option_group(
-    "Limits, and parts that scatter (engines of formulas)",
+    "Limits, a second aim, and parts that scatter",
     cloup.option(
         "--limit", "limits", multiple=True, metavar="TEXT", help="Such as 'voltage_rms < 3 V'; see tolerance."
     ),
@@ -59,7 +59,7 @@ from harvester.errors import InputError, invalid
         shell_complete=scene_keys,
         multiple=True,
         metavar="KEY=SPREAD",
-        help="As in tolerance; about each value.",
+        help="As in tolerance; about each value; by engines of formulas.",
     ),
     cloup.option(
         "--for", "share", metavar="PERCENT", help="Power that all but so many devices exceed.  Default: the mean."

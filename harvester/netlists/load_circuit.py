@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.allowed import allowed_lines, check_names, check_size
 from harvester.netlists.flat import Board, as_subcircuit
 from harvester.netlists.named_parts import part_names, with_parts
@@ -185,6 +185,11 @@ def _scene_values(header: Header, parameters: dict[str, float], capacitance: flo
     spelling = {default.lower(): default for default in header.defaults}
     for one in parameters:
         if one.lower() not in spelling:
+            if not header.defaults:
+                raise InputError(
+                    f"unknown parameter of netlist {header.name} {shown(one)}: it has none; a parameter stands on its "
+                    f"first line, such as '.subckt {header.name} p n {one}=1Meg'"
+                )
             raise unknown(f"parameter of netlist {header.name}", one, header.defaults)
     values = {spelling[one.lower()]: value for one, value in parameters.items()}
     if capacitance is not None and "cp" in spelling:

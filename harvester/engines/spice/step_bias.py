@@ -18,8 +18,8 @@ def largest_step_bias(
 ) -> float:
     """The largest bias of a mean at the step of ``fine`` that ``coarse``, of twice the step, leaves at 95 %.
 
-    It is a third of the difference of the means (`harvester.uncertainty.richardson`), or of the half-width of that
-    one's 95 %, whichever is more: of a bias lost in the noise no more is known.  Each coarse run is on the noise of the
+    It is a third of the difference of the means (`harvester.uncertainty.richardson`) and of the half-width of that
+    one's 95 % together.  Each coarse run is on the noise of the
     fine one in its place; their controls weigh side by side.  ``name`` is "V2" or "load", whose unit is ``watts``.
     """
     fine = fine[: len(coarse)]
@@ -27,7 +27,7 @@ def largest_step_bias(
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
     entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / 3.0
     found = Value(*mean_and_error(entries), freedom=len(entries) - 1.0)
-    return max(abs(found.value), found.sampling95)
+    return abs(found.value) + found.sampling95
 
 
 def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> Floats:

@@ -169,7 +169,7 @@ def optimise_robust(
     place = robust.place(there)[1]
     own = {}
     if years is not None and robust.counted is not None and not robust.vary:
-        own = limited_peaks(Problem(there), years, 1, LONG * BLOCKS)
+        own = limited_peaks(Problem(there), years, robust.engine.seed + 1, LONG * BLOCKS)
     binds = _binding(robust, best, there, place)
     aim = Value(place.aim, model=None if place.off is None else place.off * abs(place.aim))  # without the penalty
     best = dataclasses.replace(best, estimate=dataclasses.replace(best.estimate, mean_power=aim))
@@ -211,7 +211,8 @@ def with_counted_peaks(
     """The engine with the surfaces of its peaks, the seconds of the budget that are left, and the rest's progress."""
     begin, told = time.perf_counter(), tick or (lambda share: None)
     assert robust.lifetime is not None
-    counted = place_peaks(problem.scene, found, robust.vary, robust.lifetime, budget, lambda share: told(SHARE * share))
+    tell = lambda share: told(SHARE * share)  # noqa: E731
+    counted = place_peaks(problem.scene, found, robust.vary, robust.lifetime, budget, robust.engine.seed, tell)
     left = max(budget - (time.perf_counter() - begin), SHORTEST)
     return dataclasses.replace(robust, counted=counted), left, lambda share: told(SHARE + (1.0 - SHARE) * share)
 

@@ -49,6 +49,7 @@ def place_peaks(
     vary: Sequence[tuple[str, str]],
     lifetime: float,
     budget: float,
+    seed: int,
     told: Callable[[float], None] = lambda share: None,
 ) -> PlacePeaks:
     """Count at places of the ranges and devices about them; ``told`` hears the share of the paths that is done.
@@ -72,7 +73,7 @@ def place_peaks(
             )
         told(number / len(scenes))
 
-    return PlacePeaks(keys, by_ratio, peak_surfaces(scenes, x, len(inner), lifetime, told=done))
+    return PlacePeaks(keys, by_ratio, peak_surfaces(scenes, x, len(inner), lifetime, seed, done))
 
 
 def _device(scene: Scene, ranges: Sequence[Range], vary: Sequence[tuple[str, str]], u: Floats) -> Scene:

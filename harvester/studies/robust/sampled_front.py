@@ -62,7 +62,7 @@ def sampled_front(
         for u in places:
             there = surface.evaluate(u[None], engine, "scan")[0]
             try:
-                design = _design(surface, there, aimed, limits, lifetime)
+                design = _design(surface, there, aimed, limits, lifetime, engine.seed)
             except HarvesterError as error:
                 refused = error
                 continue
@@ -113,7 +113,7 @@ def _surely(one: FrontPoint, other: FrontPoint, sign: int) -> bool:
 
 
 def _design(
-    surface: Surface, there: Evaluation, aimed: Limit, limits: Sequence[Limit], lifetime: float | None
+    surface: Surface, there: Evaluation, aimed: Limit, limits: Sequence[Limit], lifetime: float | None, seed: int
 ) -> FrontPoint | None:
     """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
     if not isinstance(there.answer, Estimate):
@@ -121,7 +121,7 @@ def _design(
     values = _quantities(there.answer)
     if any(one.quantity in PEAKS for one in (*limits, aimed)):
         assert lifetime is not None
-        values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, 0, BLOCKS)
+        values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, seed, BLOCKS)
     for one in limits:
         value = values[one.quantity]
         if one.sign * (value.value - one.bound) < value.error95:
