@@ -66,6 +66,11 @@ class Averaged(Formula):
                 why = "impacts take much of the energy in one cycle"
             warnings.append(f"averaging is doubtful here (estimated error {bias:.0%}): {why}; check with 'ensemble'")
         r = problem.equations.restitution
+        if r is not None and problem.equations.mu is None:
+            warnings.append(
+                "open circuit: this is the variance of V about its mean, which stays what it began with; engines that "
+                "sample begin with V = x, and tell E[V^2] with that mean"
+            )
         if r is not None and r < LEAST_RESTITUTION:
             warnings.append(
                 f"the error was not measured for a restitution coefficient of {r:g}, below {LEAST_RESTITUTION}"

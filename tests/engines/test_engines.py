@@ -406,3 +406,12 @@ def test_a_large_storage_capacitor_is_named_as_the_cause():
     load = hv.Load(netlist="bridge", parameters={"R": "10M", "C": "100uF"})
     with pytest.raises(hv.SimulationError, match=r"the cause is the time constant R C = 1e\+03 s, where w0"):
         hv.Ideal(trajectories=64, budget="1s").run(PLATE.with_load(load))
+
+
+def test_open_circuit_with_a_stop_is_the_variance():
+    """`averaged` leaves out the mean that V keeps from its start, and says so; `ensemble` tells both together."""
+    given = scene(changed(PAPER, mu=None, beta=None, alpha=None, c1=-0.1, c2=None, c3=None, n2=None, restitution=0.9))
+    found, many = hv.Averaged().run(given), hv.Ensemble(trajectories=1024).run(given)
+    assert any(one.startswith("open circuit: this is the variance of V") for one in found.warnings)
+    mean = many.mean_square_voltage.value - found.mean_square_voltage.value
+    assert mean > found.mean_square_voltage.value
