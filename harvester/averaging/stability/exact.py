@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from harvester.arrays import Floats
 from harvester.averaging.stability.linearised import Override, coupled, load, log, matrix, modes, with_overrides
@@ -41,6 +40,8 @@ def noiseless(eqs: Equations) -> float | None:
     to (0, v, V'), q' = V'/v; at q' = q, lambda = ln(v)/T.  Without a stop: the rightmost eigenvalue.
     None where the mass leaves the stop for good, or q settles on nothing.
     """
+    from scipy.optimize import brentq  # most of the seconds that a formula takes would be its loading
+
     m, _, r = with_overrides(eqs, None, 0.0, None)
     if not coupled(eqs, None):
         w2, damping = load(eqs, m, r)
