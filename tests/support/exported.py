@@ -8,47 +8,15 @@ import numpy as np
 import harvester as hv
 from harvester.devices.export import part
 from harvester.equations.problem import Problem
+from tests.support.bimorph import bimorph
 
-BIMORPH = """
-[oscillator]
-mass = "16.542 g"
-stiffness = "1364.1 N/m"
-damping_ratio = 0.027
-[piezo]
-coupling = "2.5261e-3 N/V"
-capacitance = "41.259 nF"
-[excitation]
-acceleration_amplitude = "{level}"
-frequency = "46 Hz"
-{stop}
-[load]
-netlist = "{netlist}"
-parameters = {{ {parameters} }}
-"""
 STOP = '[stop]\nrestitution = 0.9\ngap = "0.1 mm"'
 STEP = "0.05 ms"  # of ours
 # name: (the scene's text, nodes of the circuit between which the voltage is compared, seconds, longest step of ngspice)
 CASES = {
-    "bridge": (
-        BIMORPH.format(level="0.25 g", stop="", netlist="bridge", parameters='R = "100 kohm", C = "1 uF"'),
-        ("a", "b"),
-        0.3,
-        5e-5,
-    ),
-    "bridge and stop": (
-        BIMORPH.format(level="0.25 g", stop=STOP, netlist="bridge", parameters='R = "100 kohm", C = "1 uF"'),
-        ("a", "b"),
-        0.2,
-        2e-6,
-    ),
-    "chip": (
-        BIMORPH.format(
-            level="0.25 g", stop="", netlist="ltc3588", parameters='R = "10 kohm", C = "2.2 uF", Cout = "1 uF"'
-        ),
-        ("store", "com"),
-        0.3,
-        5e-5,
-    ),
+    "bridge": (bimorph('R = "100 kohm", C = "1 uF"'), ("a", "b"), 0.3, 5e-5),
+    "bridge and stop": (bimorph('R = "100 kohm", C = "1 uF"', stop=STOP), ("a", "b"), 0.2, 2e-6),
+    "chip": (bimorph('R = "10 kohm", C = "2.2 uF", Cout = "1 uF"', netlist="ltc3588"), ("store", "com"), 0.3, 5e-5),
 }
 
 

@@ -6,6 +6,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.coefficients import Equations
+from tests.support.bimorph import bimorph
 from tests.support.systems import DRIVEN, changed, scene
 
 pytestmark = pytest.mark.ngspice
@@ -23,21 +24,7 @@ acceleration_amplitude = "0.05 g"
 frequency = "3.2 Hz"
 [load]
 """
-BIMORPH = """
-[oscillator]
-mass = "16.542 g"
-stiffness = "1364.1 N/m"
-damping_ratio = 0.027
-[piezo]
-coupling = "2.5261e-3 N/V"
-capacitance = "41.259 nF"
-[excitation]
-acceleration_amplitude = "1 g"
-frequency = "45.6 Hz"
-[load]
-netlist = "bridge"
-parameters = { R = "100 kohm", C = "10 uF" }
-"""
+BIMORPH = bimorph('R = "100 kohm", C = "10 uF"', "1 g", "45.6 Hz")
 # Mean power (uW) of the whole device as one netlist, mass and spring as coil and capacitor: `ngspice -b` with reltol
 # 1e-6 and at least 512 steps a period, known to about `KNOWN`.
 KNOWN = 2e-4

@@ -16,26 +16,12 @@ from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.response import draw, points_of, rows_of
 from harvester.studies.frequency_response.responses import Responses
 from harvester.uncertainty.value import Value
+from tests.support.bimorph import bimorph
 from tests.support.systems import DRIVEN, changed, scene
 
 pytestmark = pytest.mark.slow
 
-BRIDGE = """
-title = "Bimorph with a bridge"
-[oscillator]
-mass = "16.542 g"
-stiffness = "1364.1 N/m"
-damping_ratio = 0.027
-[piezo]
-coupling = "2.5261e-3 N/V"
-capacitance = "41.259 nF"
-[excitation]
-acceleration_amplitude = "0.25 g"
-frequency = "46 Hz"
-[load]
-netlist = "bridge"
-parameters = { R = "100 kohm", C = "0.3 uF" }
-"""
+BRIDGE = 'title = "Bimorph with a bridge"' + bimorph('R = "100 kohm", C = "0.3 uF"')
 SWEEP = [44.0, 47.0, 50.0]
 
 
