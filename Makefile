@@ -8,6 +8,8 @@
 
 PYTHON ?= python3
 BIN := .venv/bin
+# Bytecode is kept, also where the shell forbids it: every program that a test starts would compile the package anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: setup demo check test lint docs bench lock clean
 setup: .venv/.complete
@@ -33,8 +35,9 @@ check: lint
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2 -m "not ngspice and not statistics and not slow"
 
+# Three on two cores: tests wait for the programs and the browser that they start.
 test: lint
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest -n 3 --dist loadfile
 
 docs: setup
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build

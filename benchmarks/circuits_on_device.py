@@ -38,7 +38,7 @@ LOADS = {
     "sshc": (70e3, 140e3),
     "ltc3588": (24e3, 22e3),  # little enough that the output stays on at 46 Hz
 }
-PAIRED, ALONE = {"trajectories": 8, "duration": 0.5}, {"trajectories": 16, "duration": 1.0}
+PAIRED, ALONE = {"trajectories": 8, "duration": 0.5}, {"trajectories": 10, "duration": 1.0}
 NOISY = dict.fromkeys(("parallel_sshi", "series_sshi", "sece"), PAIRED) | dict.fromkeys(
     ("self_powered_sshi", "sshc", "ltc3588"), ALONE
 )
@@ -75,20 +75,15 @@ def answer(name, resistance, shaking):
 
 def main():
     asked, kept = sys.argv[1:], Path(__file__).parent / "results" / "circuits_on_device.json"
-    before = {row["circuit"]: row for row in json.loads(kept.read_text())["rows"]} if kept.is_file() else {}
-    rows = []
-    for name, loads in LOADS.items():
-        if asked and name not in asked:
-            rows.extend([before[name]] if name in before else [])
-            continue
+    found = {row["circuit"]: row for row in json.loads(kept.read_text())["rows"]} if kept.is_file() else {}
+    for name in asked or LOADS:
         best = None
-        for resistance in loads:
+        for resistance in LOADS[name]:
             try:
                 one = answer(name, resistance, "harmonic")
             except HarvesterError as error:
                 print(name, resistance, str(error)[:120], flush=True)
                 continue
-            print(name, one, flush=True)
             best = one if best is None or one["mW"] > best["mW"] else best
         if best is None:
             continue
@@ -97,11 +92,9 @@ def main():
         except HarvesterError as error:
             print(name, str(error)[:120], flush=True)
             noisy = {}
-        print(name, noisy, flush=True)
-        rows.append(
-            {"circuit": name, **best, **{f"random {key}": value for key, value in noisy.items() if key != "load"}}
-        )
-    report("circuits_on_device", rows)
+        random = {f"random {key}": value for key, value in noisy.items() if key != "load"}
+        found[name] = {"circuit": name, **best, **random}
+        report("circuits_on_device", [found[one] for one in LOADS if one in found])  # what is done survives ^C
 
 
 if __name__ == "__main__":

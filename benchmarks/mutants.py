@@ -190,7 +190,7 @@ velocity-after-an-impact: test_lockstep_shaking.py -k test_impacts_without
 work-of-shaking-in-an-impact: test_lockstep_shaking.py -k works_of_an_impact
 - s.noise_work += 0.5 * s.share * (s.speed * s.speed - s.before * s.before)
 + s.noise_work += 0.0
-chord-of-a-contact: test_lockstep_stops.py -k compliant_stop and soft
+chord-of-a-contact: test_lockstep_stops.py -k compliant_stop and stiff
 - leg = min(end, math.pi / (CHORDS * w))
 + leg = end
 energy-of-a-contact: test_energy_ledger.py -k stored_energy
@@ -202,7 +202,7 @@ current-by-rectangles: test_energy_ledger.py -k terminals_give
 load-by-rectangles: test_energy_ledger.py -k terminals_give
 - half * (s.power + power)
 + 2.0 * half * power
-time-with-the-burn-in: test_energy_ledger.py test_engines.py -k engine_reports or squared_over_r
+time-with-the-burn-in: test_engines.py -k squared_over_r
 - time = float(s.end - s.begin)
 + time = float(s.end)
 energy-of-the-cubic-spring: test_energy_ledger.py -k stored_energy
@@ -259,8 +259,8 @@ gain-of-pairs: test_control_variate.py -k split
 - math.sqrt(unexplained) + math.sqrt((1.0 - unexplained) * cost_ratio)
 + math.sqrt(unexplained) + math.sqrt(cost_ratio)
 residual-of-the-power: test_spice_runs.py
-- residual=found.residual * (beta * mu) ** 2
-+ residual=found.residual * (beta * mu)
+- residual=found.residual * size**2
++ residual=found.residual * size
 spread-of-the-ensemble: test_spice_runs.py
 - (found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0)
 + (found.value.stderr or 0.0) ** 2, 0.0)
@@ -291,7 +291,7 @@ several-responses: test_impact_oscillator.py test_shaking.py -k chaotic or sever
 cheapest-is-not-good-enough: test_engines.py -k cheapest
 - if stated <= within:
 + if stated <= 2.0 * within:
-few-trajectories-of-a-slow-circuit: test_rectifiers.py test_engines.py -k waits_for_the_capacitor or netlist
+few-trajectories-of-a-slow-circuit: test_within.py -k slow_capacitor
 - min(CHARGING / circuit.memory, 1.0)
 + max(CHARGING / circuit.memory, 1.0)
 
@@ -344,13 +344,13 @@ misfit-of-a-ladder: test_cost.py -k misfit
 bias-of-an-exponent: test_stability.py -k stated_bias
 - bias = abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
 + bias = 3.0 * abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
-interval-of-fieller: test_optimise.py -k no_wider or coverage
+interval-of-fieller: test_optimise.py -k interval_of_a_place
 - max(1.0 - (NORMAL_QUANTILE / self.resolution) ** 2, 1e-3)
 + 1.0
 interval-of-a-formula: test_optimise.py -k formula_finds
 - power[best] - model[best]]
 + power[best]]
-interval-without-the-step: test_optimise.py -k coverage or no_wider
+interval-without-the-step: test_optimise.py -k interval_of_a_place
 - half = width * (fit.half_widths + fit.bias_shift(bias))
 + half = width * fit.half_widths
 covariance-of-a-design: test_optimise.py -k coverage
@@ -437,7 +437,7 @@ interval-of-one-deviation: test_optimise.py -k coverage
 charging-for-ever: test_lockstep.py -k burn_in
 - LONGEST_CHARGING = 2e4
 + LONGEST_CHARGING = 2e6
-load-per-time-with-burn-in: test_circuits.py test_lockstep.py -k lock_step_with_impacts or bridge_in
+load-per-time-with-burn-in: test_lockstep.py -k bridge_in
 - load=float(s.load) / time
 + load=float(s.load / s.end)
 everything-is-refused: test_random.py -k test_formulas

@@ -18,7 +18,7 @@ Ftransformer 0 p Vspeed {theta!r}
 Cp p 0 {Cp!r}
 Xload p 0 {name} {parameters}
 {text}
-.options method=gear maxord=2 reltol={reltol!r}
+.options method={method} reltol={reltol!r}
 .save @r.xload.rload[p]
 .tran {step!r} {end!r} {begin!r} {step!r} uic
 .control
@@ -29,7 +29,7 @@ meas tran power AVG @r.xload.rload[p]
 """
 
 
-def mean_power(device, name, parameters, text, periods, reltol, steps):
+def mean_power(device, name, parameters, text, periods, reltol, steps, method="gear maxord=2"):
     """Mean power (W) of the load in two periods of the drive, after so many from rest.
 
     device: M (kg), k (N/m), c (N s/m), theta (N/V), Cp (F), force (N) and f (Hz).  The load is the subcircuit ``name``
@@ -39,6 +39,7 @@ def mean_power(device, name, parameters, text, periods, reltol, steps):
     """
     period = 1.0 / device["f"]
     given = device | {"compliance": 1.0 / device["k"], "name": name, "text": text, "reltol": reltol}
+    given["method"] = method
     given["parameters"] = " ".join(f"{key}={value!r}" for key, value in parameters.items())
     times = {"step": period / steps, "begin": periods * period, "end": (periods + 2) * period}
     deck = MESH.format(**given, **times)

@@ -21,7 +21,8 @@ def main() -> None:
 
     scene = hv.load(HERE / "plate_with_stop.toml")
     loads = hv.logspace("1 kohm", "10 Mohm", 4 if given.quick else 25)
-    table = hv.sweep(scene, "load.resistance", loads, engines=[hv.Published(), hv.Averaged(), hv.Ensemble(within=0.01)])
+    engines = [hv.Published(), hv.Averaged(), hv.Ensemble(within=0.01)]
+    table = hv.sweep(scene, "load.resistance", loads, engines=engines, workers=1 if given.quick else None)
 
     best = max((row for row in table.rows if row["engine"] == "ensemble"), key=lambda row: float(row["mean_power"]))
     power, error = float(best["mean_power"]), 1.96 * float(best["mean_power_stderr"])

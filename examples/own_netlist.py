@@ -1,7 +1,7 @@
 """A circuit of your own: a bridge with a Zener diode that limits its output, beside the package's bridge.
 
     .venv/bin/python examples/own_netlist.py            # half a minute
-    .venv/bin/python examples/own_netlist.py --quick    # few and short runs
+    .venv/bin/python examples/own_netlist.py --quick    # few and short runs of a coarse step
 
 A netlist is a subcircuit of two terminals, the piezo's, with a resistor Rload, whose power is reported.  `Csmooth` is
 waited for while it charges.
@@ -33,11 +33,10 @@ Rload a b {R}
 def main() -> None:
     """Write the netlist, run both circuits, print both powers."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--quick", action="store_true", help="few and short runs")
+    options.add_argument("--quick", action="store_true", help="few and short runs of a coarse step")
     given = options.parse_args()
-    engine = (
-        hv.Spice(trajectories=2, duration=1.0, alone=True) if given.quick else hv.Spice(trajectories=8, duration=100.0)
-    )
+    quick = hv.Spice(trajectories=2, duration=1.0, dt=0.02, alone=True)
+    engine = quick if given.quick else hv.Spice(trajectories=8, duration=100.0)
 
     scene = hv.load(HERE / "plate_bridge.toml")
     values = {"R": "1 Mohm", "C": "0.2 uF"}  # those of both

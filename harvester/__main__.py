@@ -1,6 +1,9 @@
 """The program: `harvester`, or ``python -m harvester``."""
 
+import os
 import signal  # and nothing that takes long: before `main` Python prints a traceback for ^C
+
+from harvester.machine.cores import ONE_THREAD
 
 
 def main() -> None:
@@ -8,6 +11,8 @@ def main() -> None:
     before = signal.getsignal(signal.SIGINT)
     if before is signal.default_int_handler:  # otherwise ^C is ignored, as in the background of a script
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for name, one in ONE_THREAD.items():
+        os.environ.setdefault(name, one)
     from harvester.cli import main as run
 
     signal.signal(signal.SIGINT, before)

@@ -83,7 +83,13 @@ class CircuitError(SimulationError):
 
 
 class OutOfTimeError(CircuitError):
-    """A run of ngspice that had not ended when its time was over."""
+    """A run of ngspice that had not ended when its time was over.
+
+    ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the terminals' voltage
+    (V^2), and the seconds that these means cover; None where they had not begun.
+    """
+
+    so_far: tuple[float, float, float] | None = None
 
 
 def named(error: Exception) -> HarvesterError:

@@ -1,12 +1,16 @@
 """What all tests share: the command line as a fixture, and a guard that keeps the marker `ngspice` true."""
 
+import gc
 import os
 from unittest import mock
 
 import pytest
 
 import harvester as hv
+from harvester.machine.cores import ONE_THREAD
 from tests.support.judge import asked
+
+os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
 
 LIBRARY = "NGSPICE_LIBRARY_PATH"
 NOWHERE = "/this test lacks the marker ngspice"
@@ -17,6 +21,13 @@ ATTEMPTS = pytest.StashKey[list]()
 def harvester():
     """The command line, run in this process: arguments -> exit status, stdout, stderr."""
     return asked
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish():
+    """Python's search for garbage leaves out what is there until the end: libraries, and thousands of tests."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

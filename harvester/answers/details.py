@@ -45,7 +45,7 @@ def _written(name: str, value: float, details: Mapping[str, float], units: Answe
     if name.endswith(_CLOCK):
         return f"{value:.2g} s of computing"
     if name.startswith(LEDGER) or name in _POWERS:
-        return Value(value, bias=details.get(f"{ERROR_OF}{name}")).text(units.power)
+        return Value(value, bias=details.get(f"{ERROR_OF}{name}")).text(units.power).replace("(step)", "(95 %)")
     return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.4g}"
 
 

@@ -6,6 +6,7 @@ from typing import Any
 from harvester import figures
 from harvester.answers.details import rows
 from harvester.answers.probes import ProbeMeans
+from harvester.answers.responses import SteadyResponse
 from harvester.arrays import Floats
 from harvester.equations.repeated_shaking import Events
 from harvester.errors import names_arguments
@@ -46,6 +47,7 @@ class Estimate:
     samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
+    responses: tuple[SteadyResponse, ...] = ()  # to the same steady drive, from other starts: what a search found
     events: Events | None = None  # the shocks or steps, where the shaking is made of such
 
     @property
@@ -83,6 +85,7 @@ class Estimate:
                 "details": self.details,
             }
             | self._events_as_json()
+            | ({"responses": [one.as_json() for one in self.responses]} if self.responses else {})
             | ({"probes": {name: one.as_json() for name, one in self.probes.items()}} if self.probes else {})
         )
 
@@ -104,6 +107,11 @@ class Estimate:
         ]
         width = max([20, *(len(name) for name, _ in named)])
         lines = [f"{self.engine}: {took}", *(f"  {name:<{width}} {text}" for name, text in named)]
+        of = len(self.responses)
+        lines += [
+            f"  {f'response {k} of {of}':<{width}} {one.text(self.unit_names.power)}"
+            for k, one in enumerate(self.responses, 1)
+        ]
         lines += [line for name, one in self.probes.items() for line in one.lines(name)]
         lines += [f"  note: {self.reason}"] if self.reason else []
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])

@@ -3,8 +3,8 @@
 Engine `ideal` simulates them, and engine `spice` uses them as the control variate beside ngspice.
 
 Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery and breakdown, and
-the time of a switching, pi sqrt(L Cp).  Of what SSHI and SECE take of the plate of `benchmarks/steady.py`, all that is
-0.3 to 0.7 %.
+the time of a switching (`switching_time`).  Of what SSHI and SECE take of the plate of `benchmarks/steady.py`, all that
+is 0.3 to 0.7 %.
 """
 
 import math
@@ -61,6 +61,12 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
         core=1.0 / (p["Rcore"] * capacitance * w0),
     )
     return circuit_of(play=play, sece=sece)
+
+
+def switching_time(circuit: LoadCircuit, scales: Scales) -> float:
+    """Seconds of a switching, which ideal elements do at once: pi sqrt(L Cp), of SECE half of it; 0 without a coil."""
+    inductance = circuit.values.get("L", 0.0) if circuit.topology in TOPOLOGIES else 0.0
+    return math.pi * math.sqrt(inductance * scales.capacitance) * (0.5 if circuit.topology == "sece" else 1.0)
 
 
 def _damping_ratio(p: dict[str, float], capacitance: float) -> float:

@@ -17,15 +17,16 @@ from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
-from harvester.circuit.sections import MULTIPLES, CoupledState, comes_back, flat, quiet_kick, section_of, unkicked
+from harvester.circuit.sections import CoupledState, comes_back, flat, quiet_kick, section_of, unkicked
 from harvester.equations.bounds import linear_growth
 from harvester.linear.harmonics import first_harmonic
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.mechanics.periodic import REACHED, WORTH, Secants, Settling
+from harvester.mechanics.periodic import ALIKE, MULTIPLES, REACHED, STALE, WORTH, Secants, Settling
 
 FIRST = 4  # periods from rest before the way is shortened
 LONGEST = 60  # the same, of a mass that is not linear
 MEASURED = 1  # periods that are averaged, after one that is not
+ROUGHLY = 0.03  # of the state's size: so near a response, the way there is taken to be a straight one
 COMES_BACK = 3e-3  # of the state's size, in the unbroken run
 SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
@@ -33,20 +34,32 @@ AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and 
 
 
 @dataclass(frozen=True)
-class PeriodicResponse:
-    """A response that comes back after ``turns`` periods of the drive.
+class Neighbour:
+    """All of a periodic response that the way to one of a drive a little different begins with.
 
-    ``section`` is where it is at the part ``phase`` of the drive's period.  ``power`` (W) of Rload, ``square`` (V^2) of
-    the terminals and ``ledger`` are means over whole periods; ``left`` is the part of power and square that settling
-    further may change; ``periods`` and ``steps`` are those of all ngspice runs on the way.  ``wave``, shape (steps, 2),
-    has x and V (nondimensional) at each kick from the section on, until it comes back.  ``probed`` is as of
-    `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes; ``secants`` are what the way there
-    says of the ways to neighbouring responses.
+    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase`` of a period;
+    ``secants`` are what the way there says of the ways to neighbouring responses, ``farads`` the load's Csmooth, and
+    ``quiet`` how far the section is from turns of the motion, as a part of a period.
     """
 
     section: CoupledState
     phase: float
     turns: int
+    secants: Secants | None
+    farads: float
+    quiet: float
+
+
+@dataclass(frozen=True)
+class PeriodicResponse(Neighbour):
+    """A response that comes back, and what it does on average.
+
+    ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole periods; ``left`` is
+    the part of power and square that settling further may change; ``periods`` and ``steps`` are those of all ngspice
+    runs on the way.  ``wave``, shape (steps, 2), has x and V (nondimensional) at each kick from the section on, until
+    it comes back.  ``probed`` is as of `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes.
+    """
+
     power: float
     square: float
     ledger: EnergyLedger
@@ -55,7 +68,6 @@ class PeriodicResponse:
     steps: int
     wave: Floats
     probed: Floats | None = None
-    secants: Secants | None = None
 
     @property
     def displacement(self) -> float:
@@ -78,6 +90,7 @@ class _Path:
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
         self.device, self.deadline, self.enough, self.steps, self.kicks = device, deadline, enough, 0, 0
+        self.farads = 0.0  # of Csmooth
         period = device.eqs.shaking_period
         assert period is not None, "the engine asks for a steady drive"
         self.size = round(period / device.h)  # kicks in a period
@@ -99,6 +112,7 @@ class _Path:
         drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
         self.steps += int(drive.state[0].steps)
         self.kicks += kicks
+        self.farads = drive.smoothing
         return CoupledState(float(drive.readings[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
@@ -106,7 +120,9 @@ class _Path:
         s = drive.state[0]
         return np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin)
 
-    def settling(self, section: CoupledState, turns: int, known: Secants | None = None) -> Settling:
+    def settling(
+        self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
+    ) -> Settling:
         """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
         names, s, load = list(section.nodes), self.device.scales, self.device.load
 
@@ -120,51 +136,54 @@ class _Path:
         for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
             if (name := outer.get(node, f"xload.{node}")) in names:
                 slow[3, 2 + names.index(name)] += sign
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known)
+        stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale)
 
-    def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, Drive]:
-        """The slow parts after each of ``times`` turns in one run, shape (times, 4); means leave out the first turn."""
+    def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, CoupledState, Drive]:
+        """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
+
+        The means of the drive leave out the first turn.
+        """
         size = turns * self.size
-        _, drive = self.run(section, times * size, size, size)
+        end, drive = self.run(section, times * size, size, size)
         x, v = drive.readings[:, 0], drive.readings[:, 3]
-        return np.column_stack([x, v, drive.readings[:, 1], drive.charge / self.device.scales.volts]), drive
+        return np.column_stack([x, v, drive.readings[:, 1], drive.charge / self.device.scales.volts]), end, drive
 
-    def measured(self, settled: Settling, names: list[str], turns: int) -> PeriodicResponse | None:
-        """The means of an unbroken run from where the map has settled; None where that does not come back."""
+    def measured(
+        self, settled: Settling, names: list[str], turns: int, most: float = COMES_BACK
+    ) -> PeriodicResponse | None:
+        """The means of an unbroken run from where the map has settled; None where that does not come back.
+
+        With ``most``, of the state's size, it must come that near, with all that is left of the way.
+        """
         scales = self.device.scales
-        section = section_of(settled.state, names, scales.volts)
-        sections, drive = self.unbroken(section, turns, 1 + MEASURED)
+        sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
         residual = sections[-1] - sections[-2]
-        if settled.size(residual) > COMES_BACK:
+        way, less = settled.left(residual)
+        if settled.amiss(residual) + settled.size(settled.slow @ way) > most:
+            settled.state = flat(section, scales.volts)
             return None
         power, square = means = self.means(drive)
-        left = SURE * np.abs(settled.left(residual)[1]) / np.maximum(means, 1e-300)
+        left = SURE * np.abs(less) / np.maximum(means, 1e-300)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
-        whole = self.phase, turns, power, square, ledger, left
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
-        ways = settled.secants(WORTH)
-        return PeriodicResponse(section, *whole, self.kicks / self.size, self.steps, wave, probed, ways)
+        quiet = quiet_kick(np.diff(wave[:, 0], append=wave[0, 0]))[1] / self.size
+        there = section, self.phase, turns, settled.secants(WORTH), self.farads, quiet
+        return PeriodicResponse(*there, power, square, ledger, left, self.kicks / self.size, self.steps, wave, probed)
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
         begin = section_of(settled.state, names, self.device.scales.volts)
         way = AWAY * math.hypot(begin.x, begin.v)
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
-        (there, *_), _ = self.unbroken(
-            begin, turns, 1
-        )  # the velocity that `unbroken` reads is that of half a step later
-        sections, _ = self.unbroken(aside, turns, TRIED)
+        (there, *_), *_ = self.unbroken(begin, turns, 1)  # its velocity is that of half a step later, as below
+        sections, *_ = self.unbroken(aside, turns, TRIED)
         return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 
 
 def periodic_response(
-    device: CoupledDevice,
-    x: float,
-    v: float,
-    deadline: float,
-    enough: float = REACHED,
-    near: PeriodicResponse | None = None,
+    device: CoupledDevice, x: float, v: float, deadline: float, enough: float = REACHED, near: Neighbour | None = None
 ) -> PeriodicResponse | None:
     """The response from (x, x'), with empty capacitors, or from ``near``, that of a drive a little different.
 
@@ -174,8 +193,9 @@ def periodic_response(
     own = device.load.topology is None and not device.load.linear  # which may feed what grows
     linear = linear_growth(device.eqs) is not None and not own
     section, known = (CoupledState(x, v), None) if near is None else (near.section, near.secants)
-    if near is not None and not linear:  # the branch that it is on, as long as that is there
-        found = _settled(path, section, near.turns, False, known)
+    path.farads = 0.0 if near is None else near.farads
+    if near is not None and (not linear or near.quiet > QUIET):  # the branch that it is on, as long as that is there
+        found = _settled(path, section, near.turns, linear, known, linear)
         if found is not None:
             return found
     section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
@@ -185,11 +205,11 @@ def periodic_response(
         path.phase, known = (path.phase + quiet / path.size) % 1.0, None
     if not linear:
         section, _ = path.run(section, LONGEST * path.size)
-    found = _settled(path, section, 1, linear, known)
+    found = _settled(path, section, 1, linear, known, linear)
     if found is not None:
         return found
-    sections, _ = path.unbroken(section, 1, 2 * LONGEST)
-    for turns in range(2, MULTIPLES + 1):
+    sections, *_ = path.unbroken(section, 1, 2 * LONGEST)
+    for turns in range(1, MULTIPLES + 1):  # 1 again: it may have been too far away
         if comes_back(sections[:, :2], turns):
             section, _ = path.run(section, 2 * LONGEST * path.size)
             return _settled(path, section, turns, False)
@@ -197,18 +217,26 @@ def periodic_response(
 
 
 def same_response(
-    device: CoupledDevice, near: PeriodicResponse, deadline: float, enough: float = REACHED
+    device: CoupledDevice, near: Neighbour, deadline: float, enough: float = REACHED
 ) -> PeriodicResponse | None:
     """The same response at another step or tolerance; None where it is no longer there."""
-    return _settled(_Path(device, near.phase, deadline, enough), near.section, near.turns, True, near.secants)
+    path = _Path(device, near.phase, deadline, enough)
+    path.farads = near.farads
+    return _settled(path, near.section, near.turns, True, near.secants)
 
 
 def _settled(
-    path: _Path, section: CoupledState, turns: int, surely: bool, known: Secants | None = None
+    path: _Path, section: CoupledState, turns: int, surely: bool, known: Secants | None = None, fresh: bool = False
 ) -> PeriodicResponse | None:
     """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
-    settled = path.settling(section, turns, known)
+    settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
+    if fresh and settled.reach(ROUGHLY):
+        settled.probe()
+    if surely and settled.reach(path.enough, guess=True):
+        found = path.measured(settled, names, turns, path.enough)
+        if found is not None:
+            return found
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)

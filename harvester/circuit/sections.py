@@ -9,8 +9,8 @@ from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.state import COEFFICIENTS, STOPS
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.periodic import MULTIPLES
 
-MULTIPLES = 8  # periods of the drive that a response may take
 NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
 
 
@@ -21,6 +21,11 @@ class CoupledState:
     x: float = 0.0
     v: float = 0.0
     nodes: dict[str, float] = field(default_factory=dict)
+
+    def moved(self, since: "CoupledState", now: "CoupledState") -> "CoupledState":
+        """Go the way of another one of the same nodes, from ``since`` to ``now``."""
+        nodes = {name: one + now.nodes[name] - since.nodes[name] for name, one in self.nodes.items()}
+        return CoupledState(self.x + now.x - since.x, self.v + now.v - since.v, nodes)
 
 
 def comes_back(motion: Floats, turns: int) -> bool:

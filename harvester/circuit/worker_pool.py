@@ -9,6 +9,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import loky
@@ -19,8 +22,39 @@ from harvester.machine.cores import cores
 
 T = TypeVar("T")
 
+BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
 IDLE = 60.0  # seconds after which a process without a job ends
 _idle: deque[loky.ProcessPoolExecutor] = deque()
+
+
+@dataclass
+class Here:
+    """That ngspice runs in this process, as long as none of its runs has failed."""
+
+    trusted: bool = True
+
+
+_here: ContextVar[Here | None] = ContextVar("_here", default=None)
+
+
+@contextmanager
+def ngspice_here() -> Iterator[Here]:
+    """Let `map_in_workers` run its jobs in this process, which is itself a worker that may die with one of them.
+
+    After the first that fails the others go to workers of their own, as elsewhere, and this process should end.
+
+    Raises MissingProgramError when ngspice is not installed; InputError as `harvester.machine.folders.bare`.
+    """
+    from harvester.circuit.ngspice.instance import ngspice
+
+    with folders.at_home(folders.bare(*BARE)):  # where it looks for commands as it loads
+        ngspice()
+    here = Here()
+    token = _here.set(here)
+    try:
+        yield here
+    finally:
+        _here.reset(token)
 
 
 def worker_count() -> int:
@@ -36,6 +70,10 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
 
     Raises CircuitError of a job, or when its process dies.
     """
+    here = _here.get()
+    if here is not None and here.trusted:
+        yield from _in_this_process(function, arguments, here)
+        return
     waiting = deque(enumerate(arguments))
     done: dict[int, Future[T]] = {}
     following = 0
@@ -57,10 +95,21 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
             following += 1
 
 
+def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:
+    """The results of `map_in_workers`, one after the other."""
+    for one in arguments:
+        try:
+            result = function(*one)
+        except CircuitError:
+            here.trusted = False
+            raise
+        yield result
+
+
 def _new() -> loky.ProcessPoolExecutor:
     """A new process, where ngspice finds an empty file of commands for its start, and looks for no other."""
     kernels = folders.cache_folder() or os.devnull  # which no folder can be in: no cache
-    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare("ngspice", ".spiceinit"))
+    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare(*BARE))
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:

@@ -31,6 +31,5 @@ def explore(path: str | None, port: int) -> None:
     from harvester.explore.server import Server
 
     server = Server(draft.copy, port)
-    click.echo(f"open {server.url}")
-    click.echo("only this machine sees it, with that address; ^C ends it")
+    click.echo(f"open {server.url}\nonly this machine sees it, with that address; ^C ends it")
     server.run()

@@ -40,6 +40,9 @@ from harvester.commands.reports import report_file, report_option, save_report
     "Output",
     cloup.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json."),
     cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
+    cloup.option(
+        "--resume", is_flag=True, help="Keep the frequencies that an interrupted run of the same response did."
+    ),
     vector_option,
     report_option,
     json_option,
@@ -58,6 +61,7 @@ def response(
     engines: tuple[str, ...],
     out: str,
     per_g: bool,
+    resume: bool,
     vector: tuple[str, ...],
     report: str | None,
     as_json: bool,
@@ -85,7 +89,7 @@ def response(
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
         for doubt in Driven(problem).doubts(frequencies):  # before minutes go by
             bar.notice(f"warning: {typed(doubt)}")
-        answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g)
+        answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g, resume, bar.skip)
     echo_answer(answer, as_json)
     if not as_json:
         echo_written(out, "response.csv", *figure("response", vector), "provenance.json")

@@ -97,7 +97,7 @@ def sweep(
             "`out` must be given, a folder for the files of the sweep (such as --out out), but is left out"
         )
     file = report_file(report, out)
-    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT) as bar:
+    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT, warms_up=True) as bar:
         runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}
         table = compute_table(scene, where, chosen, out, tick=bar.row, skip=bar.skip, vector=vector, **runners)
     notes = [*printed_rows.warnings(table.rows), *printed_rows.failures(table.rows)]

@@ -36,7 +36,9 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
         sources.append(
             f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {spacing:.10g} s"
         )
-        sources.append("* (TRNOISE is known to ngspice and KiCad; 'set rndseed=1' in .control makes it repeat)")
+        sources.append(
+            "* (TRNOISE is known to ngspice and KiCad; ngspice draws other values in each run, whatever its seed)"
+        )
         sources.append(f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {spacing:.10g} 0 0)")
     if (record := problem.equations.record) is not None:
         sources.append("* The record, once, from its beginning; between its points a straight line")

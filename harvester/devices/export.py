@@ -200,7 +200,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:
             continue
-        place = -side * (stop.gap or 0.0)
+        place = 0.0 - side * (stop.gap or 0.0)  # 0, where there is no gap, and not -0
         if isinstance(stop, Stop) and stop.stiffness is not None:
             words = (
                 f"A compliant stop at X = {place:.10g} m: {stop.stiffness:.10g} N/m, {stop.damping or 0.0:.10g} N s/m"

@@ -1,5 +1,6 @@
 """Engine `ensemble`: Monte Carlo of the coupled equations."""
 
+import dataclasses
 import math
 import time
 from dataclasses import dataclass
@@ -8,47 +9,34 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.agreement import NO_NOISE, disagreement
+from harvester.engines.model import Model
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
+from harvester.engines.search import may_have_several, steady_responses
 from harvester.engines.shocks import resolve_shocks
 from harvester.engines.tails import existence
-from harvester.equations.coefficients import Equations
+from harvester.engines.wells import BETWEEN, HALF, rare_hops
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target, best_factor, further
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
-    from harvester.mechanics.kernels.moments import Moments
     from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 TOLD = 0.5  # seconds of compilation that are worth a word
-NO_NOISE = (
-    "no sampling error: nothing is random, and all starts that were tried come to the same response; a nonlinear "
-    "device may have another, which other starts reach"
-)
-ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256
 PURSUING = 512  # trajectories at first towards a target above `FINE`: the effort grows by their duration
 FINE = 1e-3
+LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
+AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
-
-
-@dataclass(frozen=True)
-class Model:
-    """What is simulated: the equations, the circuit if it is not a resistor, and what its power is made of.
-
-    Nondimensional, the power is ``factor`` times the moment ``name``.
-    """
-
-    eqs: Equations
-    circuit: "IdealCircuit | None"
-    name: str
-    factor: float
 
 
 @names_arguments
@@ -98,26 +86,31 @@ class Ensemble(Sampled):
         unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else (number(self.dt) or 0.0) * unit
+        code = machine_code()
         with compilation() as first:
             compile_pair(eqs, seed, circuit, controlled=True)
+        only_loaded = 0 < code == machine_code()  # nothing was compiled
         begin = time.perf_counter()
+        loaded = begin - first.seconds * only_loaded  # from when the budget counts
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
         resolve_shocks(trajectories, problem, h)
-        warnings = exists.warnings + burn_in(trajectories, number(self.budget))
+        warnings = exists.warnings + burn_in(trajectories, number(self.budget)) + rare_hops(trajectories, problem)
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
-        spent = time.perf_counter() - begin
+        spent = time.perf_counter() - loaded
         duration = first_duration(trajectories.time, spent, number(self.budget))
         duration = duration if self.duration is None else (number(self.duration) or 0.0) * unit
         pair = RichardsonPair(trajectories, duration, number(self.budget))
-        reasons = [self.REASON]
-        agreed = disagreement(pair.moments) if eqs.is_steady else None
+        reasons = [self.REASON, HALF if trajectories.hopping else ""]
+        several = may_have_several(problem) and (self.budget, self.trajectories, self.duration) == (None, None, None)
+        responses = steady_responses(problem, what, self.seed, self.UNKNOWN) if several else ()
+        agreed = disagreement(pair.moments, what.name, responses) if eqs.is_steady else None
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
         if within is not None and exists.promises(within, warnings):
-            pair = self._pursue(pair, what, Target(within, number(self.budget), begin), warnings, progress)
+            pair = self._pursue(pair, what, Target(within, number(self.budget), loaded), warnings, progress)
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds, exact = time.perf_counter() - begin, agreed == NO_NOISE
         if eqs.mu is None and circuit is None:
@@ -129,7 +122,7 @@ class Ensemble(Sampled):
         if circuit is None:
             details["power_balance"], details["power_balance_stderr"] = power_balance(pair.moments, eqs)
             details["power_balance_bias"] = power_balance_bias(pair, eqs)
-        return estimate(
+        answer = estimate(
             self.NAME,
             problem,
             mean_with_errors(pair, "V2", exact).lacking(self.UNKNOWN).lacking(exists.unknown),
@@ -142,6 +135,7 @@ class Ensemble(Sampled):
             pair.entries("V2"),
             pair.entries(what.name) * what.factor,
         )
+        return dataclasses.replace(answer, responses=responses)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""
@@ -155,6 +149,9 @@ class Ensemble(Sampled):
         while True:
             value = mean_with_errors(pair, model.name)
             if target.reached(value):
+                return pair
+            if (value.model or 0.0) > target.within * abs(value.value):
+                warnings.append(f"`within` {target.within:.3g} cannot be promised: {BETWEEN}")
                 return pair
             bias, bias_error = pair.relative_bias(model.name)
             factor = best_factor(target.within, abs(bias), bias_error)
@@ -174,7 +171,7 @@ class Ensemble(Sampled):
                 pair.stop_coarse()
             variance = target.variance(value)
             needed = pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
-            more = min(further(pair.duration, needed), target.seconds_left / pair.seconds_a_unit)
+            more = min(further(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit)
             if more < 0.02 * pair.duration:
                 warnings.append(target.missed(value))
                 return pair
@@ -187,10 +184,10 @@ def affordable(steady: bool, circuit: "IdealCircuit | None", within: float | Non
     """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
 
     Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an
-    error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in.
+    error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
-    if steady:
-        return FEWEST
+    if steady or (within is not None and within >= LOOSE):
+        return FEWEST if steady else LEAST
     share = 1.0 if circuit is None else min(CHARGING / circuit.memory, 1.0)
     if within is not None:
         share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
@@ -209,21 +206,12 @@ def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
 
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
-    """One moment's mean with its errors of sampling, unless it is ``exact``, and step."""
+    """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
+    hops, bias = pair.trajectories.hopping, abs(pair.bias(name)[0])
+    if hops is not None:
+        return dataclasses.replace(hops.mean(pair.entries(name)), bias=bias)
     mean, error = pair.mean(name)
-    return Value(mean, None if exact else error, abs(pair.bias(name)[0]))
-
-
-def disagreement(moments: "Moments") -> str | None:
-    """`NO_NOISE` where the trajectories of a steady response agree; where they differ, a warning."""
-    low, high = moments.V2.min(), moments.V2.max()
-    if high - low <= UNLIKE * high:
-        return NO_NOISE if high - low <= ALIKE * high else None
-    low, high = (one / moments.V2.mean() for one in (low, high))
-    return (
-        f"trajectories differ in E[V^2], from {low:.3g} to {high:.3g} times the mean: the drive has several responses, "
-        "a chaotic one, or one that settles late; the mean is over the starts"
-    )
+    return Value(mean, None if exact else error, bias)
 
 
 def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.ensemble import Ensemble, Model
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.model import Model
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
+from harvester.uncertainty.value import amount
 
 LONG = 1000.0  # periods of the mass
+SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it may change of the power, over that
 
 
 @names_arguments
@@ -57,7 +60,8 @@ class Ideal(Ensemble):
             answer = super().run(scene, progress)
         except SimulationError as error:
             raise type(error)(f"{error}{_cause(Problem.of(scene))}") from None
-        return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"))
+        warnings = (*answer.warnings, *_slow_switching(Problem.of(scene)))
+        return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), warnings=warnings)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""
@@ -66,6 +70,30 @@ class Ideal(Ensemble):
         assert problem.circuit is not None, "refusal checks this"
         circuit = ideal_circuit(problem.circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
+
+
+def _slow_switching(problem: Problem) -> list[str]:
+    """A warning where the coil takes a good part of half a period for what ideal switches do at once.
+
+    Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python benchmarks/products.py`).
+    """
+    from harvester.circuit.idealised import switching_time
+
+    assert problem.circuit is not None, "the engine serves netlists only"
+    frequency = problem.scales.frequency * max(problem.equations.drive_frequency or 1.0, 1.0)
+    seconds = switching_time(problem.circuit, problem.scales)
+    share = seconds * frequency / math.pi
+    if share <= SLOW:
+        return []
+    told = (
+        f"a switching takes the coil {amount(seconds, 's')}, {share:.2g} of half a period, "
+        if problem.physical
+        else f"a switching takes the coil {share:.2g} of half a period, "
+    )
+    return [
+        f"{told}which ideal switches do at once: the power may be off by up to {WORSE:g} times that part of it; "
+        "use engine 'spice', or a smaller L"
+    ]
 
 
 def _cause(problem: Problem) -> str:

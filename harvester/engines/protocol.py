@@ -49,6 +49,21 @@ class Vectorised(Protocol):
         ...
 
 
+@runtime_checkable
+class Following(Protocol):
+    """An engine that finds an answer in less time from that of a neighbouring scene."""
+
+    NAME: ClassVar[str]
+
+    def follows(self, problem: Problem) -> bool:
+        """Whether it does so with such a problem, whose answer does not depend on where it is looked for."""
+        ...
+
+    def run_along(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+        """`Engine.run` for each scene, from that before, or the error that it raises."""
+        ...
+
+
 def served(engine: type[Engine], scene: AnyScene) -> Problem:
     """The problem of a scene that an engine serves; CannotServeError with the reason where it does not."""
     problem = Problem.of(scene)

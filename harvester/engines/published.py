@@ -17,6 +17,10 @@ STOP_WARNING = (
     "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'averaged', 'ensemble' "
     "or 'spice'"
 )
+OPEN_WARNING = (
+    "open circuit with a stop: this is E[V^2] of a V that begins with V = x, so with its mean; 'averaged' tells the "
+    "variance of V about that mean"
+)
 
 
 @names_arguments
@@ -47,5 +51,7 @@ class Published(Formula):
 
     def _estimate(self, problem: Problem, solution: float, seconds: float) -> Estimate:
         reason = "no sampling error: a formula; its model error is not known from within"
-        warnings = (STOP_WARNING,) if problem.equations.restitution is not None else ()
+        eqs = problem.equations
+        wrong = STOP_WARNING if eqs.mu is not None else OPEN_WARNING
+        warnings = (wrong,) if eqs.restitution is not None else ()
         return estimate(self.NAME, problem, Value(solution), None, seconds, 0, reason, warnings)

@@ -75,6 +75,15 @@ def friction_bounds(eqs: Equations) -> bool:
     return _loss_at_large_amplitude(eqs)[1] > 0.0
 
 
+def barriers(eqs: Equations) -> Floats:
+    """The places between the resting places where the spring's energy is largest, in ascending order."""
+    linear, alpha2, alpha = eqs.spring
+    places, roots = eqs.resting_places, np.roots([alpha, alpha2, linear, 0.0])
+    free = np.sort(roots.real[roots.imag == 0.0])
+    tops = free[linear + free * (2.0 * alpha2 + 3.0 * alpha * free) < 0.0]
+    return tops[(tops > places[0]) & (tops < places[-1])]
+
+
 def surely_bounded(eqs: Equations) -> bool:
     """Whether the response has a bound for a reason that needs no simulation.
 

@@ -4,6 +4,7 @@ The token is the first part of every path, so that the page, what it fetches and
 path is 403.  A websocket is refused too where its origin is another page than ours (Bokeh's check).
 """
 
+import asyncio
 import os
 import secrets
 import socket
@@ -13,6 +14,7 @@ from typing import Any
 
 import panel as pn
 from tornado.web import RequestHandler
+from tornado.websocket import WebSocketClosedError
 
 from harvester.errors import InputError
 from harvester.explore import paths
@@ -76,12 +78,19 @@ class Server:
         """Serve until the program is interrupted."""
         try:
             self._server.start()
+            self._server.io_loop.asyncio_loop.set_exception_handler(report_failure)
             self._server.io_loop.start()
         finally:
             for session in self._server.get_sessions():
                 session.destroy()
             self._server.stop()
             paths.close()
+
+
+def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Report what failed while nobody waited for it, but not that a page was closed while it was being drawn."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
 
 
 def free_port(port: int) -> int:

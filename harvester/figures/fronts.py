@@ -21,23 +21,21 @@ def front(answer: FrontShape, title: str | None) -> Plot:
         at = [value / x.factor for value in values]
         heights = [one.value / y.factor for one in powers]
         axes.errorbar(at, heights, bars if seen else None, fmt="o-", color=_INK, markersize=4, linewidth=1.0)
+        wide = [(one.quantity_error95 or 0.0) / x.factor for one in answer.points]
+        if any(wide):
+            axes.errorbar(at, heights, xerr=wide, fmt="none", ecolor=_INK, elinewidth=0.8)
         if answer.alike:
             of = [
-                (one.quantity / x.factor, one.mean_power.value / y.factor, one.mean_power.error95 / y.factor)
+                (
+                    one.quantity / x.factor,
+                    one.mean_power.value / y.factor,
+                    one.mean_power.error95 / y.factor,
+                    (one.quantity_error95 or 0.0) / x.factor,
+                )
                 for one in answer.alike
             ]
-            axes.errorbar(
-                *zip(*of, strict=True),
-                fmt="o",
-                color="0.6",
-                markersize=3,
-                linewidth=0.8,
-                zorder=1,
-                label="cannot be told from the front",
-            )
-        if any(one.quantity_error95 for one in answer.points):
-            errors = [(one.quantity_error95 or 0.0) / x.factor for one in answer.points]
-            axes.errorbar(at, heights, xerr=errors, fmt="none", ecolor=_INK, elinewidth=0.8)
+            style = {"color": "0.6", "markersize": 3, "linewidth": 0.8, "zorder": 1}
+            axes.errorbar(*zip(*of, strict=True), fmt="o", label="cannot be told from the front", **style)
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.margins(0.05, 0.08)

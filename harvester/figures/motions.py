@@ -17,6 +17,7 @@ _PROBES = 4  # that are drawn
 _DOTS = 20_000  # of the phase plane
 _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
+_ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
@@ -35,7 +36,7 @@ def motion(path: MotionShape, title: str | None) -> Plot:
     from_rest = path.shown > 0.999 * end  # a beginning, which has no density
     probes = list(path.probes)[:_PROBES]
     values = {name: array for name in names if (array := getattr(path, name)) is not None}
-    values |= {name: path.probes[name] for name in probes}
+    values |= {name: _but_rounding(path.probes[name], path, path.probe_units[name] == u.voltage) for name in probes}
     names, units = names | {name: name for name in probes}, units | {name: path.probe_units[name] for name in probes}
     scales = {
         name: scale(names[name], units[name], [end] if name == "t" else array[last]) for name, array in values.items()
@@ -86,6 +87,15 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         )
         legend(figure, note.partition(", which")[0] + "." if from_rest else note)
     return figure
+
+
+def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
+    """A probe, or zeros where all of it is what rounding leaves of a difference of two nodes' voltages.
+
+    Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look like a signal.
+    """
+    quiet = of_voltage and np.max(np.abs(probe)) <= _ROUNDING * np.max(np.abs(path.voltage))
+    return np.zeros_like(probe) if quiet else probe
 
 
 def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:

@@ -2,6 +2,8 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -57,6 +59,22 @@ def bare(name: str, file: str) -> str:
     if found != [(file, 0)]:
         raise InputError(f"{shown(str(folder))} must hold nothing but an empty {file}, but does not: remove it")
     return str(folder)
+
+
+@contextmanager
+def at_home(folder: str) -> Iterator[None]:
+    """Make a folder the current one, and the home, for what a library reads as it loads; then go back."""
+    here, home = os.open(".", getattr(os, "O_PATH", os.O_RDONLY)), os.environ.get("HOME")
+    try:
+        os.chdir(folder)
+        os.environ["HOME"] = folder
+        yield
+    finally:
+        os.environ.pop("HOME", None)
+        if home is not None:
+            os.environ["HOME"] = home
+        os.fchdir(here)
+        os.close(here)
 
 
 @cache

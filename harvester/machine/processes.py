@@ -58,12 +58,13 @@ def submit_to_one(
 
 
 def completed(
-    start: Callable[[], tuple[Job, Future[T], Any] | None], most: int
+    start: Callable[[], tuple[Job, Future[T], Any] | None], most: int, meanwhile: Callable[[], object] | None = None
 ) -> Iterator[tuple[Job, Future[T], Any]]:
     """Keep ``most`` jobs running and yield each one, with its process, as soon as it ends.
 
-    ``start`` starts the next job, or says with None that there is none at present.  The processes of jobs that still
-    run when the iteration ends, by an error or because its reader stops, are killed.
+    ``start`` starts the next job, or says with None that there is none at present; ``meanwhile`` is called once, when
+    the first ones run.  The processes of jobs that still run when the iteration ends, by an error or because its reader
+    stops, are killed.
     """
     running: dict[Future[T], tuple[Job, Future[T], Any]] = {}
     try:
@@ -72,6 +73,9 @@ def completed(
                 running[started[1]] = started
             if not running:
                 return
+            if meanwhile is not None:
+                meanwhile()
+                meanwhile = None
             for job in wait(running, return_when=FIRST_COMPLETED).done:
                 yield running.pop(job)
     finally:

@@ -9,9 +9,12 @@ What the changes between periods were is worth as much for a neighbouring map, o
 a way may begin with those of another one (`Secants`), and then takes two or three periods.
 
 Of a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative to its size; the rest
-(nodes between diodes, say) goes along.  What is left of the way is estimated by the next step of the same rule.
+(nodes between diodes, say) goes along.  Where the way ends, what a period changes in a store that holds the energy of
+many periods is told relative to what flows through it in one, for so far is its state from the fixed point's, relative
+to its size.  What is left of the way is estimated by the next step of the same rule.
 """
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -20,8 +23,10 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import CircuitError
 
+MULTIPLES = 8  # periods of the drive that a periodic response may take
 MEMORY = 12  # periods that are combined
 MOST = 80  # periods
+PROBED = 0.01  # of the state's size: a change that shows the derivative, and no noise
 KEPT = 16  # changes between periods that are told to another way
 REACHED = 3e-5  # of the state's size, where no other is asked for
 NOISY = 2e-3  # the same, where ngspice's tolerance lets it come no nearer in `PATIENCE` periods
@@ -29,9 +34,9 @@ PATIENCE, NEARER = 4, 0.7  # the second: of the nearest before, what counts as n
 WORTH = 3e-3  # of the state's size: a change of y that is worth telling to another way, well above that noise
 SHORTER, LEAST = 0.3, 1e-3  # of a step to a state that the circuit refuses; relative to the state, not worth a try
 TOLD = 0.3  # of the change of f(y) - y: the change of y that explains it
-# What is not believed of a change: a part of the size of one that was known, of one's own, and what ngspice's tolerance
-# makes in any, relative to the state
-STALE, CURVED, NOISE = 0.1, 0.01, 1e-4
+# What is not believed of a change: a part of the size of one that was known of another scene, of the same one at
+# another step, of one's own, and what ngspice's tolerance makes in any, relative to the state
+STALE, ALIKE, CURVED, NOISE = 0.1, 0.03, 0.01, 1e-4
 CREEPING = 0.1  # of f(y) - y: what it changes by in a period where only a slow mode is left
 QUIETER = 0.1  # of f(y) - y itself: that noise is no larger than this, for a slow mode changes little in a period
 
@@ -52,7 +57,9 @@ class Settling:
     """The way to a fixed point of ``turn``.
 
     ``slow``, shape (n, size of a state), picks what counts; ``groups``, shape (n,), numbers what has a size together.
-    ``state`` is the last f(y), shape (size,), and ``means`` those of its period; ``known`` is what another way found.
+    ``state`` is the last f(y), shape (size,), ``begin`` the y that led there, and ``means`` those of its period;
+    ``known`` is what another way found, and ``stale`` the part of it that is not believed.  The last slow part,
+    squared and times ``stored``, is an energy in units of the first mean over a period.
     """
 
     turn: Turn
@@ -60,7 +67,10 @@ class Settling:
     groups: Floats
     state: Floats
     known: Secants | None = None
+    stored: float = 0.0
+    stale: float = STALE
     means: Floats = field(default_factory=lambda: np.zeros(0))
+    begin: Floats = field(default_factory=lambda: np.zeros(0))
     _states: list[Floats] = field(default_factory=list)
     _residuals: list[Floats] = field(default_factory=list)
     _means: list[Floats] = field(default_factory=list)
@@ -69,17 +79,24 @@ class Settling:
         """The size of a change of the slow part, shape (n,), relative to that of the last state's groups."""
         return float(np.linalg.norm(self._weights() * change))
 
-    def _weights(self) -> Floats:
-        """One over the size of each slow part's group."""
+    def amiss(self, residual: Floats) -> float:
+        """The size of the slow part of f(y) - y, shape (n,), where that of a store counts by what flows through it."""
+        return float(np.linalg.norm(self._weights(flow=True) * residual))
+
+    def _weights(self, flow: bool = False) -> Floats:
+        """One over the size of each slow part's group, or in the last place, over what flows through a store."""
         square = (self.slow @ self.state) ** 2
         sizes = np.sqrt([square[self.groups == one].sum() for one in self.groups])
+        if flow and self.stored and len(self.means) and self.means[0] > 0.0:
+            sizes[-1] /= max(self.stored * float(square[-1] / self.means[0]), 1.0)
         return np.asarray(1.0 / np.maximum(sizes, 1e-12))
 
     def plainly(self, turns: int, start: Floats | None = None) -> None:
         """Go on for so many periods as they come, from the last state or from another."""
         self.state = self.state if start is None else start
         for _ in range(turns):
-            self.state, self.means = self.turn(self.state)
+            self.begin = self.state
+            self.state, self.means = self.turn(self.begin)
 
     def left(self, residual: Floats) -> tuple[Floats, Floats]:
         """How far f(y) and its means are from those of the fixed point, as the last periods say.
@@ -95,7 +112,9 @@ class Settling:
         noise = min(NOISE, QUIETER * self.size(residual))
         if len(self._residuals) > 1:  # nor larger than the last two differ: of a slow mode hardly
             noise = min(noise, self.size(self._residuals[-1] - self._residuals[-2]))
-        doubt = np.where(np.arange(columns.shape[1]) < known, STALE, CURVED) * np.linalg.norm(columns, axis=0) + noise
+        doubt = (
+            np.where(np.arange(columns.shape[1]) < known, self.stale, CURVED) * np.linalg.norm(columns, axis=0) + noise
+        )
         told = np.vstack([columns, np.diag(doubt)])
         share = np.linalg.lstsq(told, np.append(weights * residual, np.zeros(len(doubt))), rcond=None)[0]
         return share @ changes.states, share @ changes.means
@@ -116,6 +135,29 @@ class Settling:
         both = [np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)]
         return Secants(*both) if both and len(both[0]) else None
 
+    def probe(self) -> None:
+        """Change each slow part by `PROBED` of its group's size, one after the other, to know the way from here on.
+
+        A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
+        """
+        y, after, told = self.begin, self.state, []
+        for row, weight in zip(self.slow, self._weights(), strict=True):
+            aside = row * (PROBED / weight / max(float(row @ row), 1e-300))
+            if aside.any():
+                with contextlib.suppress(CircuitError):  # which need not bear it
+                    there, means = self.turn(y + aside)
+                    told.append((there - after, self.slow @ (there - after - aside), means - self.means))
+        if told:
+            self._forget(1)
+            self.known, self.stale = Secants(*(np.array(one) for one in zip(*told, strict=True))), CURVED
+        self.state = after - self.left(self.slow @ (after - y))[0]
+
+    def _keep(self, residual: Floats) -> None:
+        """Keep the last period, whose f(y) - y has this slow part, for the combinations to come."""
+        for values, one in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
+            values.append(one)
+            del values[:-MEMORY]
+
     def _creeps(self) -> bool:
         """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
         now, before = self._residuals[-1], self._residuals[-2]
@@ -127,10 +169,13 @@ class Settling:
         for values in (self._states, self._residuals, self._means):
             del values[: len(values) - but]
 
-    def reach(self, enough: float = REACHED) -> bool:
-        """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods."""
+    def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
+        """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
+
+        With ``guess``, it ends as soon as what the last periods say is left may bring it there, and goes that way.
+        """
         y, best, since, step = self.state, np.inf, 0, np.zeros_like(self.state)
-        nearest = self.state
+        nearest, near = self.state, np.inf
         for _ in range(MOST):
             reached = self.state
             try:
@@ -145,16 +190,22 @@ class Settling:
                     self._forget()
                 continue
             residual = self.slow @ (self.state - y)
-            for values, one in ((self._states, self.state), (self._residuals, residual), (self._means, self.means)):
-                values.append(one)
-                del values[:-MEMORY]
+            self._keep(residual)
             step = self.left(residual)[0]
-            size = self.size(residual) + self.size(self.slow @ step)
-            best, nearest, since = (size, self.state, 0) if size < NEARER * best else (best, nearest, since + 1)
+            going = self.size(self.slow @ step)
+            size = self.amiss(residual) + going
+            if size < NEARER * best:
+                best, nearest, since = size, self.state, 0
+                near = self.size(residual) + going
+            else:
+                since += 1
             if since > 1 and self._creeps():
                 self._forget(2)
                 step, best, since = self.left(residual)[0], np.inf, 0
-            if self.secants() is not None and (size < enough or (since >= PATIENCE and best < NOISY)):
+            if guess and self.secants() is not None and size < enough / STALE:
+                self.state = self.state - step
+                return True
+            if self.secants() is not None and (size < enough or (since >= PATIENCE and near < NOISY)):
                 self.state = nearest
                 return True
             y = self.state - step

@@ -34,8 +34,9 @@ class LoadCircuit:
         values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it has a Cp.
     linear
         whether it is the plain load resistor, which needs no step control of ngspice's own.
-    storage
-        product (s) of Rload and the smoothing capacitor Csmooth; None where there is none or it is no plain number.
+    smoothing, storage
+        the smoothing capacitor Csmooth (F), and its product with Rload (s); None where there is none or it is no plain
+        number.
     topology
         name of the package's netlist; None for a user's own.
     values
@@ -51,6 +52,7 @@ class LoadCircuit:
     text: str
     parameters: dict[str, float] = field(default_factory=dict)
     linear: bool = False
+    smoothing: float | None = None
     storage: float | None = None
     topology: str | None = None
     values: dict[str, float] = field(default_factory=dict)
@@ -109,12 +111,14 @@ def _read(path: Path, load: Load, capacitance: float | None, topology: str | Non
     text = "\n".join([first, *(line.text for line in [*body[1:], *used_lines(body, subcircuits, outside)])])
     defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
     values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
+    smoothing, storage = _storage(body, values)
     return LoadCircuit(
         header.name,
         text,
         scene_values,
         linear=path == netlist_folder() / "resistor.cir" and "R" in scene_values,
-        storage=_storage(body, values),
+        smoothing=smoothing,
+        storage=storage,
         topology=topology,
         values=values,
         terminals=tuple(terminal.lower() for terminal in header.terminals),
@@ -152,8 +156,8 @@ def _check_header(path: Path, header: Header, load: list[Line]) -> None:
             )
 
 
-def _storage(load: list[Line], values: dict[str, float]) -> float | None:
-    """The product Rload Csmooth, of values that are numbers or parameters.
+def _storage(load: list[Line], values: dict[str, float]) -> tuple[float | None, float | None]:
+    """Csmooth, and the product Rload Csmooth, of values that are numbers or parameters.
 
     Raises InputError where it is known that Rload would give power, or Csmooth energy.
     """
@@ -168,7 +172,7 @@ def _storage(load: list[Line], values: dict[str, float]) -> float | None:
             if value is not None and value < 0.0:
                 raise invalid(spelled.get(name, f"netlist {line.where}"), f"be at least 0, for {tokens[0]}", value)
     resistance, capacitance = found.get("rload"), found.get("csmooth")
-    return None if resistance is None or capacitance is None else resistance * capacitance
+    return capacitance, None if resistance is None or capacitance is None else resistance * capacitance
 
 
 def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:

@@ -27,9 +27,14 @@ _LONGEST = 40  # letters of a unit
 # Radians in the units of frequencies and densities: a turn of 2 pi of them is one cycle, which Hz counts.
 _ANGULAR = {"Hz": 1.0, "(m/s^2)^2/Hz": -1.0}
 # Usual units in the SI unit that a kind is in: what nearly every scene file has.
-USUAL_UNITS = {
+USUAL_UNITS: dict[tuple[str, str | None], float] = {
     (prefix + unit, unit): 10.0**power
     for unit in ("ohm", "F", "Hz", "m", "s", "N/m", "N/V")
+    for prefix, power in PREFIXES.items()
+}
+USUAL_UNITS |= {  # in SI base units: what the parameters of nearly every netlist have
+    (prefix + unit, None): 10.0**power
+    for unit in ("ohm", "F", "H", "V", "A", "Hz")
     for prefix, power in PREFIXES.items()
 }
 USUAL_UNITS |= {("kg", "kg"): 1.0, ("g", "kg"): 1e-3, ("mg", "kg"): 1e-6, ("N s/m", "N s/m"): 1.0}
@@ -60,10 +65,10 @@ def prefix_factor(prefix: str) -> float | None:
 @lru_cache(1000)
 def unit_factor(text: str, unit: str | None) -> float | None:
     """How many ``unit`` (None: SI base units) one ``text`` is, or None where it is no such unit."""
-    usual = USUAL_UNITS.get((text, unit or ""))
+    usual = USUAL_UNITS.get((text, unit))
     if usual is None and len(text) <= _LONGEST:
         text = respelled(text)
-        usual = USUAL_UNITS.get((text, unit or ""))
+        usual = USUAL_UNITS.get((text, unit))
     return factor_by_pint(text, unit) if usual is None else usual
 
 

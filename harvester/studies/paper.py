@@ -51,6 +51,17 @@ TITLES = {
 }
 COLUMNS = ("panel", "curve", "x", "published", "averaged", "ensemble", "ensemble_stderr")
 _TRAJECTORIES = 4096
+# What the figures are against, by number and coefficient.
+GRIDS: dict[str, Floats] = {
+    "3": np.linspace(0.9, 0.99, 10),
+    "4": np.linspace(0.005, 0.05, 10),
+    "5": np.linspace(0.02, 0.2, 10),
+    "6": np.geomspace(0.02, 2.0, 10),
+    "7 r": np.linspace(0.9, 1.0, 11),
+    "7 D22": np.linspace(0.01, 0.1, 10),
+    "8": np.geomspace(0.05, 2.0, 9),
+    "9": np.geomspace(0.05, 2.0, 7),
+}
 # What each figure takes, to one another, and its points: for the time that is left.
 SECONDS = {"1": 1.0, "2": 1.0, "3": 1.0, "4": 1.0, "5": 1.0, "6": 1.0, "7": 1.0, "8": 1.0, "9": 1.0}
 POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 27, "9": 21}
@@ -113,20 +124,20 @@ def figure(number: str) -> Iterator[FigurePoint]:
         case "2":
             yield from _densities({f"c3 = {c3}": {"c3": c3} for c3 in (0.05, 0.1, 0.2)})
         case "3":
-            yield from _response("r", "restitution", np.linspace(0.9, 0.99, 10))
+            yield from _response("r", "restitution", GRIDS["3"])
         case "4":
-            yield from _response("D11", "n1", np.linspace(0.005, 0.05, 10))
+            yield from _response("D11", "n1", GRIDS["4"])
         case "5":
-            yield from _response("beta", "beta", np.linspace(0.02, 0.2, 10))
+            yield from _response("beta", "beta", GRIDS["5"])
         case "6":
-            yield from _response("mu", "mu", np.geomspace(0.02, 2.0, 10))
+            yield from _response("mu", "mu", GRIDS["6"])
         case "7":
-            yield from _exponents("r", "", "restitution", np.linspace(0.9, 1.0, 11), STABILITY)
-            yield from _exponents("D22", "", "n2", np.linspace(0.01, 0.1, 10), STABILITY)
+            yield from _exponents("r", "", "restitution", GRIDS["7 r"], STABILITY)
+            yield from _exponents("D22", "", "n2", GRIDS["7 D22"], STABILITY)
         case "8":
             for beta in (0.02, 0.04, 0.08):
                 eqs = dataclasses.replace(STABILITY, beta=beta)
-                yield from _exponents("mu", f"beta = {beta}", "mu", np.geomspace(0.05, 2.0, 9), eqs)
+                yield from _exponents("mu", f"beta = {beta}", "mu", GRIDS["8"], eqs)
         case "9":
             for r in (0.94, 0.96, 0.98):
                 yield from _boundary(f"r = {r}", dataclasses.replace(STABILITY, restitution=r))
@@ -223,5 +234,5 @@ def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: E
 
 def _boundary(curve: str, base: Equations) -> Iterator[FigurePoint]:
     """D22 at which the exponent is zero."""
-    for edge in region.edges(base, np.geomspace(0.05, 2.0, 7), np.random.SeedSequence(4)):
+    for edge in region.edges(base, GRIDS["9"], np.random.SeedSequence(4)):
         yield FigurePoint("D22 against mu", curve, *dataclasses.astuple(edge))

@@ -8,13 +8,16 @@ variance.  (Peherstorfer, Willcox and Gunzburger, SIAM J. Sci. Comput. 38, A3163
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.uncertainty.controls import cross_fitted
 from harvester.uncertainty.value import Value
+
+WORTH = 2.0  # times less variance must remain, for entries to weigh what weights from elsewhere explain
+LUCK = 2.0  # runs go on until their spread is small enough: where they end, it is smaller than it should be
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,25 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
     )
     both = low.std() > 0.0 and high.std() > 0.0
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
+
+
+def explained_and_controlled(
+    high: Floats, low: Floats, mean: Value, explained: Floats, together: int = 1
+) -> Controlled:
+    """As `controlled`, with what controls of mean zero explain of ``high`` by weights from elsewhere, shape (n,).
+
+        E[high] = E[high - explained - a low] + a E[low]
+
+    It is taken off as it stands: few entries cannot tell it from low, and would weigh both badly (of eight runs of a
+    bridge with a stop that doubles the variance).  It is weighed by the entries only where `WORTH` asks for it.  The
+    variance is stated 1 + `LUCK`/trajectories times as large as these show it.
+    """
+    fitted = controlled(high, low, mean, explained[:, None], together)
+    found = controlled(high - explained, low, mean, None, together)
+    found = fitted if WORTH * fitted.residual < found.residual else found
+    more = 1.0 + LUCK * together / len(high)
+    value = replace(found.value, stderr=(found.value.stderr or 0.0) * math.sqrt(more))
+    return Controlled(value, found.residual * more, found.weight, fitted.correlation)
 
 
 def split(variance: float, residual: float, pair_cost: float, spread: float, time_cost: float) -> tuple[float, float]:

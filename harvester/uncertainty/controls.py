@@ -62,3 +62,10 @@ def least_squares(values: Floats, columns: Floats) -> Floats:
     """The weights of columns, shape (n, columns), that leave the least of the variance of ``values``."""
     off = columns - columns.mean(axis=0)
     return np.asarray(np.linalg.lstsq(off.T @ off, off.T @ (values - values.mean()), rcond=SMALLEST)[0])
+
+
+def scaled_least_squares(values: Floats, columns: Floats) -> Floats:
+    """`least_squares` of columns of any size, each fitted in units of its spread; a constant one has the weight 0."""
+    spread = columns.std(axis=0)
+    spread[spread == 0.0] = 1.0
+    return np.asarray(least_squares(values, columns / spread) / spread)

@@ -92,11 +92,11 @@ class Value:
         if self.unknown:
             return f"{text} {prefix}{unit}".rstrip() + f" ({self._known_parts(scale)})"
         if self.stderr is not None:
-            text += f" +- {self.sampling95 / scale:.2g} (95 %, sampling)"
+            text += f" +- {_two_digits(self.sampling95 / scale)} (95 %, sampling)"
         if self.bias is not None:
-            text += f" +- {self.bias / scale:.2g} ({'rounding' if self.model == 0.0 else 'step'})"
+            text += f" +- {_two_digits(self.bias / scale)} ({'rounding' if self.model == 0.0 else 'step'})"
         if self.model:
-            text += f" +- {self.model / scale:.2g} (model, estimated)"
+            text += f" +- {_two_digits(self.model / scale)} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
@@ -105,7 +105,7 @@ class Value:
     def _known_parts(self, scale: float) -> str:
         """The errors that are known, in units of ``scale``, and what is not."""
         parts = [
-            f"{what} within {error / scale:.2g}"
+            f"{what} within {_two_digits(error / scale)}"
             for what, error in (
                 ("95 % of sampling", None if self.stderr is None else self.sampling95),
                 ("step", self.bias),
@@ -147,6 +147,12 @@ def z_score(a: Value, b: Value) -> float | None:
     """The difference of two values over its standard error; None where neither value has one."""
     error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
+
+
+def _two_digits(error: float) -> str:
+    """An error as it stands behind its value: two digits, and no exponent below a million."""
+    text = f"{error:.2g}"
+    return f"{float(text):.0f}" if 100.0 <= error < 1e6 else text
 
 
 def _times(value: float | None, factor: float) -> float | None:

@@ -10,13 +10,11 @@ import re
 import subprocess
 from functools import cache
 
-import numpy as np
 import pytest
 
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
 from harvester.scene.load import Load
 from harvester.scene.toml import load
-from tests.support.lockstep import WEAK
 
 pytestmark = pytest.mark.ngspice
 
@@ -29,31 +27,33 @@ CLOSED = 100.0  # ohm of a closed switch
 PLAY, REST = 0.02, 0.3  # V, of the detection and of SECE's switch
 
 
-@cache
-def measured(name, resistance, voc=VOC, w=W, capacitance=CP, **more):
-    """Mean power and mean voltage of Rload over the last 20 periods, once it is charged, by `ngspice -b`."""
+def measured(name, resistance, charged, voc=VOC, w=W, settling=30, **more):
+    """Mean power and mean voltage of Rload over ten periods, once it is charged, by `ngspice -b`.
+
+    The smoothing capacitor, of twelve periods times 1/R, begins at the voltage `charged`: of what that is off by, at
+    most 4 % are left after `settling` periods, as the source charges it as well as the load empties it.
+    """
     period = 2 * math.pi / w
-    smoothing = 12 * period / resistance
-    given = {"R": resistance, **({} if name == "resistor" else {"C": smoothing}), **more}
+    given = {"R": resistance, **({} if name == "resistor" else {"C": 12 * period / resistance}), **more}
     circuit = load_circuit(Load(netlist=name, parameters=given))
     plus, minus = re.search(r"^Rload (\w+) (\w+) ", circuit.text, re.M).groups()
     at = {"p": "v(p)", "n": "0"}
     first, second = (at.get(node, f"v(xload.{node})") for node in (plus, minus))
-    end = 90 * period
+    begin, end = settling * period, (settling + 10) * period
     deck = [
         "a piezo at a fixed displacement amplitude",
         f"Vdrive drive 0 SIN(0 {voc!r} {w / (2 * math.pi)!r})",
-        f"Cp drive p {capacitance!r}",
+        f"Cp drive p {CP!r}",
         f"Xload p 0 {circuit.name} " + " ".join(f"{k}={v!r}" for k, v in given.items()),
-        circuit.text,
+        re.sub(r"^Csmooth .*", rf"\g<0> IC={charged!r}", circuit.text, flags=re.M),
         ".options method=gear maxord=2 reltol=1e-4",
         f".save {first} {second if second != '0' else ''} @r.xload.rload[p]",
         f".tran {period / 63!r} {end!r} 0 {period / 63!r} uic",
         ".control",
         "run",
         f"let voltage = {first} - {second}",
-        f"meas tran volts AVG voltage from={end - 20 * period!r} to={end!r}",
-        f"meas tran watts AVG @r.xload.rload[p] from={end - 20 * period!r} to={end!r}",
+        f"meas tran volts AVG voltage from={begin!r} to={end!r}",
+        f"meas tran watts AVG @r.xload.rload[p] from={begin!r} to={end!r}",
         ".endc",
         ".end\n",
     ]
@@ -143,6 +143,14 @@ def sece_power(resistance, voc=VOC, w=W, cp=CP):
     return power
 
 
+@cache
+def at_load(name, resistance, voc=VOC, w=W):
+    """`measured`, from the voltage of the closed form on."""
+    if name == "sece":
+        return measured(name, resistance, math.sqrt(sece_power(resistance, abs(voc), w) * resistance), voc, w)
+    return measured(name, resistance, FORMS[name](resistance, abs(voc), w), voc, w)
+
+
 FORMS = {"bridge": bridge, "doubler": doubler, "parallel_sshi": parallel_sshi, "series_sshi": series_sshi}
 Q = kept(COIL)
 # Best loads in units of 1/(w Cp), and the best power in units of w Cp Voc^2, ideal diodes.
@@ -161,17 +169,16 @@ def best_load(name, w=W):
     return BEST[name][0] / (w * CP)
 
 
-@pytest.mark.parametrize(
-    "share, voc, w", [(0.3, VOC, W), (1.0, VOC, W), (3.0, VOC, W), (1.0, 8.0, W), (1.0, VOC, 50.0), (1.0, -VOC, W)]
-)
+@pytest.mark.parametrize("share, motion", [(0.3, ()), (1.0, ()), (3.0, ()), (1.0, (-8.0, 50.0))])
 @pytest.mark.parametrize("name", FORMS)
-def test_voltage_of_the_load(name, share, voc, w):
+def test_voltage_of_the_load(name, share, motion):
     """Vdc of bridge, doubler, parallel and series SSHI at a third, once and three times the best load.
 
-    Also at another amplitude, frequency and sign of the motion.
+    Also of a motion of another amplitude, sign and frequency.
     """
+    voc, w = motion or (VOC, W)
     resistance = share * best_load(name, w)
-    watts, volts = measured(name, resistance, voc, w)
+    watts, volts = at_load(name, resistance, *motion)
     assert volts == pytest.approx(FORMS[name](resistance, abs(voc), w), rel=WITHIN[name])
     assert watts == pytest.approx(volts**2 / resistance, rel=2e-3)
 
@@ -179,29 +186,34 @@ def test_voltage_of_the_load(name, share, voc, w):
 @pytest.mark.parametrize("share", [0.3, 1.0, 3.0])
 def test_power_of_the_resistor(share):
     """P = Voc^2 (w Cp)^2 R/(2 (1 + (w Cp R)^2)), within 1 %: the step here is .1/w, and Gear's rule is off by .6 %."""
-    watts, _ = measured("resistor", share / (W * CP))
+    watts, _ = measured("resistor", share / (W * CP), 0.0)
     assert watts == pytest.approx(VOC**2 * W * CP * share / (2 * (1 + share**2)), rel=0.01)
 
 
-@pytest.mark.parametrize(
-    "resistance, voc, w", [(3e5, VOC, W), (1e6, VOC, W), (1e7, VOC, W), (1e6, 8.0, W), (1e6, VOC, 50.0), (1e6, -VOC, W)]
-)
-def test_power_of_sece(resistance, voc, w):
-    """P = eta 2 w Cp Voc^2/pi.
+@pytest.mark.parametrize("resistance, motion", [(3e5, ()), (1e7, ()), (1e6, (-8.0, 50.0))])
+def test_power_of_sece(resistance, motion):
+    """P = eta 2 w Cp Voc^2/pi, whatever the load, where the bridge's falls to two fifths.
 
-    Within 7 %: the switch closes over some .05 ms of the quarter oscillation's .5, and an occasional extremum that
+    Within 4 %: the switch closes over some .05 ms of the quarter oscillation's .5, and an occasional extremum that
     falls into a long step is resolved coarsely.
     """
-    watts, _ = measured("sece", resistance, voc, w)
-    assert watts == pytest.approx(sece_power(resistance, abs(voc), w), rel=0.07)
+    voc, w = motion or (VOC, W)
+    assert at_load("sece", resistance, *motion)[0] == pytest.approx(sece_power(resistance, abs(voc), w), rel=0.04)
 
 
 @pytest.mark.parametrize("name", FORMS)
 def test_best_load(name):
     """P(s)/P(1) = 4 s/(1 + s)^2 at s times the best load: .71 at .3, .75 at 3."""
-    low, best, high = (measured(name, share * best_load(name))[0] for share in (0.3, 1.0, 3.0))
+    low, best, high = (at_load(name, share * best_load(name))[0] for share in (0.3, 1.0, 3.0))
     assert low / best == pytest.approx(1.2 / 1.69, rel=0.03)
     assert high / best == pytest.approx(12 / 16, rel=0.03)
+
+
+@cache
+def power_at_60_volts(name, **coil):
+    """Power at the best load, from the voltage of ideal diodes on: P = V^2/R."""
+    charged = 60.0 * math.sqrt(BEST[name][1] * BEST[name][0])
+    return measured(name, best_load(name), charged, 60.0, Bv=1e3, **coil)[0]
 
 
 @pytest.mark.parametrize("name", sorted(set(BEST) - {"bridge"}))
@@ -209,8 +221,8 @@ def test_gain_over_the_bridge(name):
     """1, 2/(1-q), (1+q)/(1-q), 4, at 60 V, where drops matter little; SECE's with a good coil, its drops are 11 %."""
     coil = {"Rcoil": 20.0, "Rcore": 1e7} if name == "sece" else {}
     gain = BEST[name][1] * 2 * math.pi
-    bridges = measured("bridge", best_load("bridge"), 60.0, Bv=1e3)[0]
-    watts = measured(name, best_load(name), 60.0, Bv=1e3, **coil)[0]
+
+    bridges, watts = power_at_60_volts("bridge"), power_at_60_volts(name, **coil)
     assert watts / bridges == pytest.approx(gain, rel=0.13 if name == "sece" else 0.07)
 
 
@@ -220,14 +232,9 @@ def test_sshc_against_its_closed_form(share, flip):
     b = flip / (CP + flip)
     q = b / (1 + b)
     best = math.pi / (W * CP * (1 - q))
-    _, volts = measured("sshc", share * best, Cflip=flip)
     expected = 2 * (VOC - PLAY - (1 - q) * last_drop(VOC, W, 2)) / ((1 - q) * (1 + 1 / share))
+    _, volts = measured("sshc", share * best, 0.0, settling=60, Cflip=flip)
     assert volts == pytest.approx(expected, rel=0.01)
-
-
-def test_power_of_sece_does_not_depend_on_the_load():
-    """Within 6 % from 1 Mohm to 10 Mohm, where the bridge's falls to two fifths."""
-    assert measured("sece", 1e7)[0] == pytest.approx(measured("sece", 1e6)[0], rel=0.06)
 
 
 CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")  # tests/circuit/test_chips.py
@@ -245,31 +252,6 @@ def test_netlists_run_by_hand(path):
     best |= {"bridge": 25e-6 * unit / (2 * math.pi), "resistor": 0.25e-6 * unit / 4}
     ideal, loss_of_drops = best[path.stem], {"resistor": 1e-3, "parallel_sshi": 0.1, "series_sshi": 0.2, "sece": 0.3}
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
-
-
-# Of what the mass gives, at the seed below; other seeds differ by some 3 %: what the capacitor has at the ends.
-SHARES = {
-    "bridge": (0.95, 1.04),
-    "doubler": (0.83, 0.92),
-    "parallel_sshi": (0.27, 0.31),  # its coil takes more than the load
-    "series_sshi": (0.52, 0.58),
-    "sece": (0.65, 0.72),
-}
-
-
-@pytest.mark.parametrize("name", SHARES)
-def test_circuits_in_lock_step_with_impacts(name):
-    """Random motion against a stop: the load gets its circuit's share of what the mass gives."""
-    from harvester.circuit import runs as worker
-    from harvester.equations.coefficients import Equations
-
-    eqs = Equations(beta=0.05, c1=-0.05, n1=0.01, restitution=0.96)
-    circuit = load_circuit(Load(netlist=name, parameters={"R": best_load(name), "C": 0.3 / best_load(name)}))
-    device = worker.CoupledDevice(eqs, WEAK, circuit, 0.1, 4)
-    one = next(worker.measure_in_workers(device, [np.random.SeedSequence(3)], kicks=6000, burn_in=100.0))
-    taken = eqs.beta * one.moments.vV.mean() * WEAK.watts
-    low, high = SHARES[name]
-    assert low * taken < one.load_power < high * taken
 
 
 @pytest.mark.parametrize("name", sorted(BEST))

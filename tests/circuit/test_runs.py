@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from harvester.circuit import runs as worker
-from harvester.circuit.worker_pool import map_in_workers
+from harvester.circuit.worker_pool import map_in_workers, ngspice_here
 from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError, OutOfTimeError
+from harvester.machine import processes
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
 from tests.support.lockstep import WEAK
@@ -71,6 +72,36 @@ def test_a_worker_killed_during_a_run_is_an_error_of_that_run_only():
     goes_on()
 
 
+def in_this_very_process(folder):
+    """Where jobs of `ngspice_here` run, before and after one that fails, from a folder and a home with commands."""
+    os.chdir(folder)
+    os.environ["HOME"] = str(folder)
+    pids = []
+    with ngspice_here() as here:
+        path = next(map_in_workers(worker.path_in_this_process, [(device(GOOD), NOISE)]))
+        pids += map_in_workers(os.getpid, [()])
+        sound = here.trusted
+        with pytest.raises(CircuitError, match="refused"):
+            next(map_in_workers(worker.path_in_this_process, [(device(REFUSED), NOISE)]))
+        pids += map_in_workers(os.getpid, [()])
+    pids += map_in_workers(os.getpid, [()])
+    places = Path.cwd(), Path(os.environ["HOME"])
+    return path.readings, [pid == os.getpid() for pid in pids], (sound, here.trusted), places
+
+
+def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
+    """With the same path to the last digit; what stands in its current folder, or its home, is not run."""
+    (tmp_path / ".spiceinit").write_text("shell touch ran\n")
+    process = processes.create()
+    try:
+        readings, same, sound, places = process.submit(in_this_very_process, tmp_path).result(120)
+    finally:
+        processes.kill(process)
+    assert (readings == run(GOOD).readings).all()
+    assert (same, sound, places) == ([True, False, False], (True, False), (tmp_path, tmp_path))
+    assert not (tmp_path / "ran").exists()
+
+
 def test_a_worker_killed_while_idle_is_no_error():
     pids = list(map_in_workers(os.getpid, [()] * worker.worker_count()))
     for pid in set(pids):
@@ -101,12 +132,12 @@ def test_a_refused_circuit_then_a_good_one(bad, says):
     for _ in range(2):
         with pytest.raises(CircuitError, match=says) as caught:
             run(bad)
-        goes_on()
+    goes_on()
     assert str(caught.value).isprintable()
 
 
 def test_after_a_fatal_error_a_process_runs_nothing_else():
-    """In one process: the error of the second run says that ngspice is gone, not that its circuit is wrong."""
+    """In one process: the error of the second run says that ngspice is gone and why, not that its circuit is wrong."""
 
     def twice(first, second):
         try:
@@ -116,7 +147,7 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
         return None
 
     good, bad = (device(load) for load in (GOOD, FATAL))
-    with pytest.raises(CircuitError, match="failed earlier"):
+    with pytest.raises(CircuitError, match=r"failed earlier .* another circuit: ngspice refused the circuit: ."):
         list(map_in_workers(twice, [((bad, NOISE), (good, NOISE))]))
     goes_on()
 
@@ -139,14 +170,15 @@ def test_a_crawl_is_a_hang():
 
 
 def test_a_deadline_ends_a_run():
-    """A circuit that gets on, but slowly, at the burn-in as well as later: the process is replaced."""
+    """A circuit that gets on, but slowly: the error has the means so far, and the process is replaced."""
     slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p,n)\nR{k} a{k} 0 1k" for k in range(100)))
     begin = time.monotonic()
     seeds = [np.random.SeedSequence(k) for k in range(3)]
     says = r"stopped at \S+ s of \S+ s: the `budget` left it [1-4]\S* s; to its end it would take about \S+ s: give"
-    with pytest.raises(OutOfTimeError, match=says):
-        list(worker.measure_in_workers(device(slow), seeds, 1_000_000, 1e4, deadline=begin + 4.0))
+    with pytest.raises(OutOfTimeError, match=says) as caught:
+        list(worker.measure_in_workers(device(slow), seeds, 1_000_000, 0.0, deadline=begin + 4.0))
     assert time.monotonic() - begin < 6.0
+    assert caught.value.so_far is not None and min(caught.value.so_far) > 0.0
     goes_on()
 
 

@@ -14,6 +14,7 @@ import pytest
 import harvester as hv
 from harvester import cli
 from harvester.engines.selection import ENGINES
+from harvester.machine.cores import ONE_THREAD
 from tests.support.paths import ROOT
 
 PLATE = str(ROOT / "examples" / "plate.toml")
@@ -199,13 +200,12 @@ def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
     ("closed", "status", "said"),
     [
         (">&-", 2, "harvester: stdout must be open, but is closed: send it to /dev/null where nobody reads it\n"),
-        ("2>&-", 0, ""),
-        ("<&-", 0, ""),
+        ("2>&- <&-", 0, ""),
         (">&- 2>&-", 2, ""),
     ],
 )
 def test_closed_streams(tmp_path, closed, status, said):
-    """A closed stdout is an error, a closed stderr loses no answer, and no file of a sweep gets what is printed."""
+    """A closed stdout is an error, closed others lose no answer, and no file of a sweep gets what is printed."""
     sweep = f"sweep {PLATE} --engine published --vary load.resistance=1k,2k --workers 1 --out {tmp_path}/out"
     line = ["bash", "-c", f"{sys.executable} -m harvester {sweep} {closed}"]
     done = subprocess.run(line, capture_output=True, text=True, timeout=60, check=False)
@@ -335,6 +335,16 @@ def test_program():
         assert program("--help").returncode == 0
         took.append(time.perf_counter() - begin)
     assert min(took) < 1.0
+
+
+@pytest.mark.slow
+def test_the_libraries_use_one_thread_unless_told_otherwise():
+    """Their threads wait for each other in matrices as small as ours, and the last digits would depend on them."""
+    code = "import sys, os, harvester.__main__ as m; sys.argv = ['harvester', '--version']\ntry: m.main()\nexcept "
+    code += "SystemExit: print(os.environ['OPENBLAS_NUM_THREADS'], os.environ['MKL_NUM_THREADS'])"
+    env = {name: value for name, value in os.environ.items() if name not in ONE_THREAD} | {"MKL_NUM_THREADS": "3"}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("\n1 3\n")
 
 
 @pytest.mark.slow

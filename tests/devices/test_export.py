@@ -35,12 +35,12 @@ def scene(more="", stop="", shaking=HARMONIC):
     return hv.loads(DEVICE.format(more=more, stop=stop, shaking=shaking))
 
 
-def bench(one, end, step, first=""):
+def bench(one, end, step):
     """Time, voltage on 1 Mohm and displacement, shape (n, 3), of the part in its own source."""
     text = part(Problem.of(one), "device")
     options = re.search(r"^\*   (\.options .*)$", text, re.MULTILINE)[1]
     lines = ["bench", text, "Xbase acc device_base", "Xdevice p 0 acc x device", "Rload p 0 1Meg", options]
-    lines += [f".tran {step} {end} 0 {step} uic", ".control", first, "set nobreak", "set width=120", "run"]
+    lines += [f".tran {step} {end} 0 {step} uic", ".control", "set nobreak", "set width=120", "run"]
     lines += ["linearize v(p) v(x)", "print col time v(p) v(x)", ".endc", ".end"]
     done = subprocess.run(
         ["ngspice", "-b", "/dev/stdin"], input="\n".join(lines), capture_output=True, text=True, check=False, timeout=60
@@ -65,8 +65,8 @@ def apart(one, end, step):
     ids=["linear", "not linear"],
 )
 def test_without_a_stop(more):
-    """From rest to the response: within 0.1 %."""
-    assert max(apart(scene(more), 4.0, 1e-3)) < 1e-3
+    """From rest to the response, which grows within half a second: within 0.1 %."""
+    assert max(apart(scene(more), 2.0, 1e-3)) < 1e-3
 
 
 @pytest.mark.ngspice
@@ -81,7 +81,7 @@ def test_without_a_stop(more):
 )
 def test_with_a_stop(stop):
     """The whole path, impacts included, within 2 %."""
-    assert max(apart(scene(stop=stop), 3.0, 5e-5)) < 0.02
+    assert max(apart(scene(stop=stop), 2.0, 5e-5)) < 0.02
 
 
 @pytest.mark.ngspice
@@ -97,13 +97,17 @@ def test_record(tmp_path):
 
 @pytest.mark.ngspice
 def test_white_noise_has_its_density():
-    """The mean square of the voltage is the closed form's: z of means over blocks of 10 s."""
+    """The mean square of the voltage is the closed form's: z of means over blocks of 2 s, which is 8 relaxation times.
+
+    ngspice 39 draws TRNOISE anew in each run, whatever `setseed` or `rndseed` is: with no seed to choose, chance must
+    not fail the test.  Of 79 blocks, |z| > 5 once in 300,000 runs.
+    """
     one = scene(shaking='acceleration_psd = "1e-4 g^2/Hz"')
-    found = bench(one, 160.0, 1e-2, "set rndseed=3")
-    blocks = (found[len(found) % 15 :, 1] ** 2).reshape(15, -1).mean(axis=1)[1:]
+    found = bench(one, 160.0, 1e-2)
+    blocks = (found[len(found) % 80 :, 1] ** 2).reshape(80, -1).mean(axis=1)[1:]
     exact = hv.run(one, "exact").mean_square_voltage.value
     z = (blocks.mean() - exact) / (blocks.std(ddof=1) / np.sqrt(len(blocks)))
-    assert abs(z) < 4.0
+    assert abs(z) < 5.0
     assert blocks.mean() == pytest.approx(exact, rel=0.5)
 
 

@@ -9,6 +9,7 @@ import pytest
 import harvester as hv
 from harvester.engines.selection import default_engine, default_engines
 from harvester.engines.spice.preparation import prepare
+from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
 from harvester.studies.compare import compare
@@ -17,6 +18,7 @@ from harvester.uncertainty.value import Value, z_score
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
 
 PLATE = hv.load("examples/plate.toml")
+OPEN = scene(changed(linear(None, None, c=0.1), restitution=0.9))
 
 
 def pair(value):
@@ -25,8 +27,7 @@ def pair(value):
 
 @pytest.mark.ngspice
 @pytest.mark.statistics
-@pytest.mark.parametrize("beta", [0.05, 1.25])
-@pytest.mark.parametrize("mu", [0.05, 1.0, 5.0])
+@pytest.mark.parametrize("beta, mu", [(1.25, 0.05), (0.05, 1.0), (1.25, 5.0)])
 def test_linear_scene_in_spice_and_ensemble(beta, mu):
     """E[V^2] and E[P], |z| < 4 with a standard error under 1 %, both engines."""
     eqs = linear(beta, mu)
@@ -42,10 +43,11 @@ def test_linear_scene_in_spice_and_ensemble(beta, mu):
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_paper_scene_in_spice():
-    """E[V^2] = .0881 within 1 %, and the power balance, in ngspice."""
-    answer = hv.Spice(within=0.005, seed=1).run(scene(PAPER))
+    """E[V^2] = .0881 within 1 %, and the power balance, in ngspice: a few runs beside the cheap model tell half."""
+    answer = hv.Spice(within=0.01, seed=3).run(scene(PAPER))
     value, error = pair(answer.mean_square_voltage)
-    assert error < 0.003 * value
+    assert error < 0.005 * value
+    assert answer.mean_power.error95 <= 0.01 * answer.mean_power.value
     assert abs(z((value, math.hypot(error, answer.mean_square_voltage.bias)), *PAPER_V2)) < 4
     assert value == pytest.approx(0.0881, rel=0.01)
     assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
@@ -90,6 +92,14 @@ def test_published_is_four_times_too_high_with_the_stop():
     assert published.mean_square_voltage.stderr is None
     assert published.mean_square_voltage.value / PAPER_V2[0] == pytest.approx(4.0, rel=0.02)
     assert "too high" in published.warnings[0]
+
+
+def test_published_is_no_such_thing_in_open_circuit():
+    """V begins with x there and keeps that mean, which the harmonic V has, too: 4 % above the ensemble's 0.3523."""
+    published = hv.Published().run(scene(changed(PAPER, mu=None)))
+    assert published.mean_square_voltage.value == pytest.approx(0.3523, rel=0.05)
+    assert "variance of V about that mean" in published.warnings[0]
+    assert "too high" not in published.warnings[0]
     assert not hv.Published().run(PLATE).warnings
 
 
@@ -142,7 +152,7 @@ def test_within_is_reached_and_told():
     assert "was not reached" in short.warnings[-1]
 
 
-BRIDGE = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm"}))
+BRIDGE = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "0.3 uF"}))
 
 
 @pytest.mark.ngspice
@@ -162,7 +172,7 @@ def test_a_netlist_of_ones_own(tmp_path):
     """Nothing ideal stands beside it: ngspice runs only, and no bias of the step is known."""
     own = tmp_path / "own.cir"
     own.write_text(".subckt own p n R=1Meg\nRload p n {R}\n.ends\n")
-    answer = hv.Spice(trajectories=2, duration=10.0).run(PLATE.with_load(hv.Load(netlist=str(own))))
+    answer = hv.Spice(trajectories=2, duration=2.0).run(PLATE.with_load(hv.Load(netlist=str(own))))
     assert answer.mean_power.bias is None
     assert "not known" in answer.reason
     assert "control_weight" not in answer.details
@@ -177,13 +187,11 @@ def test_a_netlist_of_ones_own(tmp_path):
 
 
 @pytest.mark.ngspice
-@pytest.mark.parametrize(
-    "given", [PLATE, hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["plate", "stop", "bridge"]
-)
+@pytest.mark.parametrize("given", [hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["stop", "bridge"])
 def test_paired_and_alone_agree(given):
     """The control variate changes the error, not the mean."""
-    paired = hv.Spice(seed=4, trajectories=8, duration=20.0).run(given)
-    alone = hv.Spice(seed=5, alone=True, trajectories=8, duration=40.0).run(given)
+    paired = hv.Spice(seed=4, trajectories=8, duration=10.0).run(given)
+    alone = hv.Spice(seed=5, alone=True, trajectories=8, duration=30.0).run(given)
     assert abs(z_score(paired.mean_power, alone.mean_power)) < 4
     assert abs(z_score(paired.mean_square_voltage, alone.mean_square_voltage)) < 4
     assert paired.mean_power.stderr < 0.3 * alone.mean_power.stderr
@@ -259,12 +267,12 @@ def test_every_answer_warns_of_values_that_no_device_has():
 )
 def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing):
     """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
-    given = scene(changed(PAPER, **changes))
+    problem = Problem(given := scene(changed(PAPER, **changes)))
     for engine in refusing:
         with pytest.raises(CannotServeError, match=f"^engine '{engine}' does not know .*{name}: use engine 'ensemble'"):
             hv.engines.engine(engine).run(given)
-    answer = hv.Ensemble(trajectories=64, duration=10.0).run(given)
-    assert set(name.replace(" ", "_").split("_and_")) <= set(answer.effects)
+    assert not hv.Ensemble.refusal(problem)
+    assert set(name.replace(" ", "_").split("_and_")) <= set(problem.effects)
 
 
 @pytest.mark.parametrize(
@@ -322,8 +330,7 @@ def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
         UnboundedResponseError, match=f"far {side} rest the spring pushes .*; give a cubic_stiffness above"
     ):
         hv.Ensemble().run(scene(changed(PAPER, **changes)))
-    held = {"alpha": None, "alpha2": 0.1, "restitution": 0.9}
-    assert hv.Ensemble(trajectories=64, duration=10.0).run(scene(changed(PAPER, **held))).mean_power.value > 0.0
+    check_bounded(changed(PAPER, alpha=None, alpha2=0.1, restitution=0.9))
 
 
 @pytest.mark.statistics
@@ -337,9 +344,9 @@ def test_stability_is_that_of_rest_at_zero():
 
 @pytest.mark.ngspice
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
-    compared = compare(scene(changed(PAPER, linear=-1.0)), trajectories=4, duration=5.0)
-    assert {e.engine for e in compared.estimates} == {"ensemble", "spice"}
-    assert set(compared.refused) == {"exact", "published", "averaged"}
+    compared = compare(scene(changed(PAPER, gap=0.3, c1=-0.3)), trajectories=4, duration=5.0)
+    assert {e.engine for e in compared.estimates} == {"averaged", "ensemble", "spice"}
+    assert set(compared.refused) == {"exact", "published"}
     assert compared.paths == ()
 
 
@@ -366,7 +373,7 @@ def test_text_carries_its_errors():
 
 
 def test_scenes_without_load_or_noise():
-    opened = hv.Ensemble(trajectories=128).run(scene(changed(PAPER, mu=None)))
+    opened = hv.Ensemble(trajectories=128).run(OPEN)
     assert opened.mean_power.value == 0.0
     assert "open circuit" in opened.warnings[-1]
     quiet = hv.Ensemble(trajectories=64).run(scene(changed(linear(0.05, 1.0), n1=None)))
@@ -410,8 +417,7 @@ def test_a_large_storage_capacitor_is_named_as_the_cause():
 
 def test_open_circuit_with_a_stop_is_the_variance():
     """`averaged` leaves out the mean that V keeps from its start, and says so; `ensemble` tells both together."""
-    given = scene(changed(PAPER, mu=None, beta=None, alpha=None, c1=-0.1, c2=None, c3=None, n2=None, restitution=0.9))
-    found, many = hv.Averaged().run(given), hv.Ensemble(trajectories=1024).run(given)
+    found, many = hv.Averaged().run(OPEN), hv.Ensemble(trajectories=1024).run(OPEN)
     assert any(one.startswith("open circuit: this is the variance of V") for one in found.warnings)
     mean = many.mean_square_voltage.value - found.mean_square_voltage.value
     assert mean > found.mean_square_voltage.value

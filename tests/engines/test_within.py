@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.engines.ensemble import PURSUING
+from harvester.engines.ensemble import FEWEST, PURSUING, TRAJECTORIES, affordable
+from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
 
 STOP = hv.load("examples/plate_with_stop.toml")
@@ -57,9 +58,7 @@ def test_a_linear_scene_to_a_thousandth():
 @pytest.mark.ngspice
 @pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("given", "reference", "within"),
-    [(scene(PAPER), PAPER_POWER, 0.01), (STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.02)],
-    ids=["paper", "stop", "bridge"],
+    ("given", "reference", "within"), [(STOP, STOP_POWER, 0.01), (BRIDGE, BRIDGE_POWER, 0.02)], ids=["stop", "bridge"]
 )
 def test_spice_keeps_what_it_promises(given, reference, within):
     """With so few seeds none may be outside: 5 % of them would be, were the error no larger than the target allows."""
@@ -110,3 +109,9 @@ def test_same_options_same_answer():
         two, seconds=0.0, samples=None, details={}
     )
     assert one.details["trajectories"] == PURSUING
+
+
+def test_a_slow_capacitor_is_charged_by_few_trajectories():
+    """Each trajectory waits for the capacitor: from a time constant of 300 on there are the fewer, the longer it is."""
+    slow = [IdealCircuit(mu=0.1, kappa=0.1 * memory, n=0.01, leak=1e-4, loss=0.0) for memory in (30.0, 1200.0, 1e6)]
+    assert [affordable(False, one) for one in slow] == [TRAJECTORIES, TRAJECTORIES // 4, FEWEST]

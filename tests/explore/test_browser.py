@@ -1,5 +1,6 @@
 """The page in a real browser: every control moves, nothing fails, two users at once, and nothing from elsewhere."""
 
+import contextlib
 import http.client
 import os
 import signal
@@ -9,28 +10,46 @@ import urllib.parse
 
 import pytest
 
-from tests.support.browser import CHROMIUM, Visit, chromium, serving
+from tests.support.browser import CHROMIUM, PHONE, Visit, chromium, serving
 from tests.support.paths import ROOT
 
 WITHOUT = (
     "harvester: explore must have Panel, but it is not installed: python -m pip install 'piezo-harvester[explore]'\n"
 )
+TURN = "all => all.filter(one => one.checkVisibility()).map(one => one.click()).length"  # how many were turned
 pytestmark = [pytest.mark.slow, pytest.mark.ngspice]
 
 
 @pytest.fixture(scope="module")
-def url():
-    """The address of a page that begins with a linear scene, whose kernels other tests compile too."""
+def served():
+    """The program and the address of its page, which begins with a linear scene, whose kernels other tests compile."""
     assert CHROMIUM, "chromium must be installed: make setup"
-    with serving(str(ROOT / "examples" / "plate_with_stop.toml")) as (_, address, seconds):
+    with serving(str(ROOT / "examples" / "plate_with_stop.toml")) as (program, address, seconds):
         assert seconds < 30.0  # beside other tests; alone it takes 4
-        yield address
+        yield program, address
+
+
+@pytest.fixture(scope="module")
+def url(served):
+    return served[1]
 
 
 @pytest.fixture(scope="module")
 def browser():
     with chromium() as one:
         yield one
+
+
+@pytest.fixture(scope="module")
+def other(browser, url):
+    """The page of another user, whose scene may become any."""
+    return Visit(browser, url)
+
+
+@pytest.fixture(scope="module")
+def visit(browser, url):
+    """A page for several tests: each but the last one leaves it with the scene that it found."""
+    return Visit(browser, url)
 
 
 def settled(visit, ohms):
@@ -44,24 +63,21 @@ def settled(visit, ohms):
         visit.page.wait_for_timeout(50)
 
 
-@pytest.mark.parametrize("size", ["desktop", "phone"])
-def test_every_control_moves(browser, url, size):
-    """Each switch, slider, field, picture and card, whatever the scene becomes; no fault, nothing fetched elsewhere."""
-    visit = Visit(browser, url, size)
-    page, before = visit.page, visit.power()
-    visit.step("load.resistance", 20)
-    assert visit.until_power_changes(before) != before
-    for place in range(page.locator(".switch input").count()):
-        switch = page.locator(".switch input").nth(place)
-        if switch.is_visible():
-            switch.evaluate("one => one.scrollIntoView({block: 'end'})")  # clear of the picture, which stays on top
-            switch.click()
-    settled(visit, 101)
-    for name in ("bridge", "sece"):
-        page.locator(f".circuit-{name} button").click()
-        page.locator(".field.knob-load-parameters-C").wait_for()
-        visit.step("load.parameters.C")
-    settled(visit, 102)
+def test_every_control_moves(other, url):
+    """Each switch, slider, field, picture and card, whatever the scene becomes; no fault, nothing fetched elsewhere.
+
+    Then the page is as narrow as a phone, with all its parts below one another: they fit, and can be reached.
+    """
+    page, before = other.page, other.power()
+    other.step("load.resistance", 3)
+    assert other.until_power_changes(before) != before
+    switches = page.locator(".switch input")
+    assert switches.evaluate_all(TURN) > 5
+    settled(other, 101)
+    page.locator(".circuit-sece button").click()
+    page.locator(".field.knob-load-parameters-C").wait_for()
+    other.step("load.parameters.C")
+    settled(other, 102)
     handles = page.locator(".slider .noUi-handle")
     for place in range(handles.count()):
         if handles.nth(place).is_visible():
@@ -72,25 +88,42 @@ def test_every_control_moves(browser, url, size):
             value = fields.nth(place).input_value()
             fields.nth(place).fill(value.replace("1", "2"))
             fields.nth(place).press("Enter")
-    settled(visit, 103)
-    assert not page.locator(".headline .power").inner_text().startswith("nan")
+    settled(other, 103)
     axis = page.locator(".axis select")
     for option in axis.locator("option").all_inner_texts():
         axis.select_option(option)
+    assert not page.locator(".headline .power").inner_text().startswith("nan")
+    fits(page)
+    page.set_viewport_size(PHONE)
+    page.locator(".headline .power").wait_for()
+    for place in range(0, switches.count(), 4):
+        clicked(switches.nth(place))
+    page.locator(".circuit-bridge button").click()
+    page.locator(".field.knob-load-parameters-C").wait_for()
     page.locator(".within select").select_option("1%")
     page.locator(".card-piezo button, .card-piezo .card-header").first.click()
-    settled(visit, 104)
-    assert visit.faults == []
-    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    settled(other, 104)
+    fits(page)
+    assert other.faults == []
     ours = urllib.parse.urlsplit(url).netloc
-    elsewhere = [one for one in visit.addresses if urllib.parse.urlsplit(one.removeprefix("blob:")).netloc != ours]
+    elsewhere = [one for one in other.addresses if urllib.parse.urlsplit(one.removeprefix("blob:")).netloc != ours]
     assert [one for one in elsewhere if not one.startswith("data:")] == []
-    page.close()
 
 
-def test_wrong_input_is_one_line(browser, url):
+def clicked(switch):
+    """Click a switch that is there to be seen."""
+    if switch.is_visible():
+        switch.evaluate("one => one.scrollIntoView({block: 'end'})")  # clear of the picture, which stays on top
+        switch.click()
+
+
+def fits(page):
+    """Nothing is wider than the window."""
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+
+
+def test_wrong_input_is_one_line(visit):
     """It names the key and what it must be; the last good picture stays, and the next good value is taken."""
-    visit = Visit(browser, url)
     good = visit.power()
     for key, text, told in (
         ("load.resistance", "many", "load.resistance must be a load resistance"),
@@ -105,14 +138,35 @@ def test_wrong_input_is_one_line(browser, url):
     assert visit.power() == good
     assert visit.page.locator(".error-line img").count() == 0
     visit.write("load.resistance", "100k")
-    assert "µW" in visit.until_power_changes(good)
+    changed = visit.until_power_changes(good)
+    assert "µW" in changed
+    visit.write("oscillator.mass", "40 g")
+    visit.write("load.resistance", "1M")
+    assert visit.until_power_changes(changed) == good
     assert visit.faults == []
-    visit.page.close()
 
 
-def test_runs_pin_and_files(browser, url, tmp_path):
+def test_two_users_at_once(other, visit):
+    """Each has a scene of their own; while one keeps turning, the other is answered."""
+    one, two = other, visit
+    theirs = one.page.locator(".field.knob-oscillator-mass input")
+    begin, before, mass = time.monotonic(), two.power(), theirs.input_value()
+    one.step("oscillator.mass", 10)
+    two.write("load.resistance", "300k")
+    changed = two.until_power_changes(before)
+    assert time.monotonic() - begin < 5.0
+    assert one.power() != changed
+    assert theirs.input_value() != mass
+    assert one.page.locator(".field.knob-load-resistance input").input_value() != "300 kohm"
+    assert two.page.locator(".field.knob-oscillator-mass input").input_value() == "40 g"
+    assert one.faults + two.faults == []
+    one.page.close()
+    two.write("load.resistance", "1M")
+    two.until_power_changes(changed)
+
+
+def test_runs_pin_and_files(visit):
     """An ensemble's point with its error, a run that is cancelled, a pinned design, a record, and four files."""
-    visit = Visit(browser, url)
     page = visit.page
     page.locator(".pin button").click()
     page.locator(".difference", has_text="is the pinned one").wait_for()
@@ -137,22 +191,6 @@ def test_runs_pin_and_files(browser, url, tmp_path):
     page.locator(".path-told", has_text="one path by ensemble").wait_for()
     assert visit.faults == []
     page.close()
-
-
-def test_two_users_at_once(browser, url):
-    """Each has a scene of their own; while one keeps turning, the other is answered."""
-    one, two = Visit(browser, url), Visit(browser, url)
-    one.step("oscillator.mass", 25)
-    begin, before = time.monotonic(), two.power()
-    two.write("load.resistance", "300k")
-    changed = two.until_power_changes(before)
-    assert time.monotonic() - begin < 5.0
-    assert one.power() != changed
-    assert one.page.locator(".field.knob-load-resistance input").input_value() == "1 Mohm"
-    assert two.page.locator(".field.knob-oscillator-mass input").input_value() == "40 g"
-    assert one.faults + two.faults == []
-    one.page.close()
-    two.page.close()
 
 
 def status(host, port, path, method="GET", **headers):
@@ -183,18 +221,6 @@ def test_nothing_without_the_token(url):
     assert heard == [f"0100007F:{port:04X}"]
 
 
-def test_interrupted(tmp_path):
-    """^C ends it at once, as it says, and without a traceback."""
-    with serving() as (program, address, _):
-        assert address.startswith("http://127.0.0.1:")
-        begin = time.monotonic()
-        os.kill(program.pid, signal.SIGINT)
-        out, error = program.communicate(timeout=20)
-    assert time.monotonic() - begin < 5.0
-    assert (program.returncode, error) == (0, "")
-    assert "^C ends it" in out
-
-
 def test_without_panel(harvester, monkeypatch):
     """What is missing and how to get it, in one line; a wrong scene is told first."""
     monkeypatch.setitem(sys.modules, "panel", None)
@@ -211,3 +237,19 @@ def test_wrong_arguments(harvester, arguments, told):
     assert done[0] == 2
     assert told in done[2].replace("Is a", "is a")
     assert done[2].count("\n") == 1
+
+
+def test_interrupted(served):
+    """^C ends it at once, as it says, and without a traceback.  The last test here: nothing is served after it."""
+    program, address = served
+    assert address.startswith("http://127.0.0.1:")
+    os.set_blocking(program.stderr.fileno(), False)
+    with contextlib.suppress(BlockingIOError):
+        while os.read(program.stderr.fileno(), 65536):  # what it said of the pages that were closed, and refused
+            pass
+    os.set_blocking(program.stderr.fileno(), True)
+    begin = time.monotonic()
+    os.kill(program.pid, signal.SIGINT)
+    _, error = program.communicate(timeout=20)
+    assert time.monotonic() - begin < 5.0
+    assert (program.returncode, error) == (0, "")

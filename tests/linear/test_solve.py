@@ -182,9 +182,9 @@ def test_growth_without_bound_is_named(changes, line):
         changed(BAND, n2=0.02),
         changed(DRIVEN, n1=0.02, n2=0.02),
         Equations(c1=-0.2, beta=0.5, mu=1.0, record=TONES),
-        Equations(c1=-0.2, beta=0.5, mu=1.0, n1=0.01, record=TONES),
+        Equations(c1=-0.2, beta=0.5, mu=1.0, n1=0.01, n2=0.01, record=TONES),
     ],
-    ids=["correlated noise", "band and noise on the stiffness", "drive and both", "record", "record and noise"],
+    ids=["correlated noise", "band and noise on the stiffness", "drive and both", "record", "record and both"],
 )
 def test_the_ensemble_agrees(eqs):
     """|z| < 4 of E[V^2] at a step of zero; without noise what is left of the step is of fourth order."""

@@ -13,13 +13,14 @@ EXAMPLES = [
 ]
 FIGURES = sorted((ROOT / "docs" / "gallery").glob("*.png"))
 
-# As in tests/test_readme.py.
+# As in tests/project/test_readme.py.
 LESS = [
     ("harvester sweep", ["--workers", "1", "--trajectories", "64"], {":13": ":3", ":61": ":3"}),
     ("harvester response", [], {":41": ":3", ":61": ":3"}),
-    ("harvester optimise", ["--budget", "5s", "--within", "5%"], {}),
+    ("harvester optimise", ["--budget", "1s", "--within", "10%"], {}),
     ("harvester compare", ["--within", "10%"], {}),
     ("harvester motion", [], {"4": ".5"}),
+    ("bq25570.toml --from-rest", [], {"2": ".5"}),
     ("python examples/load_sweep.py", ["--quick"], {}),
     ("python examples/own_netlist.py", ["--quick"], {}),
     ("python examples/engines.py", ["--quick"], {}),

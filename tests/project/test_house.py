@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,12 +21,13 @@ LONGEST = 250  # lines of a file that does not say why it has more
 MOST = 8  # files in the package's root
 
 
+@cache
 def parsed(folder):
-    """Every Python file below a folder: its path from the project's root, and its syntax tree."""
+    """Every Python file below a folder: its path from the project's root, and its syntax tree.
+
+    That takes two seconds, which those processes do not spend that run other tests.
+    """
     return {file.relative_to(ROOT).as_posix(): ast.parse(file.read_text()) for file in sorted(folder.rglob("*.py"))}
-
-
-FILES, TEST_FILES = parsed(PACKAGE), parsed(TESTS)
 
 
 def imported(tree):
@@ -69,10 +71,12 @@ def test_few_files_in_the_root():
 
 def test_files_are_short():
     """A file above 250 lines says in its docstring why: "long because ..."."""
-    whole = {name: (ROOT / name).read_text() for name in FILES}
+    whole = {name: (ROOT / name).read_text() for name in parsed(PACKAGE)}
     long = [name for name, text in whole.items() if text.count("\n") > LONGEST]
     assert [
-        name for name in long if "long because" not in " ".join(ast.get_docstring(FILES[name]).split()).lower()
+        name
+        for name in long
+        if "long because" not in " ".join(ast.get_docstring(parsed(PACKAGE)[name]).split()).lower()
     ] == []
 
 
@@ -80,7 +84,7 @@ def test_one_class_a_name():
     """Whoever reads a class's name in an error or a signature finds one place."""
     names = Counter(
         node.name
-        for tree in FILES.values()
+        for tree in parsed(PACKAGE).values()
         for node in ast.walk(tree)
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
@@ -95,7 +99,7 @@ def test_docstrings_open_with_a_sentence():
     sentence = re.compile(r"[A-Z0-9`\"'(*].*[.?!:]\)?$")
     faults = [
         f"{name}:{line}: {text.splitlines()[0]}"
-        for name, tree in FILES.items()
+        for name, tree in parsed(PACKAGE).items()
         for line, text in documented(tree)
         if text and (not sentence.match(text.splitlines()[0]) or len(text.splitlines()[0].split()) < 2)
     ]
@@ -106,7 +110,7 @@ def test_no_test_file_imports_another():
     """What two files of tests need is in tests/support."""
     assert [
         (name, what)
-        for name, tree in TEST_FILES.items()
+        for name, tree in parsed(TESTS).items()
         for what in imported(tree)
         if re.match(r"tests\.(?!support\b)|test_|.*\.test_", what) or what.startswith("None.")
     ] == []
@@ -115,7 +119,7 @@ def test_no_test_file_imports_another():
 def test_tests_use_no_private_name():
     """A private name may change without a test: none is imported, and none is taken from a module or the package."""
     faults = []
-    for name, tree in TEST_FILES.items():
+    for name, tree in parsed(TESTS).items():
         private = [what for what in imported(tree) if re.search(r"\._(?!_)", what) and what.startswith("harvester")]
         modules = {alias.asname or alias.name.partition(".")[0] for node in ast.walk(tree)
                    if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names
@@ -143,9 +147,9 @@ def test_public_names_are_written_once():
 
 
 def test_one_file_imports_pyspice():
-    assert {file for file, tree in FILES.items() for name in imported(tree) if name.startswith("PySpice")} == {
-        "harvester/circuit/ngspice/instance.py"
-    }
+    assert {
+        file for file, tree in parsed(PACKAGE).items() for name in imported(tree) if name.startswith("PySpice")
+    } == {"harvester/circuit/ngspice/instance.py"}
 
 
 @pytest.mark.slow

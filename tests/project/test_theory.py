@@ -8,11 +8,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson, simpson
-from scipy.linalg import solve_banded
+from scipy.integrate import cumulative_simpson, quad, simpson
+from scipy.linalg import expm, solve_banded
 from scipy.optimize import minimize_scalar
 
 import harvester as hv
+from harvester.averaging.kramers import hopping_rates
 from harvester.averaging.published import ito, stationary, voltage
 from harvester.averaging.stability import exponent as stability
 from harvester.averaging.stability import tail
@@ -21,6 +22,7 @@ from harvester.averaging.two_scale.law import solve
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.scene.records import Record
 from tests.support.paper import simple_exponent
@@ -403,6 +405,39 @@ def test_tails():
     stopped = Equations(c1=-c, n2=n2, restitution=0.95)
     growth = float(stability.averaged(stopped))
     assert tail.power_tail(stopped).exponent == pytest.approx(-8.0 * growth / n2, rel=1e-9)
+
+
+@checks("wells")
+def test_wells_that_are_left_at_two_rates():
+    """p f is the mean of what each well's start gives, at any time, and so lies between these."""
+    rates, f = np.array([[-0.3, 0.3], [0.1, -0.1]]), np.array([2.0, 5.0])
+    p = np.array([0.25, 0.75])
+    assert p @ rates == pytest.approx(0.0, abs=1e-15)
+    for time in (0.0, 0.4, 3.0):
+        begun = expm(rates * time) @ f
+        assert p @ begun == pytest.approx(p @ f, rel=1e-12)
+        entries = np.repeat(begun, 4)
+        value = Hopping(0, 8, 1.0, 0.4, np.repeat([0, 1], 4), np.full(8, True)).mean(entries)
+        assert (value.value, value.model) == pytest.approx((begun.mean(), 0.5 * np.ptp(begun)), rel=1e-12)
+        assert abs(p @ f - value.value) <= value.model
+
+
+@checks("kramers")
+@pytest.mark.parametrize("c", [0.01, 0.7])
+def test_kramers(c):
+    """Wells of x^4/4 - x^2/2: U = 1/4, w = sqrt(2 - c^2/4), w_b = 1, and a turn at the barrier's height of S = 4/3."""
+    T, w = 0.03, np.sqrt(2 - c**2 / 4)
+
+    def taken(d):
+        def inner(z):
+            return np.log(-np.expm1(-d * (z * z + 0.25))) / (z * z + 0.25)
+
+        return np.exp(quad(inner, 0, np.inf, limit=400)[0] / np.pi)
+
+    d = c * 4 / 3 / T
+    A = taken(d) ** 2 / taken(2 * d)
+    k = A * (np.sqrt(c**2 / 4 + 1) - c / 2) * w / (2 * np.pi) * np.exp(-0.25 / T)
+    assert hopping_rates(Equations(linear=-1.0, alpha=1.0, c1=-c, n1=T * c)) == pytest.approx((k, k), rel=1e-4)
 
 
 @checks("rule", "xmu")

@@ -28,7 +28,7 @@ def test_path_with_and_without_the_stop():
 
 
 def test_comparison_has_every_engine_and_its_z():
-    result = compare(scene(PAPER), trajectories=256, duration=400.0)
+    result = compare(scene(PAPER), trajectories=32, duration=200.0)
     assert [e.engine for e in result.estimates] == ["published", "averaged", "ensemble", "spice"]
     told = result.as_json()
     rows = {row["engine"]: row for row in told["engines"]}
@@ -43,7 +43,7 @@ def test_comparison_has_every_engine_and_its_z():
 
 def test_engines_that_cannot_serve_are_named():
     bridge = hv.load("examples/plate.toml").with_load(hv.Load(netlist="bridge"))
-    result = compare(bridge, trajectories=2, duration=30.0)
+    result = compare(bridge, trajectories=2, duration=10.0)
     assert [e.engine for e in result.estimates] == ["ideal", "spice"]
     assert result.reference.engine == "spice"
     assert set(result.refused) == {"exact", "published", "averaged", "ensemble"}

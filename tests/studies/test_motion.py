@@ -1,6 +1,7 @@
 """One path on paper: it is the path of the equations, in the scene's units, whichever engine makes it."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -124,3 +125,14 @@ def test_seed_and_refusals():
     for duration in (0.0, -1.0, 1e9, float("nan")):
         with pytest.raises(InputError, match="`duration` must be between"):
             motion(scene(PAPER), duration=duration)
+
+
+def test_a_probe_that_is_rounding_is_drawn_as_zero():
+    """The output of a chip that does not run yet is femtovolts of noise, no signal; a small current is one."""
+    path = motion("examples/plate.toml", duration=2.0, from_rest=True)
+    wave = np.sin(np.arange(len(path.t))) * np.max(np.abs(path.voltage))
+    probes = {"v(out)": 1e-14 * wave, "v(in)": 1e-6 * wave, "i(d1)": 1e-14 * wave}
+    units = {"v(out)": "V", "v(in)": "V", "i(d1)": "A"}
+    drawn = dataclasses.replace(path, probes=probes, probe_units=units).plot()
+    heights = {one.get_ylabel().split("\n")[0]: np.ptp(one.lines[0].get_ydata()) for one in drawn.axes if one.lines}
+    assert heights["v(out)"] == 0.0 < min(heights["v(in)"], heights["i(d1)"])

@@ -13,8 +13,14 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
+    """At the ends of the figures; Figure 9, whose search is tested in tests/studies/stability, between them."""
     out = tmp_path_factory.mktemp("paper")
-    paper.draw(["1", "4", "7", "9"], out)
+    grids = {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()} | {"9": paper.GRIDS["9"][3:4]}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paper, "GRIDS", grids)
+        paper.draw(["4", "7", "9"], out)
+        patch.setattr(paper, "_TRAJECTORIES", 2048)  # the bounds of Figure 1 are of its own scale
+        paper.draw(["1"], out)
     return out
 
 

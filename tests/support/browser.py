@@ -9,7 +9,7 @@ import sys
 import time
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
-SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
+DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 
 
 @contextlib.contextmanager
@@ -19,7 +19,8 @@ def serving(*arguments, cwd=None):
     command = [sys.executable, "-m", "harvester", "explore", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd) as program:
         try:
-            line = program.stdout.readline()
+            line, further = program.stdout.readline(), program.stdout.readline()
+            assert further == "only this machine sees it, with that address; ^C ends it\n"
             yield program, line.removeprefix("open ").strip(), time.monotonic() - begin
         finally:
             if program.poll() is None:
@@ -47,9 +48,8 @@ def chromium():
 class Visit:
     """A user's page: `page` is playwright's, ``faults`` what its console and network complained of."""
 
-    def __init__(self, browser, url, size="desktop"):
-        width, height = SIZES[size]
-        self.page = browser.new_page(viewport={"width": width, "height": height})
+    def __init__(self, browser, url):
+        self.page = browser.new_page(viewport=DESKTOP)
         self.faults, self.addresses = [], []
         self.page.on("console", lambda message: self.faults.append(message.text) if message.type == "error" else None)
         self.page.on("pageerror", lambda error: self.faults.append(str(error)))

@@ -5,6 +5,7 @@ import numpy as np
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from tests.support.systems import padded
 
 
 def coupled(eqs):
@@ -13,6 +14,6 @@ def coupled(eqs):
     With control variates, which tests/mechanics compares with plain means: half the error of 8192 plain trajectories
     in an eighth of their time.
     """
-    many = Trajectories(eqs, 512, np.random.SeedSequence(5), controlled=True)
+    many = Trajectories(padded(eqs), 512, np.random.SeedSequence(5), controlled=True)
     burn_in(many)
     return RichardsonPair(many, 4 * many.time).extrapolated("V2")

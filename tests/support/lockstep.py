@@ -12,7 +12,7 @@ from harvester.mechanics.kernels.path import trace
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.python_callbacks import path_in_python
-from tests.support.systems import linear
+from tests.support.systems import changed, linear, padded
 
 CP = 50.2e-9
 PLATE = linear(1.25, 1.0)
@@ -26,7 +26,8 @@ def device(eqs, h, stride=1, scales=None, norton=False):
 
 
 def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):
-    """The same path by ngspice and by the exact update."""
+    """The same path by ngspice and by the exact update, with absent terms at strength zero: see `padded`."""
+    eqs = changed(padded(eqs), beta=eqs.beta)
     noise = gaussian_grid(SEED, round(duration / h)) if noise is None else noise
     return worker.path_in_worker(device(eqs, h, stride, scales), noise), trace(eqs, noise, h, stride)
 

@@ -1,13 +1,20 @@
-"""The code blocks of the project's pages, and a way to run them as a reader would, in a folder of their own."""
+"""The code blocks of the project's pages, and a way to run them as a reader would, in a folder of their own.
 
+Programs of Python run in this process, which has loaded NumPy, the kernels and ngspice's processes already.
+"""
+
+import contextlib
+import io
 import os
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 from click.testing import CliRunner
 
@@ -86,10 +93,11 @@ def run(words, where, less=()):
         done = CliRunner().invoke(cli, rest, prog_name="harvester")
         status, out = done.exit_code, done.output
         told = f"{done.exception!r}" if done.exception is not None else ""
+    elif program == ".venv/bin/python":
+        status, out, told = script(rest)
     else:
-        assert program in (".venv/bin/python", "ngspice"), f"{where}: a test knows no way to run {program!r}"
-        real = sys.executable if program.endswith("python") else shutil.which(program)
-        done = subprocess.run([real, *rest], capture_output=True, text=True, check=False, timeout=120)
+        assert program == "ngspice", f"{where}: a test knows no way to run {program!r}"
+        done = subprocess.run([shutil.which(program), *rest], capture_output=True, text=True, check=False, timeout=120)
         status, out, told = done.returncode, done.stdout, done.stderr[-2000:]
     assert status == 0, f"{where}: {shlex.join(words)}\n{out[-2000:]}\n{told}"
     for line in out.splitlines():
@@ -97,6 +105,18 @@ def run(words, where, less=()):
             for path in written(line):
                 assert path.exists(), f"{where}: {shlex.join(words)} says that it wrote {path}"
     return out
+
+
+def script(argv):
+    """Exit status, stdout and what ended ``python argv``: a file and its arguments, which sees no difference."""
+    out, told, status = io.StringIO(), "", 0
+    path = [str(Path(argv[0]).parent), *sys.path]
+    with mock.patch.object(sys, "argv", argv), mock.patch.object(sys, "path", path), contextlib.redirect_stdout(out):
+        try:
+            runpy.run_path(argv[0], run_name="__main__")
+        except SystemExit as end:
+            status, told = end.code or 0, str(end.code)
+    return status, out.getvalue(), told
 
 
 def written(line):

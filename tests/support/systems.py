@@ -68,6 +68,18 @@ def changed(eqs, **changes):
     return dataclasses.replace(eqs, **changes)
 
 
+def padded(eqs, **more):
+    """The same with absent effects at strength zero, and a load where none acts back: they share a compiled kernel.
+
+    test_hard_scenes.py holds that this changes nothing but the last digits.  Left as they were: stop, external noise,
+    an open circuit, a stop that nothing presses the mass on, and what ``more`` does not name.
+    """
+    zeros = dict.fromkeys(("alpha", "c1", "c2", "c3", "n2"), 0.0) | ({"mu": 1.0} if eqs.beta is None else {})
+    if eqs.restitution is None or eqs.n1 is not None:
+        zeros["beta"] = 0.0
+    return changed(eqs, **{name: value for name, value in (zeros | more).items() if getattr(eqs, name) is None})
+
+
 def scene(eqs):
     """A nondimensional scene of these equations."""
     import harvester as hv

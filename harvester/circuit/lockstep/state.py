@@ -45,7 +45,8 @@ _LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "square"
 _WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
 _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
 _COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
-_WAYS = ("follows",)  # 1: the motion of another run, from its record
+# 1: the motion of another run, from its record; a leg that begins with a turn of the motion, or an impact
+_WAYS = ("follows", "turned")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
 _ARRAYS = (
     "noise_at",

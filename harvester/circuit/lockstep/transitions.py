@@ -25,6 +25,8 @@ from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.path import between_kicks
 
+FIRST = 64.0  # parts of a kick's step, of which ngspice's first step after a turn of the motion is one
+
 
 @inlined
 def source_voltage(s, t):
@@ -43,10 +45,17 @@ def source_voltage(s, t):
 def proposed_step(s, t, delta):
     """Step that ngspice is to try at t: to the next target, or its own step ``delta`` where it is free to refine.
 
-    Its own is all of what is left, or at most half: a sliver before a target would leave C dv/dt to rounding.
+    Its own is all of what is left, or at most half: a sliver before a target would leave C dv/dt to rounding.  After an
+    impact or another turn of the motion it begins with a small one.  There switches act, and ngspice, which judges a
+    step by differences that reach back over the steps before, does not see a jump within a step much shorter than
+    those: it went over the closing of a switch.
     """
     left = s.target_time - t
-    if not s.free or delta >= left:
+    if not s.free:
+        return left
+    if s.turned == 1 and t <= s.leg_t:
+        delta = min(delta, s.h / (FIRST * s.w0))
+    if delta >= left:
         return left
     if s.smooth != 0 and delta >= (1.0 - TINY) * left:  # the same but for rounding: no slivers ever smaller
         return left
@@ -125,6 +134,7 @@ def accept_point(
     if t < s.target_time - TINY * s.h / s.w0:
         return
     V = force = v / s.volts
+    came = s.v
     elapsed = s.next_phase - s.phase
     x1 = s.x + s.v * elapsed
     s.phase = s.next_phase
@@ -164,3 +174,4 @@ def accept_point(
         if s.smooth != 0:
             s.bend = (s.v - before) / s.h if s.meet == math.inf else 0.0
     aim(s, impacts, r, gap, high, r_high, k, c, n1)
+    s.turned = 1 if came * s.v <= 0.0 and s.bend == 0.0 else 0

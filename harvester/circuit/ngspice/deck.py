@@ -10,6 +10,7 @@ from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
+ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def build_deck(
         current = "vmeter"
     elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
     time_constant = load.parameters["R"] * capacitance if load.linear else None
-    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal)
+    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing or 0.0)
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
     vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
@@ -87,19 +88,28 @@ def build_deck(
 
 
 def integration_options(
-    step: float, time_constant: float | None, volts: float, capacitance: float, reltol: float, trapezoidal: bool = False
+    step: float,
+    time_constant: float | None,
+    volts: float,
+    capacitance: float,
+    reltol: float,
+    trapezoidal: bool = False,
+    smoothing: float = 0.0,
 ) -> str:
     """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
 
     ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale with the signal's
     size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50 nF they are ngspice's defaults.
+    That of a charge is no less than what rounding leaves on the capacitor ``smoothing`` (F): beside one of a farad
+    ngspice would take shorter and shorter steps.
 
     Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal`` rule damps nothing,
     and with a seventh of ngspice's usual ``trtol`` comes nearer in as many steps.
     """
     if time_constant is None:
         charge = 1e-8 * volts * capacitance
-        sizes = f"vntol={5e-8 * volts!r} chgtol={charge!r} abstol={0.5 * charge / step!r}"
+        least = max(charge, ROUNDING * volts * smoothing)
+        sizes = f"vntol={5e-8 * volts!r} chgtol={least!r} abstol={0.5 * charge / step!r}"
         method = "trap trtol=1" if trapezoidal else "gear maxord=2"
         return f".options method={method} reltol={reltol!r} {sizes}"
     return f".options method=trap xmu={interpreted(rule_weight)(step / time_constant)!r} trtol=1e6 chgtol=1"

@@ -17,7 +17,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuit.lockstep.drive import Drive
-from harvester.circuit.lockstep.state import STATE, VECTORS
+from harvester.circuit.lockstep.state import DURING, STATE, VECTORS
 from harvester.circuit.ngspice.compiled_callbacks import data_callback, point_function, source_callback, sync_callback
 from harvester.circuit.ngspice.deck import Deck
 from harvester.circuit.ngspice.diagnostics import why_given_up, why_out_of_time, why_refused, why_stopped
@@ -39,6 +39,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.messages: list[str] = []
         self.loaded = False  # whether the present netlist was taken
         self.lost = False  # whether ngspice failed in a way that it does not recover from
+        self.failure = ""  # the last one, in words
         self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
         self.smoothing = 0.0  # its capacitance Csmooth, F
         self.names: list[str] = []  # of its nodes
@@ -108,7 +109,15 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         or comes no further; OutOfTimeError, which says how far it came, at the deadline.
         """
         if self.lost:
-            raise CircuitError("ngspice failed earlier in this process and cannot run another circuit")
+            raise CircuitError(f"ngspice failed earlier in this process and cannot run another circuit: {self.failure}")
+        try:
+            self._follow(deck, drive, patience, deadline)
+        except CircuitError as error:
+            self.failure = str(error)
+            raise
+
+    def _follow(self, deck: Deck, drive: Drive, patience: float, deadline: float) -> None:
+        """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
         if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
             present = tuple(one is not None for one in drive.coefficients)
@@ -128,7 +137,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         end, stuck = now["t"], run.is_alive()
         self.lost = self.lost or stuck
         if stuck and left <= 0.0:
-            raise OutOfTimeError(why_out_of_time(end, drive.duration, seconds))
+            error = OutOfTimeError(why_out_of_time(end, drive.duration, seconds))
+            error.so_far = self._so_far()
+            raise error
         if stuck:
             step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))
@@ -142,6 +153,14 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _progress(self) -> dict[str, float]:
         """How far the present run has come: time (s), kicks, and accepted steps."""
         return {name: float(self.state[name][0]) for name in ("t", "kicks", "steps")}
+
+    def _so_far(self) -> tuple[float, float, float] | None:
+        """The means of the present run as of `OutOfTimeError`, over what it has come to measure."""
+        now = self.state[0].copy()
+        covered = float(now["t"] - now["begin"])
+        if now["measuring"] != DURING or not covered > 0.0:
+            return None
+        return float(now["load"]) / covered, float(now["square"]) / covered, covered
 
     def _run(self, deck: Deck) -> None:
         """Give ngspice the circuit, run it, and make ngspice forget it."""

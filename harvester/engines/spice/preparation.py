@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import KNOWN, affordable, first_duration, step_and_effort
+from harvester.engines.ensemble import FINE, KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import NOT_WHITE
 from harvester.engines.shocks import resolve_shocks
+from harvester.engines.wells import rare_hops
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import invalid
@@ -35,7 +36,7 @@ class Prepared:
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
     (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation;
     ``starts`` are states of that model, from which runs begin near their stationary law (None: at rest, which takes a
-    ``burn_in_from_rest``).
+    ``burn_in_from_rest``); ``unknown`` is a part of every mean's error that nothing tells.
     """
 
     device: "CoupledDevice"
@@ -45,6 +46,7 @@ class Prepared:
     seconds: float
     starts: "list[Start] | None" = None
     burn_in_from_rest: float = 0.0
+    unknown: str = ""
 
     def from_rest(self) -> "Prepared":
         """The same, with runs that begin at rest and burn in for longer."""
@@ -130,7 +132,7 @@ def prepare(
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, CORRELATION_TIMES, burn_in
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in, memory
     from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -146,10 +148,11 @@ def prepare(
     with compilation():
         compile_pair(eqs, seed, ideal, ngspice_rule, controlled=True)
     begin = time.perf_counter()
-    count = affordable(eqs.is_steady, ideal, number(options.within))
+    many = None if options.within is None else FINE  # for they weigh the controls of few runs
+    count = affordable(eqs.is_steady, ideal, many)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     resolve_shocks(pilot, problem, h)
-    warnings = burn_in(pilot, number(options.budget))
+    warnings = burn_in(pilot, number(options.budget)) + rare_hops(pilot, problem)
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(
@@ -173,11 +176,13 @@ def prepare(
     )
     starts, from_rest = None, time_of_burn_in
     if settled and ideal is not None and pair is not None and eqs.is_random and not eqs.is_shaken_otherwise:
-        time_of_burn_in = MEMORIES * max(pilot.time / CORRELATION_TIMES, charging / CHARGING_TIMES)
+        slowest = max(memory(pilot, pair.moments, pair.duration), charging / CHARGING_TIMES)
+        time_of_burn_in = min(MEMORIES * slowest, from_rest)
         rng = np.random.default_rng(np.random.SeedSequence([options.seed, 3]))
         states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
         starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
-    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest)
+    unknown = "" if pilot.hopping is None else "the share of each well"
+    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest, unknown)
 
 
 def stand_in(s: Scales) -> str:

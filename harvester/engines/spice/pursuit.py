@@ -32,7 +32,7 @@ def pursue(runs: Runs, target: Target, fixed: bool) -> None:
         if share < 0.02:
             warnings.append(target.missed(found.value))
             return
-        if pairs >= 1.0:
+        if pairs >= 1.0 or longer <= 0.0:  # less than a pair is asked for as one, where nothing else is
             runs.more(max(2 * round(0.5 * share * pairs), 2))
         if longer > 0.0:
             runs.extend(share * longer)

@@ -14,8 +14,8 @@ from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_en
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.step_bias import largest_step_bias
 from harvester.errors import CircuitError, OutOfTimeError, SimulationError
-from harvester.uncertainty.control_variate import Controlled, controlled, split
-from harvester.uncertainty.controls import controlled_entries, least_squares
+from harvester.uncertainty.control_variate import Controlled, controlled, explained_and_controlled, split
+from harvester.uncertainty.controls import controlled_entries, scaled_least_squares
 from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value
 
@@ -45,6 +45,7 @@ class Runs:
     deadline: float = math.inf
     blocks: int = 1  # of a trajectory: more than one have controls
     tolerance: dict[str, float] | None = None  # relative errors of moments by ngspice's tolerance, once measured
+    probed_tolerance: Floats | float | None = None  # the same of probes, relative to `sizes_of_probes`
     coarse: "list[TrajectoryMeans]" = field(default_factory=list)  # the first of done again, at twice the step
 
     def more(self, count: int) -> None:
@@ -58,9 +59,7 @@ class Runs:
         begin = time.perf_counter()
         seeds = [child(self.root, 0, len(self.done) + k) for k in range(count)]
         ready, before = self.ready, len(self.done)
-        starts = None
-        if ready.starts is not None:
-            starts = [ready.starts[(before + k) % len(ready.starts)] for k in range(count)]
+        starts = ready.starts and [ready.starts[(before + k) % len(ready.starts)] for k in range(count)]
         given = ready.device, seeds, self.kicks, ready.burn_in, self.paired, self.deadline, self.blocks, starts
         try:
             for k, one in enumerate(worker.measure_in_workers(*given)):
@@ -72,7 +71,8 @@ class Runs:
             ended = len(self.done)
             said = f"{ended} of {before + count} ngspice runs had ended when the `budget` was spent"
             if ended < 2:
-                raise OutOfTimeError(f"{error}; {said}, and 2 are needed") from None
+                error.args = (f"{error}; {said}, and 2 are needed",)
+                raise
             if self.paired and ended < FEWEST:
                 self.paired = False
                 said += ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
@@ -81,12 +81,14 @@ class Runs:
         self.seconds += time.perf_counter() - begin
 
     def _follow_coarsely(self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None") -> None:
-        """The same runs at twice the step on the same noise, where no cheap model tells the bias of the step."""
+        """The same runs at twice the step, same noise, where no cheap model tells the bias; of probes, a few runs."""
         from harvester.circuit import runs as worker
 
         ready = self.ready
-        if ready.pair is not None or len(self.coarse) + len(seeds) < len(self.done):
+        if len(self.coarse) + len(seeds) < len(self.done) or (ready.pair is not None and not ready.device.probes):
             return
+        if ready.pair is not None:
+            seeds, starts = seeds[:FEWEST], starts and starts[:FEWEST]
         given = ready.device.coarser(), seeds, self.kicks // 2, ready.burn_in, False, self.deadline, self.blocks, starts
         try:
             self.coarse.extend(worker.measure_in_workers(*given))
@@ -109,7 +111,7 @@ class Runs:
 
         ready, device, begin = self.ready, self.ready.device, time.perf_counter()
         if device.load.linear:
-            self.tolerance = dict.fromkeys(("V2", "load"), 0.0)
+            self.tolerance, self.probed_tolerance = dict.fromkeys(("V2", "load"), 0.0), 0.0
             return
         if 3.0 * self.cost > self.deadline - time.monotonic():
             return
@@ -122,7 +124,8 @@ class Runs:
         except CircuitError as error:
             ready.warnings.append(f"what ngspice's tolerance does could not be measured: {error}")
         else:
-            self.tolerance = {name: max(abs(one[name]) for one in both) for name in both[0]}
+            self.tolerance = {name: max(abs(one[name]) for one, _ in both) for name in both[0][0]}
+            self.probed_tolerance = np.max([np.abs(one) for _, one in both], axis=0)
         self.seconds += time.perf_counter() - begin
 
     def extend(self, duration: float) -> None:
@@ -151,47 +154,46 @@ class Runs:
         device = self.ready.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
         if self.ready.resistive:
-            found = self.mean_square_voltage()
-            return dataclasses.replace(
-                found, value=found.value.scaled(beta * mu), residual=found.residual * (beta * mu) ** 2
-            )
+            found, size = self.mean_square_voltage(), beta * mu
+            return dataclasses.replace(found, value=found.value.scaled(size), residual=found.residual * size**2)
         high = np.concatenate([one.load_power for one in self.done]) / device.scales.watts
         return self._estimate("load", high, beta)
 
     def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
         """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
-        pair, controls = self.ready.pair, self._controls(name)
+        pair, (controls, explained) = self.ready.pair, self._controls(name)
         if not self.paired or pair is None:
+            high = high if explained is None else high - factor * explained
             entries = controlled_entries(high, controls, self.blocks)
             mean, variance = float(entries.mean()), float(entries.var(ddof=1))
             relative, error = self.ready.relative_bias(name), math.sqrt(variance / len(entries))
             bias = None if relative is None else abs(relative * mean)
-            if self.followed:
+            if self.followed and relative is None:
                 bias = largest_step_bias(name, self.done, self.coarse, self.ready.device.scales.watts)
             value = Value(mean, error, bias, freedom=len(entries) - 1.0)
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
-        found = controlled(high, low, mean_of_low, controls, self.blocks)
+        if explained is None:
+            found = controlled(high, low, mean_of_low, controls, self.blocks)
+        else:
+            found = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
         return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
 
-    def _controls(self, name: str) -> Floats | None:
-        """The controls of the runs' blocks, shape (n, columns), where they have any.
+    def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
+        """The controls of the runs' blocks, shape (n, columns), where they have any, or what they explain, shape (n,).
 
-        With a circuit of ideal elements, which has the same ones, it is one column: their sum with the weights that
-        explain that circuit's moment, which its many trajectories know better than the runs' few blocks.
+        With a circuit of ideal elements, which has the same ones, that is their sum with the weights that explain that
+        circuit's moment: its many trajectories know them better than the runs' few blocks.
         """
         known = [one.moments.controls for one in self.done if one.moments.controls is not None]
         if not known:
-            return None
+            return None, None
         controls, pair = np.vstack(known), self.ready.pair
         cheap = None if pair is None or self.ready.device.ideal is None else pair.moments.controls
         if pair is None or cheap is None:
-            return controls
-        spread = cheap.std(axis=0)
-        spread[spread == 0.0] = 1.0
-        weights = least_squares(getattr(pair.moments, name), cheap / spread) / spread
-        return np.asarray(controls @ weights)[:, None]
+            return controls, None
+        return None, controls @ scaled_least_squares(getattr(pair.moments, name), cheap)
 
     def _with_tolerance(self, value: Value, name: str) -> Value:
         """A value with ngspice's part in its error, and the names of parts that are not known."""
@@ -203,21 +205,21 @@ class Runs:
 
     def asked_for(self, found: Controlled, variance: float) -> tuple[float, float]:
         """(further runs, further time of the cheap model) for a variance of the power, as cheap as may be."""
-        now = float(len(self.done))
-        pair = self.ready.pair
+        now, pair = float(len(self.done)), self.ready.pair
         if not self.paired or pair is None:
             return further(now, found.residual / variance), 0.0
         spread = max((found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0) * pair.duration
         runs, duration = split(variance, found.residual, self.cost, spread, self.rate)
+        freedom = found.value.freedom and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
+        ratio = (found.value.quantile / dataclasses.replace(found.value, freedom=freedom).quantile) ** 2
+        runs, duration = runs / ratio, duration / ratio
         more = further(now, runs) if runs > now else 0.0
         return more, further(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0
 
     def moments(self) -> "Moments":
         """Of all ngspice runs, one entry each."""
-        whole = self.done[0].moments
-        for one in self.done[1:]:
-            whole = whole + one.moments
-        return whole.averaged(self.blocks)
+        first, *others = (one.moments for one in self.done)
+        return sum(others, first).averaged(self.blocks)
 
     def details(self) -> dict[str, float]:
         """What the pairing did."""

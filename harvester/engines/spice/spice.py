@@ -3,13 +3,14 @@
 import dataclasses
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.ensemble import NO_NOISE, disagreement
+from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
@@ -17,13 +18,18 @@ from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.pursuit import pursue
 from harvester.engines.spice.runs import FEWEST, Runs
-from harvester.engines.spice.steady import Steady, steady_response
-from harvester.engines.spice.steady_answer import steady_estimate
+from harvester.engines.spice.steady import Steady
+from harvester.engines.spice.steady_answer import steady_estimate, with_others
+from harvester.engines.spice.steady_response import along, follows, steady_response
+from harvester.engines.spice.unfinished import unfinished
 from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError, OutOfTimeError, SimulationError, invalid, names_arguments
+from harvester.errors import CircuitError, HarvesterError, OutOfTimeError, SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target
+
+if TYPE_CHECKING:
+    from harvester.circuit.periodic import Neighbour
 
 BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
@@ -81,6 +87,7 @@ class Spice(Sampled):
     SHORTEST: ClassVar[float] = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
     STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
     WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
+    BLOCKS: ClassVar[float] = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -104,10 +111,23 @@ class Spice(Sampled):
         Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
         trajectories or a duration are given.
         """
-        return self.follow(scene, None, progress)[0]
+        begin = time.perf_counter()
+        try:
+            answer, steady = self.follow(scene, None, progress)
+            return answer if steady is None or self.budget is not None else with_others(answer, Problem.of(scene))
+        except OutOfTimeError as error:
+            return unfinished(self.NAME, Problem.of(scene), error, time.perf_counter() - begin)
+
+    def follows(self, problem: Problem) -> bool:
+        """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
+        return not self.refusal(problem) and follows(self, problem)
+
+    def run_along(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+        """`run` for each scene, where it `follows` from the one before, or the error that it raises."""
+        return along(self.NAME, scenes, self.follow, self.follows)
 
     def follow(
-        self, scene: AnyScene, near: Steady | None, progress: Progress | None = None
+        self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
         """As `run`, and the periodic response where there is one.
 
@@ -143,8 +163,10 @@ class Spice(Sampled):
         begun = paired, target, deadline, progress
         try:
             runs = self._first_round(problem, ready, *begun)
-        except CircuitError as error:  # the netlist does not bear states of ideal elements, such as beyond a breakdown
-            if ready.starts is None or isinstance(error, OutOfTimeError):
+        except OutOfTimeError as error:
+            return unfinished(self.NAME, problem, error, time.perf_counter() - begin, ready), None
+        except CircuitError:  # the netlist does not bear states of ideal elements, such as beyond a breakdown
+            if ready.starts is None:
                 raise
             ready = ready.from_rest()
             runs = self._first_round(problem, ready, *begun)
@@ -164,7 +186,9 @@ class Spice(Sampled):
         if agreed is not None and agreed != NO_NOISE:
             ready.warnings.append(agreed)
         v2, power = (
-            dataclasses.replace(one.value, stderr=None) if agreed == NO_NOISE else one.value.lacking(exists.unknown)
+            dataclasses.replace(one.value, stderr=None)
+            if agreed == NO_NOISE
+            else one.value.lacking(exists.unknown).lacking(ready.unknown)
             for one in (runs.mean_square_voltage(), runs.power())
         )
         reasons = [sought, ready.known(runs.tolerance, runs.followed), agreed if agreed == NO_NOISE else ""]
@@ -184,7 +208,7 @@ class Spice(Sampled):
             details,
             moments.V2,
         )
-        answer = with_sampled_probes(answer, problem, watch, [one.probed for one in runs.done])
+        answer = with_sampled_probes(answer, problem, watch, runs)
         effects = problem.effects if ready.resistive else (*problem.effects, "netlist")
         return dataclasses.replace(answer, effects=effects), None
 
@@ -202,27 +226,24 @@ class Spice(Sampled):
         if self.duration is not None:
             duration = (number(self.duration) or 0.0) * unit
         elif paired or not eqs.is_random or self.within is not None:
-            duration = self.WINDOWS * ready.burn_in
+            least = 0.0 if ready.starts is None else self.BLOCKS * BLOCK
+            duration = max(self.WINDOWS * ready.burn_in, least)
         else:
             duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
         if ready.has_controls and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
-        count = self.trajectories or (self.TRAJECTORIES if target is None or ready.starts is None else FEWEST)
+        count = self.trajectories or (self.TRAJECTORIES if target is None else FEWEST)
         count = max(count, FEWEST) if paired else count
         asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
-        self._check_patience(asked * count, ready.burn_in / unit)
-        runs.more(count)
-        return runs
-
-    def _check_patience(self, kicks: float, burn_in: float) -> None:
-        """Refuse runs that nobody asked for and that would take long, mostly for their burn-in."""
         budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
-        if kicks > most:
-            raise SimulationError(
-                f"the ngspice runs would take {kicks:.1e} steps, as the start is forgotten after {burn_in:.3g} only: "
-                f"use engine 'ensemble', or give fewer `trajectories`, a longer `dt` or a `budget` above "
-                f"{kicks / self.STEPS_A_SECOND:.2g}s"
+        if asked * count > most:
+            raise SimulationError(  # that nobody asked for, and mostly for their burn-in
+                f"the ngspice runs would take {asked * count:.1e} steps, as the start is forgotten after "
+                f"{ready.burn_in / unit:.3g} only: use engine 'ensemble', or give fewer `trajectories`, a longer `dt` "
+                f"or a `budget` above {asked * count / self.STEPS_A_SECOND:.2g}s"
             )
+        runs.more(count)
+        return runs

@@ -7,34 +7,29 @@ tolerance changes is added; what both may still change, and what settling furthe
 """
 
 import dataclasses
-import math
-import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from harvester.engines.options import Sampled, number
-from harvester.engines.protocol import Progress
-from harvester.equations.coefficients import Equations
-from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
-from harvester.machine.folders import machine_code
-from harvester.netlists.probes import Probe
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.periodic import PeriodicResponse
+    from harvester.circuit.periodic import Neighbour, PeriodicResponse
     from harvester.circuit.runs import CoupledDevice
+    from harvester.circuit.sections import CoupledState
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
 BORNE = 0.7  # of the error that is asked for: what the tolerance may make while the step is still halved
 TENTH = 0.1  # of the tolerance, to see what it does
-REMAINS = 0.5  # of that change, at a tenth of the tolerance: as its power 2/3 (`harvester.circuit.tolerance`), doubled
+REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as reltol^(2/3), doubled
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
-SETTLED = 0.03  # of the error that is asked for: what settling may leave
+SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST = 64  # steps in a period, of the longest step
+SAME_PHASE = 1e-9  # of the drive's period
+LITTLE, NEIGHBOURS = 0.02, 8  # of the error asked for: a tolerance's part that is measured at one of so many neighbours
 
 
 @dataclass
@@ -45,7 +40,9 @@ class Steady:
     tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
-    is not; ``followed`` that it comes from that of a drive a little different, and not from rest.
+    is not; ``followed`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
+    the longest step.  Of that scene ``near`` has the other steps, and ``borrowed`` is the relative error of the
+    tolerance that was measured so many neighbours ago.
     """
 
     first: "CoupledDevice"
@@ -56,6 +53,9 @@ class Steady:
     tenths: int = 0
     unknown: str = ""
     followed: bool = False
+    near: "Steady | None" = None
+    before: "CoupledState | None" = None
+    borrowed: tuple[float, int] | None = None
     warm_up_seconds: float = 0.0
 
     @property
@@ -78,7 +78,7 @@ class Steady:
         """The response at the finest step."""
         return self.found[self.finest, self.tenths]
 
-    def begin(self, near: "PeriodicResponse | None") -> bool:
+    def begin(self, near: "Neighbour | None") -> bool:
         """Find the response from rest, or the one that ``near`` leads to; whether there is one that comes back.
 
         Raises OutOfTimeError at the deadline.
@@ -86,12 +86,17 @@ class Steady:
         from harvester.circuit.periodic import periodic_response
         from harvester.circuit.worker_pool import map_in_workers
 
-        for trapezoidal in (True, False):
+        before, ahead = None if self.near is None else self.near.before, near
+        if near is not None:
+            if before is not None and before.nodes.keys() == near.section.nodes.keys():
+                ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
+            self.followed, self.before = True, near.section
+        for trapezoidal, start_near in ((True, ahead), (False, near)):
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
             start = self.first.eqs.resting_places[0], 0.0
             try:
                 found = next(
-                    map_in_workers(periodic_response, [(self.first, *start, self.deadline, self.enough, near)])
+                    map_in_workers(periodic_response, [(self.first, *start, self.deadline, self.enough, start_near)])
                 )
             except OutOfTimeError:
                 raise
@@ -111,7 +116,7 @@ class Steady:
         for halvings, tenths in places:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
             device = dataclasses.replace(self.first, h=h, reltol=reltol)
-            jobs.append((device, self.last, self.deadline, self.enough))
+            jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
             for place, response in zip(places, map_in_workers(same_response, jobs), strict=True):
                 if response is None:
@@ -123,6 +128,33 @@ class Steady:
         except CircuitError as error:
             self.unknown = f"the error is not known: at another step or tolerance {error}"
 
+    def _guess(self, place: tuple[int, int]) -> "PeriodicResponse":
+        """Where to look for a further response: at the neighbour's, moved as those at the longest step are apart.
+
+        Without such a neighbour it is the last one here.
+        """
+        there = None if self.near is None else self.near.found.get(place)
+        if there is None or self.near is None:
+            return self.last
+        since, now = self.near.found[0, 0], self.found[0, 0]
+        if there.turns != now.turns or max(abs(one.phase - now.phase) for one in (there, since)) > SAME_PHASE:
+            return self.last
+        if there.section.nodes.keys() != now.section.nodes.keys():
+            return self.last
+        section = there.section.moved(since.section, now.section)
+        return dataclasses.replace(there, section=section, secants=now.secants)
+
+    def lent(self) -> tuple[float, int] | None:
+        """What a neighbour may take for the relative error of its tolerance; None where it must measure that."""
+        if self.unknown or self.tenths or self.first.probes:
+            return None
+        if self.borrowed is not None:
+            error, neighbours = self.borrowed
+            return (error, neighbours + 1) if neighbours < NEIGHBOURS else None
+        value, (_, tolerance, _) = self.errors("power")
+        least = LITTLE * self.within
+        return (least, 1) if tolerance < 0.5 * least * abs(value) else None
+
     def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
         """The ``power``, ``square`` or ``displacement``, and its errors: of step, ngspice's tolerance and settling."""
         finest, tenths = self.finest, self.tenths
@@ -133,7 +165,8 @@ class Steady:
         left = (4.0 * lefts[-1] + lefts[-2]) / 3.0  # as the limit weighs them
         tighter = self.found.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
-        return value + change, (step, self.remains * abs(change), left)
+        tolerance = self.remains * abs(change) if self.borrowed is None else self.borrowed[0] * abs(value)
+        return value + change, (step, tolerance, left)
 
     def value(self, name: str) -> Value:
         """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
@@ -145,9 +178,11 @@ class Steady:
     def measure(self, tolerant: bool) -> None:
         """Find the response at two smaller steps, and where ngspice is ``tolerant``, at a tenth of its tolerance.
 
-        Where the tolerance alone makes too large an error, the steps are those of that tenth.
+        Where the tolerance alone makes too large an error, the steps are those of that tenth.  Where it made next to
+        nothing in a neighbour, it is not measured again.
         """
-        if not tolerant:
+        self.borrowed = None if self.near is None or not tolerant else self.near.lent()
+        if not tolerant or self.borrowed is not None:
             return self.follow([(1, 0), (2, 0)])
         self.follow([(2, 0), (2, 1)])
         if self.unknown:
@@ -181,59 +216,3 @@ class Steady:
             return False
         self.tenths = tenths
         return True
-
-
-def steady_response(
-    options: Sampled,
-    problem: Problem,
-    reltol: float,
-    progress: Progress | None = None,
-    probes: tuple[Probe, ...] = (),
-    near: Steady | None = None,
-) -> Steady | None:
-    """The response from rest to a steady drive, and its errors; None where it does not come back.
-
-    With ``near``, the response to a drive a little different, it is that which a slow change leads to.  It goes on to
-    smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
-
-    Raises as `harvester.circuit.runs.run_in_this_process`.
-    """
-    from harvester.circuit.runs import CoupledDevice, warm_up_workers
-
-    eqs, circuit, budget = problem.equations, problem.circuit, number(options.budget)
-    assert circuit is not None, "the engine refuses an open circuit"
-    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
-    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
-    warm, start = 0.0, 0.0
-    if near is None:
-        code, warm = machine_code(), warm_up_workers(device)
-        start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
-    deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
-    steady = Steady(device, halvings, deadline, number(options.within) or WITHIN, warm_up_seconds=warm)
-    if not steady.begin(None if near is None else near.found[0, 0]):
-        return None if near is None else steady_response(options, problem, reltol, progress, probes)
-    steady.followed = near is not None
-    if halvings < 2:
-        steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
-        return steady
-    steady.measure(not circuit.linear)
-    going = not steady.unknown
-    while going:
-        power = steady.value("power")
-        share = power.error95 / abs(power.value) / steady.within if power.value else 0.0
-        if progress is not None:
-            progress(1.0 / max(share, 1.0))
-        going = share > 1.0 and steady.improve()
-    return steady
-
-
-def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
-    """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
-
-    if dt is None:
-        return whole_steps(eqs, default_step(eqs, max(place**2 for place in eqs.resting_places))), HALVINGS
-    h, period = whole_steps(eqs, dt), eqs.shaking_period
-    assert period is not None, "the drive is steady"
-    larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
-    return h * 2**larger, larger

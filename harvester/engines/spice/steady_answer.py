@@ -1,17 +1,21 @@
 """What engine `spice` answers under a steady drive: means and motion of the periodic response, and its ledger."""
 
 import dataclasses
+import time
 
 from harvester.answers.details import DISPLACEMENT, PHASES
 from harvester.answers.estimate import Estimate
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.ideal import Ideal
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import estimate
+from harvester.engines.search import may_have_several, steady_responses
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import stand_in
 from harvester.engines.spice.steady import Steady
-from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import phase_to_base
+from harvester.linear.record_doubts import record_doubts
 
 
 def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Steady, seconds: float) -> Estimate:
@@ -21,17 +25,15 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
     power, square = steady.value("power"), steady.value("square")
     if power.value + power.error95 < 0.0:
         raise gives_power(-power.value)
-    warnings = ledger_doubts(2 * [last.ledger])
+    warnings = ledger_doubts(2 * [last.ledger]) + record_doubts(problem.equations)
     if within is not None and (steady.unknown or power.error95 > within * abs(power.value)):
         relative = "is not known" if steady.unknown else f"is {power.error95 / abs(power.value):.2g}"
         warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
-    whence = "from that of the frequency before" if steady.followed else "from rest"
+    whence = "from that of the point before" if steady.followed else "from rest"
     again = (
         "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
     )
     reasons = [f"no sampling error: nothing is random, and the response {whence} comes back {again}"]
-    if linear_growth(problem.equations) is None:
-        reasons.append("other responses to the same drive, from other starts, are not looked for")
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
     details |= _motion(problem, steady) | {
         "response_periods": last.turns,
@@ -44,6 +46,8 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         found = dict(zip(parts, steady.errors("power")[1], strict=True))
         details |= {part: error * units.watts / s.watts for part, error in found.items()}
         reasons.append("its error is that of the step, of ngspice's tolerance and of settling")
+        if steady.borrowed is not None:
+            reasons.append("that of the tolerance, which is next to nothing, was measured at a point before")
     if not problem.physical:
         reasons.append(stand_in(s))
     answer = estimate(
@@ -58,6 +62,30 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
     )
     return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+
+
+def with_others(answer: Estimate, problem: Problem) -> Estimate:
+    """The answer with all responses to the same drive that a search without ngspice finds, and what that says of it.
+
+    Not searched is a linear mass, which has one response, and a circuit whose ideal elements are not known.
+    """
+    if not may_have_several(problem):
+        return answer
+    engine = Ensemble() if problem.netlist is None else Ideal()
+    if engine.refusal(problem):
+        return dataclasses.replace(answer, reason=f"{answer.reason}; other responses to the drive are not looked for")
+    begin = time.perf_counter()
+    found = steady_responses(problem, engine.model(problem), engine.seed, engine.UNKNOWN)
+    answer = dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
+    if not found:
+        word = "a search for other responses to the drive, from other starts, did not settle"
+        return dataclasses.replace(answer, warnings=(*answer.warnings, word))
+    told = f"engine {engine.NAME!r} from many starts"
+    if len(found) == 1:
+        reason = f"{answer.reason}; {told} finds no other response to the drive"
+        return dataclasses.replace(answer, responses=found, reason=reason)
+    word = f"the drive has {len(found)} responses, and this is the one from rest; the others are found by {told}"
+    return dataclasses.replace(answer, responses=found, warnings=(*answer.warnings, word))
 
 
 def _motion(problem: Problem, steady: Steady) -> dict[str, float]:

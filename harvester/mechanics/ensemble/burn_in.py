@@ -4,6 +4,9 @@ Windows of doubled length follow each other until the means of E[x^2], E[x'^2] a
 two standard errors, and until these times have gone by: `LOAD_TIMES` time constants of the load (1/mu; with a circuit,
 `CHARGING_TIMES` of its capacitor, kappa/mu, and its power agrees too) and `CORRELATION_TIMES` correlation times of the
 energy, of V^2 and of the load's power, estimated from the same window.
+
+Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that this would take too
+long, the burn-in ends when all else is forgotten (`harvester.mechanics.ensemble.hopping`).
 """
 
 import time
@@ -12,6 +15,7 @@ from harvester.equations.bounds import SLOWEST, friction_bounds, growth_near, st
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.linear.record_doubts import density_doubts, record_doubts
+from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
@@ -22,6 +26,7 @@ LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
 CORRELATION_TIMES = 10.0  # from a window of half the burn-in they come out too short by a quarter at worst
+DRIFTING = 2.0  # times as long, where means may still change by hops between wells
 TRANSIENTS = 1.2  # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
 MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minute or so
 STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
@@ -93,6 +98,13 @@ def until_steady(
         loaded = before is not None and now.agrees(before, "V2") and now.agrees(before, "load")
         if steady and loaded and trajectories.time >= max(load, response):
             return now, []
+        if before is not None and eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random:
+            hops = hopping(eqs, trajectories.start[0], trajectories.snapshot()[0], trajectories.time)
+            if 2 * hops.hops < hops.count and _apart(trajectories, now, length, steady and loaded, load, hops):
+                forgotten = CORRELATION_TIMES / hops.rate
+                if forgotten > LONGEST or _cost(trajectories, forgotten, budget, begin)[0]:
+                    trajectories.hopping = hops
+                    return now, []
         if energy <= first / GROWN:
             return now, ["the response dies out: the scene has no noise that keeps it going"]
         if trajectories.time >= LONGEST:
@@ -102,24 +114,31 @@ def until_steady(
         length, before = 2.0 * length, now
 
 
-def memory(trajectories: Trajectories, window: Moments, length: float) -> float:
+def _apart(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping) -> bool:
+    """Whether all but hops is forgotten; ``same``: the means are no longer seen to change."""
+    within = CORRELATION_TIMES * memory(trajectories, now, length, hops)
+    return trajectories.time >= max(load, within if same else DRIFTING * within)
+
+
+def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hopping | None = None) -> float:
     """Longest correlation time of energy, V^2 and load power, from a window of a ``length`` that ends now.
 
     Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it leave `TRANSIENTS`
     times as many.  Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of
-    the wells.
+    the wells.  With ``hops``: of what is not their work.
     """
     eqs, circuit = trajectories.eqs, trajectories.circuit
     if not eqs.is_random:
         return TRANSIENTS * slowest_transient(eqs)
     x, v, voltage = trajectories.snapshot()
-    times = [correlation_time(window.x2 + window.v2, x * x + v * v, length)]
-    times.append(correlation_time(window.V2, voltage * voltage, length))
+    told = [(window.x2 + window.v2, x * x + v * v), (window.V2, voltage * voltage)]
     if eqs.has_unlike_wells:
-        times.append(correlation_time(window.x, x, length))
+        told.append((window.x, x))
     if circuit is not None:
-        times.append(correlation_time(window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2, length))
-    return max(times)
+        told.append((window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2))
+    if hops is not None:
+        told = [(hops.apart(means), hops.apart(values)) for means, values in told]
+    return max(correlation_time(means, values, length) for means, values in told)
 
 
 def slowest_transient(eqs: Equations) -> float:
@@ -130,16 +149,23 @@ def slowest_transient(eqs: Equations) -> float:
 
 def _check_cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> None:
     """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` where there is none."""
+    beyond, steps, seconds = _cost(trajectories, length, budget, begin)
+    if beyond:
+        raise SimulationError(
+            f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
+            f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
+            f"`trajectories`, or a `budget` above {seconds:.2g}s"
+        )
+
+
+def _cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> tuple[bool, float, float]:
+    """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
-    if made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0):
-        raise SimulationError(
-            f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
-            f"would take {made + more:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` above {max(spent, made / rate) + more / rate:.2g}s"
-        )
+    beyond = made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0)
+    return beyond, made + more, max(spent, made / rate) + more / rate
 
 
 def _cut_short(trajectories: Trajectories, load: float, response: float) -> str:

@@ -17,6 +17,7 @@ from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
+from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.kernels.circuit_features import circuit_boundary, interleaved
 from harvester.mechanics.kernels.features import boundary
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
@@ -71,6 +72,8 @@ class Trajectories:
     controlled
         with the sums of mean zero that make means cheaper, where white or coloured noise has any: see
         `harvester.mechanics.kernels.features`, `circuit_features` and `shaken_features`.
+    origin
+        ``state``, ``filter`` and ``words`` of others, to go on from.
 
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with mu.
     """
@@ -85,6 +88,7 @@ class Trajectories:
         circuit: IdealCircuit | None = None,
         ngspice_rule: bool = False,
         controlled: bool = False,
+        origin: tuple[Any, Any, Any] | None = None,
     ) -> None:
         check_bounded(eqs, driven=circuit is not None)
         if circuit is not None and eqs.mu is not None:
@@ -103,9 +107,9 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
+        self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and martingales_of(eqs) > 0
-        self._coarse = False  # True: the noise of two steps of h/2 makes that of one step
-        self._origin: tuple[Any, ...] | None = None  # states, filters and generators that `continued` began with
+        self._coarse, self._origin = False, origin  # the first: the noise of two steps of h/2 makes that of one step
         self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
@@ -114,8 +118,8 @@ class Trajectories:
         Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow that a period takes
         more than `MOST_OF_A_PERIOD`.
         """
-        self.h, self.time = whole_steps(self.eqs, h), 0.0
-        h = self.h
+        self.h = h = whole_steps(self.eqs, h)
+        self.time, self.hopping = 0.0, None
         if (repeat := self.eqs.shaking_period) is not None:
             period = f"the shaking repeats after {repeat:.2g}/w0"
             if h < SHORTEST:
@@ -133,10 +137,10 @@ class Trajectories:
         self.words = aligned((self.blocks, 2, LANES), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), LANES)
-        # Two steps to a draw, and a reading every .4 time units or so: V^2 varies on the scale of 1.
-        self.stride = 2 * max(1, round(0.2 / h))
+        # Two steps to a draw, a reading every .4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
+        self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
         self.filter = aligned((self.blocks, 2, LANES))
-        if repeat is not None:  # whole readings to a period: 16 or more, or 8 where it has 16 steps
+        if repeat is not None:  # whole readings to a period
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         self.samples: list[Floats | None] = [None] * self.blocks
         if self.eqs.is_shaken_otherwise:
@@ -163,8 +167,7 @@ class Trajectories:
         readings_a_period = round((self.eqs.shaking_period or reading) / reading)
         readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
-        grid = (readings, self.stride, self._coarse, self.h)
-        eqs = self.eqs
+        grid, eqs = (readings, self.stride, self._coarse, self.h), self.eqs
         martingales = aligned((self.blocks, martingales_of(eqs), LANES)) if self.controlled else None
         states_h = boundary if self.circuit is None else circuit_boundary
         begin = states_h(eqs, self._states()) if self.controlled else np.empty(0)
@@ -203,8 +206,7 @@ class Trajectories:
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
-        eqs = self.eqs
-        out = np.empty((3, self.count))
+        eqs, out = self.eqs, np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
             return self._states().copy()
         for k, state in enumerate(self.state):
@@ -244,7 +246,5 @@ class Trajectories:
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         kind = self.circuit, self.ngspice_rule, self.controlled
-        other = Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *kind)
-        other._origin = self.state.copy(), self.filter.copy(), self.words.copy()
-        other.restart(other.h)
-        return other
+        now = self.state.copy(), self.filter.copy(), self.words.copy()
+        return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *kind, now)

@@ -7,7 +7,6 @@ compiled to exactly the same arithmetic.
 """
 
 import hashlib
-import pickle
 import re
 import sys
 import threading
@@ -24,10 +23,13 @@ import numba
 from numba.core import caching as numba_caching
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
+from harvester.mechanics.kernels.kept_files import FilesOfThisPackage, KeptFiles
 
 config: Any = numba_config
+njit: Any = numba.njit
 caching: Any = numba_caching
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -58,39 +60,13 @@ def _cache_folder() -> str | None:
     return None if folder is None else str(folder)
 
 
-class _Files(numba_caching.IndexDataCacheFile):
-    """The files of a cached function, where one that is cut off, as by a crash of the machine, counts as absent."""
-
-    def _load_index(self) -> Any:
-        try:
-            return super()._load_index()
-        except (pickle.UnpicklingError, EOFError):
-            return {}
-
-    def _load_data(self, name: str) -> Any:
-        try:
-            return super()._load_data(name)
-        except (pickle.UnpicklingError, EOFError):
-            raise FileNotFoundError(name) from None  # which numba expects
-
-
-class _FilesOfThisPackage(_Files):
-    """The same, of a function whose source the folder's name is a hash of: its path and its time do not matter."""
-
-    def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
-        room = Path(cache_path)
-        room = room.with_name(room.name.rsplit("_", 1)[0])  # numba appends a hash of the source's path
-        room.mkdir(parents=True, exist_ok=True)
-        super().__init__(str(room), filename_base, None)
-
-
 @contextmanager
 def _own_cache(function: Callable[..., Any]) -> Iterator[bool]:
     """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
     folder, previous = _cache_folder(), (config.CACHE_DIR, caching.IndexDataCacheFile)
     ours = Path(function.__code__.co_filename) in compiled_sources()
     config.CACHE_DIR = folder or config.CACHE_DIR
-    caching.IndexDataCacheFile = _FilesOfThisPackage if ours else _Files
+    caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
     try:
         yield folder is not None
     finally:
@@ -123,9 +99,33 @@ def _print_notice() -> None:
         print("compiling the kernel for this scene's effects: some seconds, once; it is cached", file=sys.stderr)
 
 
+class _Part(CPUDispatcher):
+    """A function compiled into kernels only: without what Python and C would need to call it, a quarter of the time.
+
+    A call from Python, as of a test, goes to a compilation of its own.
+    """
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """What the function gives."""
+        return _alone(self.py_func)(*arguments, **named)
+
+
+@cache
+def _alone(function: Callable[..., Any]) -> Any:
+    """A function compiled to be called from Python."""
+    return njit(**FLAGS)(function)
+
+
+def _part(function: F, **options: Any) -> F:
+    """Compile a function as a part of kernels."""
+    made = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **FLAGS)(function)
+    made.__class__ = _Part
+    return made  # type: ignore[no-any-return]
+
+
 def inlined(function: F) -> F:
     """Compile a small function that a kernel calls; LLVM inlines it."""
-    return numba.njit(**FLAGS)(function)  # type: ignore[no-any-return]
+    return _part(function)
 
 
 def forced(function: F) -> F:
@@ -134,13 +134,13 @@ def forced(function: F) -> F:
     A call that is left cannot become vector instructions, and counts references to its arrays with atomic operations:
     up to twenty times slower.
     """
-    return numba.njit(forceinline=True, **FLAGS)(function)  # type: ignore[no-any-return]
+    return _part(function, forceinline=True)
 
 
 def kernel(function: F) -> F:
     """Compile a function called from Python: cached on disk, free of the interpreter's lock."""
     with _own_cache(function) as cached:
-        return numba.njit(cache=cached, nogil=True, **FLAGS)(function)  # type: ignore[no-any-return]
+        return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **FLAGS)(function)  # type: ignore[no-any-return]
 
 
 def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:

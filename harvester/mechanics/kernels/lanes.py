@@ -70,8 +70,9 @@ def advance(
             if n1 is not None or n2 is not None:
                 draw_noise(noise, s0, s1, coarse)
             if controls is not None:
-                before[0], before[1], before[2] = x, v, V
-                kicks[:] = 0.0
+                for i in range(LANES):  # an assignment of rows would compile the text of its errors, in 2.6 s
+                    before[0, i], before[1, i], before[2, i] = x[i], v[i], V[i]
+                    kicks[0, i] = kicks[1, i] = 0.0
             for k in range(steps):
                 shake_and_add(x, v, V, filtered, accelerations, coarse, shaker, controls, mu)
                 for i in range(LANES):

@@ -36,13 +36,7 @@ def shake_and_add(x, v, V, states, accelerations, coarse, shaker, controls, mu):
     """
     if controls is None:
         shake(accelerations, coarse, shaker)
-    else:
-        _shake_and_add(x, v, V, states, controls, mu, accelerations, coarse, shaker)
-
-
-@forced
-def _shake_and_add(x, v, V, states, controls, mu, accelerations, coarse, shaker):
-    if shaker is not None:
+    elif shaker is not None:
         _shake_filter_and_add(x, v, V, states, controls, mu, accelerations, coarse, *shaker)
 
 
@@ -51,7 +45,8 @@ def _shake_filter_and_add(
     x, v, V, states, controls, mu, accelerations, coarse,
     p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples,
 ):  # fmt: skip
-    states[0], states[1] = p, q
+    for i in range(len(p)):  # an assignment of rows would compile the text of its errors, in 2.6 s
+        states[0, i], states[1, i] = p[i], q[i]
     shake_filter(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples)
     if l11 is not None:
         for i in range(len(p)):

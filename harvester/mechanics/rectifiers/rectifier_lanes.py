@@ -82,8 +82,9 @@ def advance_ideal(
                 )
                 if shaker is not None:
                     sums[12, i] += 0.5 * h * a * (vi + v[i])
-        mid[0], mid[1], mid[2], mid[3], mid[4] = x, v, V, U, m
-        accelerations[0] = accelerations[1]
+        for i in range(LANES):  # an assignment of rows would compile the text of its errors, in 2.6 s
+            mid[0, i], mid[1, i], mid[2, i], mid[3, i], mid[4, i] = x[i], v[i], V[i], U[i], m[i]
+            accelerations[0, i] = accelerations[1, i]
         _drift(
             mid[0], mid[1], mid[2], mid[3], mid[4], scratch, accelerations, h, 0.5 * h, r, beta, n1, stops, shaker,
             mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
@@ -119,4 +120,5 @@ def mid_drift_ideal(
         x, v, V, U, m, scratch, accelerations, h, 0.5 * h, r, beta, n1, stops, shaker,
         mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
     )  # fmt: skip
-    out[0], out[1], out[2] = x, v, V
+    for i in range(LANES):
+        out[0, i], out[1, i], out[2, i] = x[i], v[i], V[i]

@@ -4,8 +4,13 @@ Where the mass alone is linear, there is one response, from rest or from anywher
 Where it is not, there may be several: these are followed up the frequencies and down again, as a slow sweep would.
 """
 
-from collections.abc import Callable, Sequence
+import dataclasses
+import math
+import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from harvester.answers.details import DISPLACEMENT, PHASES
 from harvester.engines import Spice
@@ -14,10 +19,11 @@ from harvester.equations.bounds import linear_growth
 from harvester.errors import HarvesterError, MissingProgramError
 from harvester.studies.frequency_response.driven import Driven
 from harvester.studies.frequency_response.point import ResponsePoint
+from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.engines.spice.steady import Steady
+    from harvester.circuit.periodic import Neighbour
 
 FROM_REST = "from rest"
 Failure = tuple[float, str]  # a frequency and why there is no point
@@ -29,9 +35,9 @@ def directions(driven: Driven) -> tuple[str, ...]:
 
 
 def by_ngspice(
-    engine: Spice, driven: Driven, frequencies: Sequence[float], tick: Callable[[], None]
+    engine: Spice, driven: Driven, frequencies: Sequence[float], steps: Steps
 ) -> tuple[list[ResponsePoint], list[Failure], list[str]]:
-    """The points, the frequencies without one, and the warnings; ``tick`` is called after each.
+    """The points, the frequencies without one, and the warnings.
 
     Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice, and the last error
     where no frequency has a point.
@@ -39,24 +45,71 @@ def by_ngspice(
     served(Spice, driven.problem)
     points, failures, warnings = list[ResponsePoint](), list[Failure](), list[str]()
     last: HarvesterError | None = None
-    for direction in directions(driven):
-        near: Steady | None = None
-        for frequency in frequencies if direction != "down" else frequencies[::-1]:
-            try:
-                found, near = engine.follow(driven.at(frequency), near)
-            except MissingProgramError:
-                raise
-            except HarvesterError as error:
-                last, near = error, None
-                failures.append((frequency, " ".join(str(error).split())))
+    for turn, direction in enumerate(directions(driven)):
+        near: Neighbour | None = None
+        for place, frequency in enumerate(frequencies if direction != "down" else frequencies[::-1]):
+            number = turn * len(frequencies) + place
+            if (step := steps.earlier(number)) is not None:
+                with as_written():
+                    near = None if step.state is None else _neighbour(step.state)
             else:
-                warnings.extend(found.warnings)
-                moved, known = found.details.get(DISPLACEMENT), found.details.get(f"{DISPLACEMENT}_bias")
-                displacement = None if moved is None else Value(moved, bias=known)
-                phases = (found.details.get(name) for name in PHASES)
-                means = found.mean_square_voltage, found.mean_power
-                points.append(ResponsePoint(direction, frequency, *means, None, displacement, *phases))
-            tick()
+                try:
+                    step, near = _step(engine, driven, direction, frequency, near)
+                except MissingProgramError:
+                    raise
+                except HarvesterError as error:
+                    last, near = error, None
+                    failures.append((frequency, " ".join(str(error).split())))
+                steps.add(number, step)
+            if step is not None:
+                points.append(step.point)
+                warnings.extend(step.warnings)
     if not points and last is not None:
         raise last
     return points, failures, list(dict.fromkeys(warnings))
+
+
+def _step(
+    engine: Spice, driven: Driven, direction: str, frequency: float, near: "Neighbour | None"
+) -> "tuple[Step, Neighbour | None]":
+    """One frequency, on from its neighbour, and the neighbour of the next."""
+    found, steady = engine.follow(driven.at(frequency), near)
+    moved, known = found.details.get(DISPLACEMENT), found.details.get(f"{DISPLACEMENT}_bias")
+    displacement = None if moved is None else Value(moved, bias=known)
+    phases = (found.details.get(name) for name in PHASES)
+    means = found.mean_square_voltage, found.mean_power
+    point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
+    near = None if steady is None else steady.found[0, 0]
+    return Step(point, found.warnings, None if near is None else _state(near)), near
+
+
+def _state(near: "Neighbour") -> State:
+    """A neighbour as JSON knows it."""
+    ways = None if near.secants is None else {name: values.tolist() for name, values in vars(near.secants).items()}
+    numbers = {name: getattr(near, name) for name in ("phase", "turns", "farads", "quiet")}
+    return {"section": dataclasses.asdict(near.section), **numbers, "secants": ways}
+
+
+def _neighbour(state: State) -> "Neighbour":
+    """A neighbour from a file, whose names of nodes go into a netlist and must be no more than names.
+
+    Raises ValueError for what is none.
+    """
+    from harvester.circuit.periodic import Neighbour
+    from harvester.circuit.sections import CoupledState
+    from harvester.mechanics.periodic import MULTIPLES, Secants
+
+    numbers = state["section"]["x"], state["section"]["v"], *(state[one] for one in ("phase", "farads", "quiet"))
+    x, v, phase, farads, quiet = map(float, numbers)
+    nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}
+    plain = all(re.fullmatch(r"[!-'*-~]{1,200}", name) for name in nodes)  # no blank and no bracket
+    turns = int(state["turns"])
+    if (
+        not plain
+        or not 1 <= turns <= MULTIPLES
+        or not all(map(math.isfinite, (x, v, phase, farads, quiet, *nodes.values())))
+    ):
+        raise ValueError("no state of mass and circuit")
+    ways = state["secants"] and {name: np.array(values, dtype=float) for name, values in state["secants"].items()}
+    whole = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None
+    return Neighbour(*whole, farads, quiet)

@@ -5,19 +5,20 @@ response of two branches (a hardening or softening spring, a stop) shows the hys
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Ensemble, Ideal
-from harvester.engines.ensemble import ALIKE, UNLIKE
+from harvester.engines.agreement import ALIKE, UNLIKE
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import first_harmonic, phase_to_base
 from harvester.studies.frequency_response.driven import Driven
 from harvester.studies.frequency_response.point import ResponsePoint, root
+from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
 from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
@@ -31,34 +32,50 @@ Phases = tuple[float | None, float | None]
 
 
 def continued(
-    engine: Ensemble | Ideal, driven: Driven, frequencies: Sequence[float], tick: Callable[[], None]
+    engine: Ensemble | Ideal, driven: Driven, frequencies: Sequence[float], steps: Steps
 ) -> list[ResponsePoint]:
-    """The points up and down again, by engine `ensemble` or `ideal`; ``tick`` is called after each.
+    """The points up and down again, by engine `ensemble` or `ideal`.
 
     Raises CannotServeError for what the engine does not know; UnboundedResponseError and SimulationError as
     `harvester.mechanics.ensemble.burn_in.until_steady`.
     """
     model = engine.model(served(type(engine), driven.problem))
-    trajectories, points = None, []
-    for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):
-        for frequency in way:
-            there = driven.at(frequency)
+    points, trajectories = list[ResponsePoint](), None
+    ways = [("up", f) for f in frequencies] + [("down", f) for f in frequencies[::-1]]
+    for number, (direction, frequency) in enumerate(ways):
+        there = driven.at(frequency)
+        if (step := steps.earlier(number)) is not None:
+            with as_written():
+                trajectories = _trajectories(there, model.circuit, engine.seed, step.state)
+        else:
             if trajectories is None:
-                trajectories = _at_rest(there, model.circuit, engine.seed)
+                trajectories = _trajectories(there, model.circuit, engine.seed, None)
             pair = _steady(trajectories, there, engine)
             trajectories = pair.trajectories
-            points.append(_point(there, engine, direction, frequency, pair))
-            tick()
+            step = Step(_point(there, engine, direction, frequency, pair), (), _state(trajectories))
+            steps.add(number, step)
+        points.append(step.point)
     return points
 
 
-def _at_rest(problem: Problem, circuit: "IdealCircuit | None", seed: int) -> "Trajectories":
+def _state(trajectories: "Trajectories") -> State:
+    """What trajectories go on from, as JSON knows it."""
+    arrays = {name: getattr(trajectories, name).tolist() for name in ("state", "filter", "words")}
+    return {"h": trajectories.h, "seed": list(trajectories.seed.spawn_key), **arrays}
+
+
+def _trajectories(problem: Problem, circuit: "IdealCircuit | None", seed: int, state: State | None) -> "Trajectories":
+    """Trajectories at rest (None), or of a state from a file; ValueError and such for what is none."""
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
     eqs = problem.equations
     rest = np.zeros((3, NOISY if eqs.is_random else QUIET))
     rest[0] = eqs.resting_places[0]
-    return Trajectories(eqs, rest.shape[1], np.random.SeedSequence(seed), None, rest, circuit)
+    if state is None:
+        return Trajectories(eqs, rest.shape[1], np.random.SeedSequence(seed), None, rest, circuit)
+    now = np.array(state["state"], float), np.array(state["filter"], float), np.array(state["words"], np.uint64)
+    own = np.random.SeedSequence(seed, spawn_key=tuple(map(int, state["seed"])))
+    return Trajectories(eqs, rest.shape[1], own, float(state["h"]), rest, circuit, origin=now)
 
 
 def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "RichardsonPair":

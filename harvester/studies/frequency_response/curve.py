@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from harvester import figures
-from harvester.engines.ensemble import UNLIKE
+from harvester.engines.agreement import UNLIKE
 from harvester.errors import names_arguments
 from harvester.printing.answer_units import AnswerUnits
 from harvester.studies.frequency_response.point import ResponsePoint, cells, failed_cells, heads
@@ -168,8 +168,9 @@ class Response:
             power, band = peak.mean_power.text(self.unit_names.power), self.bandwidth_text(direction)
             lines.append(f"{direction:<5} peak {power} at {at}{self._where(direction)}; half-power bandwidth {band}")
         if self.hysteresis:
-            low, high, hertz = min(self.hysteresis), max(self.hysteresis), self.unit_names.frequency
-            lines.append(f"note: up and down differ between {low:.5g} and {high:.5g} {hertz}".rstrip() + ": hysteresis")
+            ends = [f"{f:.5g}" for f in (min(self.hysteresis), max(self.hysteresis))]
+            where = f"at {ends[0]}" if ends[0] == ends[1] else f"between {ends[0]} and {ends[1]}"
+            lines.append(f"note: up and down differ {where} {self.unit_names.frequency}".rstrip() + ": hysteresis")
         if several := self.differing:
             lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
         return "\n".join([*lines, *self.notes()])

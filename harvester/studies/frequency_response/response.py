@@ -7,9 +7,11 @@ circuit of ideal elements (`continued`); engine `spice` follows the periodic res
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from harvester import figures
+from harvester.circuit.ngspice.library import library_digest
 from harvester.engines import Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
@@ -23,6 +25,7 @@ from harvester.studies.frequency_response.driven import Driven
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.frequency_response.responses import Responses
+from harvester.studies.frequency_response.steps import Diary, Steps, diary
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 
@@ -119,23 +122,38 @@ def responses(
     problem = Problem.of(scene)
     Driven(problem)
     chosen = engines_of(problem, engines, seed)
-    points, told = points_of(problem, vary), tick or _nothing
-    several = [dict[str, float]()]
-    if points is not None:
-        several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
-    curves = list[Response]()
-    for values in several:
-        driven = Driven(Problem(problem.scene.varied(values)) if values else problem)
-        curves.extend(_curve(engine, driven, sweep, values, told) for engine in chosen)
-    return Responses(tuple(curves))
+    return _responses(problem, sweep, points_of(problem, vary), chosen, tick or _nothing)
 
 
 def _nothing(_: str) -> None:
     """Tell nobody."""
 
 
+def _responses(
+    problem: Problem,
+    sweep: str | Sequence[float],
+    points: Points | None,
+    engines: Sequence[Engine],
+    tick: Tick,
+    skip: Tick = _nothing,
+    kept: Diary | None = None,
+) -> Responses:
+    """All curves; with ``kept``, each step is kept at once, and ``skip`` is called for those that were."""
+    several = [dict[str, float]()]
+    if points is not None:
+        several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
+    curves = list[Response]()
+    for number, values in enumerate(several):
+        driven = Driven(Problem(problem.scene.varied(values)) if values else problem)
+        for place, engine in enumerate(engines):
+            each = partial(tick, engine.NAME), partial(skip, engine.NAME)
+            steps = Steps(tick=each[0]) if kept is None else kept.steps(number, place, engine.NAME, *each)
+            curves.append(_curve(engine, driven, sweep, values, steps))
+    return Responses(tuple(curves))
+
+
 def _curve(
-    engine: Engine, driven: Driven, sweep: str | Sequence[float], varied: Mapping[str, float], tick: Tick
+    engine: Engine, driven: Driven, sweep: str | Sequence[float], varied: Mapping[str, float], steps: Steps
 ) -> Response:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
@@ -146,13 +164,13 @@ def _curve(
             raise CannotServeError(reason)
         found = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
         for _ in range(2 * len(at)):
-            tick(engine.NAME)
+            steps.tick()
     elif isinstance(engine, Spice):
-        found, failures, more = by_ngspice(engine, driven, at, lambda: tick(engine.NAME))
+        found, failures, more = by_ngspice(engine, driven, at, steps)
         warnings = list(dict.fromkeys([*warnings, *more]))
     else:
         assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"
-        found = continued(engine, driven, at, lambda: tick(engine.NAME))
+        found = continued(engine, driven, at, steps)
     whole = resolving and isinstance(engine, Exact)
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
     return Response(tuple(found), problem.physical, tuple(warnings), whole, *known)
@@ -168,18 +186,33 @@ def draw(
     vary: Points | None = None,
     engines: Sequence[Named] | None = None,
     per_g: bool = False,
+    resume: bool = False,
+    skip: Tick | None = None,
 ) -> Responses:
     """Compute `responses` over the frequencies of a text (`frequencies`), and write their files.
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
-    and voltage over the base's amplitude.
+    and voltage over the base's amplitude.  Each frequency that is done is in response.journal until then; ``resume``
+    takes those of an earlier run that was interrupted, and calls ``skip`` (default: ``tick``) for each.
+
+    Raises as `responses`, and InputError for an earlier response that was another one.
     """
     problem = Problem.of(scene)
     sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
     if per_g and not problem.physical:
         raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
-    found = responses(problem, text, vary, engines, seed, tick)
-    asked = {} if vary is None else {"vary": {axis.key: list(axis.values) for axis in vary.axes}}
-    about = provenance(problem, sweep=list(sweep), engines=[c.engine for c in found.curves], seed=seed, **asked)
-    folder.save("response", found.text(), figures.response(found.curves, problem.scene.title, per_g), about)
+    chosen, points, told = engines_of(problem, engines, seed), points_of(problem, vary), tick or _nothing
+    about = provenance(
+        problem,
+        sweep=list(sweep),
+        engines={e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in chosen},
+        **({} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}),
+    )
+    if any(isinstance(engine, Spice) for engine in chosen):
+        about["versions"]["ngspice"] = library_digest()
+    counted = [engine for engine in chosen if not isinstance(engine, Exact)]  # the closed form takes no time
+    total = sum(rows_of(problem, counted, len(sweep), points).values())
+    with diary(folder.path, about, resume, total) as kept:
+        found = _responses(problem, text, points, chosen, told, skip or told, kept)
+        folder.save("response", found.text(), figures.response(found.curves, problem.scene.title, per_g), about)
     return found

@@ -66,7 +66,7 @@ def _computed(client: Any, tasks: Iterator[Task], address: str) -> Done:
     for future, found in _while_there_are_workers(done, client, address):
         task = pending.pop(future.key)
         done.update(submitted(itertools.islice(tasks, 1)))
-        if future.status == "finished":
+        if isinstance(found, list):  # the answers, also where their worker went after it had given them
             yield task, found
         elif future.status != "error":
             raise _gone(address)

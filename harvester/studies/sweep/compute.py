@@ -2,6 +2,7 @@
 
 import contextlib
 import csv
+import importlib
 import io
 import itertools
 import json
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from harvester import figures
 from harvester.circuit.ngspice.library import library_digest
 from harvester.engines import Cheapest, Spice
 from harvester.engines.protocol import Engine
@@ -92,7 +94,14 @@ def compute_table(
                 for _, place, _ in journal.rows():
                     told(names[place])
             todo = tasks(scene, points, engines, lambda point, place: not journal.has(point, place))
-            last = _fill(journal, points, folder, _answers(todo, workers, scheduler), names, tick)
+            last = _fill(
+                journal,
+                points,
+                folder,
+                _answers(todo, workers, scheduler, None if out is None else _load_what_draws),
+                names,
+                tick,
+            )
             return _finished(folder, points, journal, about, last, drawn=out is not None)
         except KeyboardInterrupt:
             if out is None:
@@ -103,17 +112,24 @@ def compute_table(
             ) from None
 
 
-def _answers(todo: Iterator[Task], workers: int | None, scheduler: str | None) -> Done:
-    """The tasks with their answers, from this process, a pool of processes, or a scheduler's workers."""
+def _answers(
+    todo: Iterator[Task], workers: int | None, scheduler: str | None, meanwhile: Callable[[], object] | None
+) -> Done:
+    """The tasks with their answers, from this process, a scheduler's workers, or a pool; ``meanwhile`` as of `pool`."""
     if scheduler is not None:
         from harvester.studies.sweep.cluster import dask
 
         return dask(todo, scheduler)
     if workers is None:  # a process takes a second to start
         first = list(itertools.islice(todo, 2 * cores()))
-        workers = max(1, min(cores(), len(first) // 2))
-        todo = itertools.chain(first, todo)
-    return here(todo) if workers == 1 else pool(todo, workers)
+        workers, todo = max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
+    return here(todo) if workers == 1 else pool(todo, workers, meanwhile)
+
+
+def _load_what_draws() -> None:
+    """Load what draws and writes the finished table: half a second, in which the workers compute."""
+    importlib.import_module("scipy.io")
+    _ = figures.sweep
 
 
 def _fill(

@@ -24,6 +24,7 @@ MEANINGS = {
     "mean_power_stderr": ("standard error of the mean power", "W"),
     "mean_power_bias": ("estimated error of step and model in the mean power", "W"),
     "seconds": ("time of the computation", "s"),
+    "responses": ("responses to the steady drive that a search found", "1"),
 }
 
 

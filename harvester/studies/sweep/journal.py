@@ -1,8 +1,8 @@
-"""What a sweep has done so far: an SQLite database beside sweep.csv, until the table is whole.
+"""What a sweep or a response has done so far: an SQLite database beside its files, until these are whole.
 
 Each finished task is one transaction, so that whatever ends the program costs the points in flight only.  The database
 does not wait for the disk: a failure of the machine's power may damage it, and then costs what came after sweep.csv was
-last written.
+last written (of a response: all).
 
 Each row has a checksum of all that it says, of the sweep, and of the versions that made it.  It finds accidents and
 edits by hand; it has no secret, so that it keeps no forger out.
@@ -15,6 +15,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
@@ -22,29 +23,44 @@ from typing import Any
 from harvester.errors import InputError, shown
 from harvester.studies.sweep.rows import COLUMNS, Row
 
-NAME = "sweep.journal"
 VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")  # of which last digits may depend
-SAME = ("scene_digest", "netlist", "points", "vary", "engines")  # of the provenance: what makes a sweep the same
 
 JournalRow = tuple[int, int, Row]  # point, place of the engine in the sweep, row without the varied keys
 
-_TABLES = {
-    "identity": "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)",
-    "rows": f"(point INTEGER, place INTEGER, {', '.join(f'{name} TEXT NOT NULL' for name in (*COLUMNS, 'checksum'))}, "
-    "PRIMARY KEY (point, place)) WITHOUT ROWID",
-}
-_CELLS = ", ".join(COLUMNS)
 _CACHE = 200  # KiB: a long sweep does not grow
 
 
-def identity(about: Mapping[str, Any]) -> dict[str, str]:
-    """A hash of each thing in a sweep's provenance that makes it the same sweep, and the versions that compute it."""
+@dataclass(frozen=True)
+class JournalKind:
+    """What a study keeps: its ``name``, the columns of its rows, and what of its provenance makes it the same study.
+
+    Of the columns "engine" is the first, and "warnings" one; ``remedy`` is what removing a damaged journal leads to.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    same: tuple[str, ...]
+    remedy: str = "to begin anew"
+
+    @property
+    def file(self) -> str:
+        """The name of its journal."""
+        return f"{self.name}.journal"
+
+
+SWEEP = JournalKind(
+    "sweep", COLUMNS, ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv"
+)
+
+
+def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
+    """A hash of each thing in a study's provenance that makes it the same study, and the versions that compute it."""
     about = {"points": "grid", **about}  # which the files of earlier versions do not say
     found = about.get("versions")
     versions = (
         ", ".join(f"{name} {found[name]}" for name in VERSIONS if name in found) if isinstance(found, dict) else ""
     )
-    return {what: _hash(json.dumps(about.get(what), default=str)) for what in SAME} | {"versions": versions}
+    return {what: _hash(json.dumps(about.get(what), default=str)) for what in kind.same} | {"versions": versions}
 
 
 def _hash(text: str) -> str:
@@ -61,12 +77,12 @@ def noted(row: Row, before: str, now: str) -> Row:
     return row | {"warnings": "; ".join(filter(None, (warning, row["warnings"])))}
 
 
-def check_same(out: Path, before: object, now: Mapping[str, str]) -> None:
-    """Raise InputError, with what differs, where the identity of the earlier sweep in a folder is not that of now."""
-    for what in SAME:
+def check_same(out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP) -> None:
+    """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
+    for what in kind.same:
         if not isinstance(before, dict) or before.get(what) != now[what]:
             raise InputError(
-                f"`resume` must continue the same sweep, but {what} in {str(out)!r} is another: use another `out`"
+                f"`resume` must continue the same {kind.name}, but {what} in {str(out)!r} is another: use another `out`"
             )
 
 
@@ -75,14 +91,15 @@ def _checksum(sweep: Mapping[str, str], point: int, place: int, cells: Sequence[
 
 
 class Journal:
-    """The finished rows of the sweep that writes into a folder, on disk; one program at a time may hold it.
+    """The finished rows of the study that writes into a folder, on disk; one program at a time may hold it.
 
     Raises InputError where another program is at work in the folder.
     """
 
-    def __init__(self, out: Path) -> None:
-        self.path = out / NAME
-        self._files = self.path, out / f"{NAME}-journal"  # SQLite's own, of a transaction
+    def __init__(self, out: Path, kind: JournalKind = SWEEP) -> None:
+        self.kind, self.path = kind, out / kind.file
+        self._files = self.path, out / f"{kind.file}-journal"  # SQLite's own, of a transaction
+        self._cells = ", ".join(kind.columns)
         self._identity: dict[str, str] = {}
         self._database: sqlite3.Connection | None = None
         self._folder, self._locks = os.open(out, os.O_RDONLY), True
@@ -90,7 +107,8 @@ class Journal:
             fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._folder)
-            raise InputError(f"`out` must be no folder that another sweep is writing, but {str(out)!r} is") from None
+            busy = f"another {kind.name} is writing"
+            raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is") from None
         except OSError:  # a file system without locks
             self._locks = False
 
@@ -105,24 +123,23 @@ class Journal:
             if self._execute("PRAGMA quick_check").fetchone() != ("ok",):
                 return None
             before = dict(self._execute("SELECT what, hash FROM identity"))
-            found = self._execute(f"SELECT point, place, {_CELLS}, checksum FROM rows ORDER BY point, place").fetchall()
+            asked = f"SELECT point, place, {self._cells}, checksum FROM rows ORDER BY point, place"
+            found = self._execute(asked).fetchall()
         except sqlite3.DatabaseError:
             return None
-        check_same(self.path.parent, before, now)
+        check_same(self.path.parent, before, now, self.kind)
         rows: list[JournalRow] = []
         for point, place, *cells, checksum in found:
             if checksum != _checksum(before, point, place, cells):
                 raise InputError(
-                    f"`resume` must find {NAME} as it was written, but its row of point {point} and engine "
-                    f"{shown(cells[0])} was changed or added since: remove {str(self.path)!r} to go on from sweep.csv"
+                    f"`resume` must find {self.path.name} as it was written, but its row of point {point} and engine "
+                    f"{shown(cells[0])} was changed or added since: remove {str(self.path)!r} {self.kind.remedy}"
                 )
-            rows.append(
-                (point, place, noted(dict(zip(COLUMNS, cells, strict=True)), before["versions"], now["versions"]))
-            )
+            rows.append((point, place, noted(self._row(cells), before["versions"], now["versions"])))
         return rows
 
     def begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
-        """Start the journal of a sweep with the rows of an earlier run that are kept; raises InputError as `add`."""
+        """Start the journal of a study with the rows of an earlier run that are kept; raises InputError as `add`."""
         try:
             self._begin(now, kept)
         except sqlite3.DatabaseError:  # damaged, or no database: a new file in its place
@@ -134,7 +151,11 @@ class Journal:
     def _begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
         self._identity = dict(now)
         with self._transaction():
-            for table, columns in _TABLES.items():
+            texts = ", ".join(f"{name} TEXT NOT NULL" for name in (*self.kind.columns, "checksum"))
+            for table, columns in (
+                ("identity", "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)"),
+                ("rows", f"(point INTEGER, place INTEGER, {texts}, PRIMARY KEY (point, place)) WITHOUT ROWID"),
+            ):
                 self._execute(f"DROP TABLE IF EXISTS {table}")
                 self._execute(f"CREATE TABLE {table} {columns}")
             self._connected().executemany("INSERT INTO identity VALUES (?, ?)", now.items())
@@ -153,8 +174,9 @@ class Journal:
     def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk; raises InputError as `add`."""
         with self._told():
-            for point, place, *cells in self._execute(f"SELECT point, place, {_CELLS} FROM rows ORDER BY point, place"):
-                yield point, place, dict(zip(COLUMNS, cells, strict=True))
+            found = self._execute(f"SELECT point, place, {self._cells} FROM rows ORDER BY point, place")
+            for point, place, *cells in found:
+                yield point, place, self._row(cells)
 
     def count(self) -> int:
         """How many rows there are."""
@@ -168,15 +190,20 @@ class Journal:
         self._folder = -1
 
     def remove(self) -> None:
-        """Delete the file of a sweep whose table is whole."""
+        """Delete the file of a study whose own files are whole."""
         self._disconnect()
         self.path.unlink(missing_ok=True)
+
+    def _row(self, cells: Sequence[str]) -> Row:
+        return dict(zip(self.kind.columns, cells, strict=True))
 
     def _connected(self) -> sqlite3.Connection:
         if self._database is None:
             for path in self._files:
                 if path.exists() and not path.is_file():  # SQLite would wait for a pipe's writer
-                    raise InputError(f"`out` must take {NAME}, but there is a {path.name} that is no file: remove it")
+                    raise InputError(
+                        f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
+                    )
             address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
             self._database = sqlite3.connect(address, uri=True, isolation_level=None)
             self._database.executescript(f"PRAGMA synchronous = OFF; PRAGMA cache_size = -{_CACHE}")
@@ -191,8 +218,8 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        marks = ", ".join("?" * (3 + len(COLUMNS)))
-        whole = ((point, place, [row[name] for name in COLUMNS]) for point, place, row in rows)
+        marks = ", ".join("?" * (3 + len(self.kind.columns)))
+        whole = ((point, place, [row[name] for name in self.kind.columns]) for point, place, row in rows)
         summed = (
             (point, place, *cells, _checksum(self._identity, point, place, cells)) for point, place, cells in whole
         )
@@ -206,7 +233,8 @@ class Journal:
         except sqlite3.OperationalError as error:
             why = os.strerror(ENOSPC) if error.sqlite_errorcode == sqlite3.SQLITE_FULL else error
             raise InputError(
-                f"`out` must take {NAME}, but writing failed: {why}; the points that are done are kept for `resume`"
+                f"`out` must take {self.path.name}, but writing failed: {why}; the points that are done are kept for "
+                "`resume`"
             ) from None
 
     @contextlib.contextmanager

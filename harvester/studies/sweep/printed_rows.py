@@ -40,8 +40,16 @@ def grid(rows: list[dict[str, str]], units: AnswerUnits) -> str:
 
 
 def warnings(rows: list[dict[str, str]]) -> list[str]:
-    """The first warning of each engine, and at how many of its points it warned."""
-    return _first_of_each(rows, "warnings", "warning")
+    """The first warning of each engine, and at how many of its points it warned, or found several responses."""
+    lines = _first_of_each(rows, "warnings", "warning")
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        found = [int(row["responses"]) for row in rows if row["engine"] == engine and row["responses"]]
+        if several := [one for one in found if one > 1]:
+            lines.append(
+                f"{engine} finds several responses to the drive at {len(several)} of {len(found)} points, "
+                f"{max(several)} at most: a run of such a point lists each with its mean"
+            )
+    return lines
 
 
 def failures(rows: list[dict[str, str]]) -> list[str]:

@@ -20,6 +20,7 @@ COLUMNS = (
     "error",
     "mean_power_bias",  # estimated error of step and model, where the engine knows one
     "warnings",
+    "responses",  # how many a steady drive has, where a search from many starts was made
 )
 TEXTS = ("error", "warnings")  # the columns of sentences
 _ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
@@ -47,6 +48,7 @@ def answered(estimate: Estimate) -> Row:
         "error": "",
         "mean_power_bias": text(_bias(estimate.mean_power)),
         "warnings": "; ".join(estimate.warnings),
+        "responses": str(len(estimate.responses) or ""),
     }
 
 

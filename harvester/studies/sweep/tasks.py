@@ -1,4 +1,7 @@
-"""What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas."""
+"""What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas.
+
+An engine that goes from the answer at one point to that at the next does so along a few points, always the same ones.
+"""
 
 import dataclasses
 import os
@@ -7,13 +10,15 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.protocol import Engine, Vectorised
+from harvester.engines.protocol import Engine, Following, Vectorised
+from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import Row, answered
 
 BATCH = 256  # points that an engine of formulas computes at once
+ALONG = 7  # points along which an engine goes from answer to answer: what is lost where a program is killed
 
 Answer: TypeAlias = Row | HarvesterError  # a row without the varied keys, or why there is none
 
@@ -29,6 +34,11 @@ class Task:
     points: tuple[int, ...]
     values: tuple[tuple[float, ...], ...]
     tries: int = 0  # how often its worker died
+
+    @property
+    def goes_along(self) -> bool:
+        """Whether its engine goes from point to point."""
+        return isinstance(self.engine, Following) and len(self.points) > 1
 
     def again(self) -> "list[Task]":
         """The tasks that replace this one after its worker died: itself once more, then its points one by one."""
@@ -72,10 +82,40 @@ def tasks(
         for place in batched:
             if any(wanted(point, place) for point in some):
                 yield task(place, some)
+        along = [place for place in single if _goes_along(engines[place], scene, points, begin)]
+        for first in some[::ALONG]:
+            few = range(first, min(first + ALONG, some.stop))
+            for place in along:
+                if any(wanted(point, place) for point in few):
+                    yield task(place, few)
         for point in some:
             for place in single:
-                if wanted(point, place):
+                if place not in along and wanted(point, place):
                     yield task(place, [point])
+
+
+def _goes_along(engine: Engine, scene: Scene, points: Points, first: int) -> bool:
+    """Whether an engine goes from point to point, as it would at the first one."""
+    if not isinstance(engine, Following) or len(points) == 1:
+        return False
+    try:
+        return engine.follows(Problem(scene.varied(dict(zip(points.keys, points.values(first), strict=True)))))
+    except HarvesterError:  # which its own task will tell
+        return False
+
+
+def compute_alone(task: Task) -> tuple[list[Answer], bool]:
+    """Compute a task in a worker process, and say whether that may take another one.
+
+    Where an engine goes along, ngspice runs in this very process, which is not started for more; a task that ended its
+    process before, or whose runs may be given up at the end of a budget, has processes of ngspice as elsewhere.
+    """
+    if not task.goes_along or task.tries or getattr(task.engine, "budget", None) is not None:
+        return compute(task), True
+    from harvester.circuit.worker_pool import ngspice_here
+
+    with ngspice_here() as here:
+        return compute(task), here.trusted
 
 
 def compute(task: Task) -> list[Answer]:
@@ -86,7 +126,12 @@ def compute(task: Task) -> list[Answer]:
     answers: list[Estimate | HarvesterError] = []
     try:
         scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]
-        answers = task.engine.run_many(scenes) if isinstance(task.engine, Vectorised) else [task.engine.run(scenes[0])]
+        if isinstance(task.engine, Vectorised):
+            answers = task.engine.run_many(scenes)
+        elif isinstance(task.engine, Following) and task.goes_along:
+            answers = task.engine.run_along(scenes)
+        else:
+            answers = [task.engine.run(scenes[0])]
     except MissingProgramError:
         raise
     except HarvesterError as error:

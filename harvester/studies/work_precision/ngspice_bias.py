@@ -9,7 +9,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Spice
-from harvester.engines.ensemble import Model
+from harvester.engines.model import Model
 from harvester.equations.problem import Problem
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder

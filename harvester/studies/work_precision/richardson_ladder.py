@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.ensemble import Model
-from harvester.errors import UnboundedResponseError
+from harvester.engines.model import Model
+from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.studies.work_precision.bias import Bias
 from harvester.uncertainty.value import Value
 
@@ -111,6 +111,8 @@ def _long_pair(many: "Trajectories", seconds: float) -> "RichardsonPair":
 
     begin = time.perf_counter()
     burn_in(many)
+    if many.hopping is not None:
+        raise SimulationError("hops between the wells are too rare for a reference of `cost`: give more noise")
     pair = RichardsonPair(many, many.time)
     spent = time.perf_counter() - begin  # on twice the burn-in at this step, and at twice the step
     if seconds > spent:

@@ -542,16 +542,15 @@ CORRECTED = (mu**2 + 1 + beta) / (mu**2 + (1 + beta) ** 2)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor, right", [(PRINTED, False), (1 / CORRECTED, False), (CORRECTED, True)])
-def test_34_35_38_the_noise_factor_is_inverted(factor, right):
+def test_34_35_38_the_noise_factor_is_inverted():
     """Eqs. 23 and 24 near A = 0, divided by A and A^2: 1/(1 + K0) where (1 + K0), with beta for 2 beta, is printed."""
     Q0 = 1 + K0 + alpha * A**2
     s2 = A**2 * (1 + K0 + sp.Rational(3, 4) * alpha * A**2) / (4 * Q0**2)
     b_noise = sp.diff(s2, A) / 4 + A * ((1 + K0) / 4 + 7 * alpha * A**2 / 32) / Q0**2
-    at_0 = lambda e: sp.limit(e, A, 0)  # noqa: E731
-    assert zero(at_0(s2 / A**2) - factor / 4) is right
-    assert zero(at_0(b_noise / A) - 3 * factor / 8) is right
-    assert zero(at_0(b_noise / A - s2 / A**2 / 2) - factor / 4) is right
+    limits = [sp.cancel(one).subs(A, 0) for one in (s2 / A**2, b_noise / A, b_noise / A - s2 / A**2 / 2)]
+    for factor, right in ((PRINTED, False), (1 / CORRECTED, False), (CORRECTED, True)):
+        for limit, share in zip(limits, (4, sp.Rational(8, 3), 4), strict=True):
+            assert zero(limit - factor / share) is right
 
 
 def test_34_38_the_rest_of_the_exponent():

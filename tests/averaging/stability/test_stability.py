@@ -3,7 +3,6 @@
 import math
 import os
 
-import numba
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
@@ -15,7 +14,6 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.ensemble import lyapunov
-from harvester.mechanics.kernels import equation_of_motion as step
 from harvester.mechanics.kernels.noise import random_words
 from harvester.studies.stability.exponent import stability
 from tests.support.paper import exponent_as_printed, simple_exponent
@@ -302,7 +300,7 @@ def test_at_rest_on_the_stop_only_the_voltage_is_left():
     """V > 0 holds the mass at the stop, and the size decays as e^(-mu t)."""
     state = [np.full(64, value) for value in (0.01, 0.0, 10.0)]
     logs = np.zeros(64)
-    run = (False, 0.01, 0.1, 0.5, 1.0, None, None)  # coarse, h, mu, r, beta, c1, n2
+    run = (False, 0.01, 0.1, 0.5, 1.0, 0.0, 0.0)  # coarse, h, mu, r, beta, c1, n2
     lyapunov.grow(*state, *random_words(SEED, 64), logs, 50, 10, *run)
     logs[:] = 0.0
     lyapunov.grow(*state, *random_words(SEED, 64), logs, 500, 10, *run)
@@ -390,37 +388,3 @@ def test_a_physical_scene_is_in_si():
 def test_a_netlist_is_refused():
     with pytest.raises(CannotServeError, match="must have a load resistance"):
         stability(physical(netlist="bridge"))
-
-
-@numba.njit
-def first_returns(seed, speeds, h, n1, most):
-    """Speed at the first return to the stop after leaving it at speed 1; infinite if later than ``most`` steps."""
-    np.random.seed(seed)
-    e, g = step.relaxation(h, None)
-    for i in range(len(speeds)):
-        x, v, hit = 0.0, 1.0, 0.0
-        speeds[i] = np.inf
-        for _ in range(most):
-            v = step.kick(x, v, 0.0, np.random.normal(), 0.5 * h, None, None, None, None, None, n1, None, None)
-            x, v, _, hit = step.drift(x, v, 0.0, h, e, g, None, 1.0)
-            if hit > 0.0:
-                speeds[i] = hit
-                break
-            v = step.kick(x, v, 0.0, np.random.normal(), 0.5 * h, None, None, None, None, None, n1, None, None)
-
-
-@pytest.mark.statistics
-def test_return_law_of_a_free_particle():
-    """A free particle leaves the stop at speed 1 and comes back at w with p(w) = (3/2 pi) w^(3/2)/(1 + w^3).
-
-    White noise changes the speed by 1 in the time tau = 1/(2 N1); the spring acts on the scale 1.
-    """
-    tau = 1e-4
-    speeds = np.empty(5_000)
-    first_returns(1, speeds, tau / 200, 0.5 / tau, 200 * 30)
-    law = lambda w: 1.5 / np.pi * w**1.5 / (1 + w**3)  # noqa: E731
-    assert quad(law, 0, 1)[0] == pytest.approx(0.1370, abs=5e-5)
-    for low, high in ((0.0, 0.5), (0.5, 0.75), (0.75, 1.0)):
-        p = quad(law, low, high)[0]
-        seen = np.mean((speeds > low) & (speeds <= high))
-        assert abs(seen - p) < 4 * math.sqrt(p * (1 - p) / speeds.size)

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.compliant_stop import contact_energy
 from harvester.circuit.lockstep.energy_ledger import add_works_of_kick, ledger_of, note_stored_energy
@@ -19,7 +18,6 @@ from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.lockstep import charging_curve, scales
-from tests.support.paths import EXAMPLES
 from tests.support.systems import PAPER, changed
 
 pytestmark = pytest.mark.ngspice
@@ -36,39 +34,42 @@ def finished(device, noise, discard):
 
 
 @cache
-def of(load, eqs, h=0.05, duration=400.0, seed=7, norton=False):
+def of(load, eqs, h=0.05, duration=160.0):
+    """State, Csmooth and ledger; the voltage is some 50 V, below what breaks the diodes down."""
     name, parameters = load
-    s = scales(eqs.beta or 0.05)
     given = Load(resistance=parameters) if name == "resistor" else Load(netlist=name, parameters=dict(parameters))
-    device = worker.CoupledDevice(eqs, s, load_circuit(given, CP), h, 4, norton=norton)
-    noise = gaussian_grid(np.random.SeedSequence(seed), round(duration / h))
-    return next(map_in_workers(finished, [(device, noise, 50.0)]))
+    device = worker.CoupledDevice(eqs, scales(eqs.beta or 0.5, 0.01), load_circuit(given, CP), h, 4)
+    noise = gaussian_grid(np.random.SeedSequence(7), round(duration / h))
+    return next(map_in_workers(finished, [(device, noise, 40.0)]))
 
 
-STOP = changed(PAPER, mu=None, c1=-0.05)
-PLATE = Equations(beta=1.25, c1=-0.05, n1=0.01)
+STOP = changed(PAPER, mu=None, c1=-0.05, beta=0.5)
 RESISTOR = ("resistor", 1e6)
-LOADS = {
-    "resistor": (RESISTOR, 0.05),
-    "bridge": (("bridge", (("R", 1e6), ("C", 1e-6))), 0.05),
-    "doubler": (("doubler", (("R", 2e6),)), 0.05),
-    "parallel_sshi": (("parallel_sshi", ()), 0.025),
-    "series_sshi": (("series_sshi", ()), 0.025),
-    "sece": (("sece", ()), 0.01),  # its voltage falls to zero within a hundredth of a time unit
+LOADS = {  # the step, and the load's share of what it and the circuit take, at the seed above
+    "resistor": (RESISTOR, 0.05, 1.0),
+    "bridge": (("bridge", (("R", 1e6), ("C", 1e-6))), 0.05, 0.95),
+    "doubler": (("doubler", (("R", 2e6),)), 0.05, 0.96),
+    "parallel_sshi": (
+        ("parallel_sshi", ()),
+        0.025,
+        0.47,
+    ),  # 0.468 at half the step, 0.471 at a hundredth of the tolerance
+    "series_sshi": (("series_sshi", ()), 0.025, 0.56),
+    "sece": (("sece", ()), 0.01, 0.77),  # its voltage falls to zero within a hundredth of a time unit
 }
 
 
-@pytest.mark.parametrize("eqs", [STOP, PLATE], ids=["stop", "plate"])
 @pytest.mark.parametrize("name", LOADS)
-def test_ledger_closes_within_a_percent(name, eqs):
-    load, h = LOADS[name]
-    _, _, found = of(load, eqs, h)
+def test_ledger_closes_within_a_percent(name):
+    """With random motion against a stop and strong coupling, so that every entry counts; the load gets its share."""
+    load, h, share = LOADS[name]
+    _, _, found = of(load, STOP, h)
     assert abs(found.residual) < 0.01
     assert found.input > 0.0
-    assert found.damping > 0.0
-    assert found.load > 0.0
-    assert (found.impacts > 0.0) == (eqs is STOP)
+    assert found.damping > 0.1 * found.input
+    assert found.impacts > 0.05 * found.input
     assert (found.circuit > 0.0) == (name != "resistor")
+    assert found.load / (found.load + found.circuit) == pytest.approx(share, rel=0.04)
 
 
 def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
@@ -103,32 +104,31 @@ def test_stored_energy_is_that_of_every_spring():
 
 def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():
     """beta None, no stop: noise alone; the kicks telescope, so that the residual is the spring's O(h^2) only."""
-    residuals = [abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h=h)[2].residual) for h in (0.1, 0.025)]
+    residuals = [abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h, 400.0)[2].residual) for h in (0.1, 0.025)]
     assert residuals[0] < 3e-3
     assert residuals[1] < 3e-4
 
 
 def test_a_resistor_takes_what_the_terminals_give():
     """Integral of v i in ngspice against that of the load's power: the currents are the same, to rounding."""
-    for eqs in (STOP, PLATE):
-        s, _, _ = of(RESISTOR, eqs)
-        assert s["delivered"] == pytest.approx(s["load"], rel=1e-9)
+    s, _, _ = of(RESISTOR, STOP, 0.05)
+    assert s["delivered"] == pytest.approx(s["load"], rel=1e-9)
 
 
 def test_terminal_current_is_the_charge_that_the_mass_moved():
     """Integral of v i + change of Cp v^2/2 against the work of the force -beta V: the same, to the step's order."""
     for name in ("bridge", "sece"):
-        load, h = LOADS[name]
-        s, _, _ = of(load, PLATE, h)
-        scale = scales(PLATE.beta)
+        load, h, _ = LOADS[name]
+        s, _, _ = of(load, STOP, h)
+        scale = scales(STOP.beta, 0.01)
         joules = scale.mass * (scale.frequency * scale.length) ** 2
         gone = s["delivered"] + 0.5 * CP * (s["voltage_end"] ** 2 - s["voltage_begin"] ** 2)
         assert gone == pytest.approx(-joules * s["voltage_work"], rel=0.01)
 
 
 def test_smoothing_capacitor_is_read_from_ngspice():
-    assert of(*LOADS["bridge"][:1], PLATE)[1] == pytest.approx(1e-6)
-    assert of(RESISTOR, PLATE)[1] == 0.0
+    assert of(LOADS["bridge"][0], STOP, 0.05)[1] == pytest.approx(1e-6)
+    assert of(RESISTOR, STOP, 0.05)[1] == 0.0
 
 
 def test_charging_curve():
@@ -159,13 +159,3 @@ def test_one_way_drive_takes_nothing_from_the_mass():
     assert s["voltage_work"] == 0.0
     assert found.load > 0.0
     assert abs(found.residual) < 0.01
-
-
-def test_engine_reports_the_ledger():
-    """In the unit of the mean power, whose load is the load's."""
-    scene = hv.load(EXAMPLES / "plate_with_stop.toml").with_load(Load(netlist="bridge", parameters={"R": 1e6}))
-    found = hv.Spice(duration=20.0, trajectories=2, dt=2e-3, alone=True).run(scene)
-    entries = {key: found.details[f"ledger_{key}"] for key in ("damping", "impacts", "circuit", "load", "stored")}
-    assert entries["load"] == pytest.approx(found.mean_power.value, rel=1e-9)
-    assert sum(entries.values()) == pytest.approx(found.details["ledger_input"], rel=0.01)
-    assert abs(found.details["ledger_residual"]) < 0.01

@@ -1,5 +1,6 @@
 """ngspice in lock-step with the mass, against the exact RC update on the same noise path."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import harvester as hv
 from harvester.circuit import runs as worker
 from harvester.circuit.lockstep.transitions import proposed_step
+from harvester.circuit.tolerance import tolerance_in_workers
 from harvester.circuit.worker_pool import map_in_workers
 from harvester.engines.spice.preparation import prepare
 from harvester.equations.coefficients import Equations
@@ -20,7 +22,7 @@ from harvester.scene.load import Load
 from harvester.uncertainty.value import mean_and_error
 from tests.support.lockstep import PLATE, SEED, WEAK, both, device, rms_difference
 from tests.support.python_callbacks import path_in_python
-from tests.support.systems import PAPER, changed, linear
+from tests.support.systems import PAPER, changed, linear, padded
 
 pytestmark = pytest.mark.ngspice
 
@@ -73,7 +75,8 @@ def test_difference_falls_with_the_square_of_the_step(eqs, duration):
 
 def test_whole_scheme_is_of_second_order():
     """x(t) on a refined path against a fine one, without noise in the way: a decaying, coupled, nonlinear motion."""
-    eqs = changed(PAPER, n1=1e-12, n2=None, restitution=None, c1=-0.05, c2=None, c3=None, beta=1.25, mu=1.0, alpha=2.0)
+    weak = {"n1": 1e-12, "n2": 0.0, "c1": -0.05, "c2": 0.0, "c3": 0.0}
+    eqs = changed(PAPER, **weak, restitution=None, beta=1.25, mu=1.0, alpha=2.0)
     ends = []
     for h in (0.2, 0.1, 0.05, 0.0125):
         n = round(8 / h)
@@ -107,8 +110,13 @@ def test_energy_of_the_load_with_a_stop(mu):
     assert abs(difference) < 0.01 * exact.V2.mean() + 4 * error
 
 
-@pytest.mark.parametrize("mu", [0.01, 0.1, 1.0, 10.0, 100.0])
-@pytest.mark.parametrize("beta", [None, 0.05, 1.25, 10.0])
+@pytest.mark.parametrize(
+    "beta, mu",
+    [
+        *((10.0, 0.01), (None, 0.01), (0.05, 0.1), (1.25, 1.0), (10.0, 1.0)),
+        *((1.25, 10.0), (10.0, 10.0), (0.05, 100.0), (10.0, 100.0)),
+    ],
+)
 def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
     """beta from 0 to 10, mu from .01 to 100, r = .9: finite, and closer to the exact update at a finer step.
 
@@ -137,15 +145,15 @@ def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
 
 
 def test_lossless_device_keeps_its_energy():
-    """No damping, r = 1, no noise after a first kick, load of 10^15 ohm: drift below 1e-4 over 1,000 periods."""
-    eqs = Equations(beta=1.25, mu=1e-9, restitution=1.0, n1=1.0)
-    h = 0.02
-    noise = np.zeros(round(1000 * 2 * np.pi / h))
+    """No damping, r = 1, no noise after a first kick, load of 10^15 ohm: drift below 5e-5 over 500 periods."""
+    eqs = padded(Equations(beta=1.25, mu=1e-9, c1=-1e-12, restitution=1.0, n1=1.0))
+    h = 0.04
+    noise = np.zeros(round(500 * 2 * np.pi / h))
     noise[0] = 10.0
     path = worker.path_in_worker(device(eqs, h), noise)
     energy = 0.5 * path.v**2 + 0.5 * path.x**2 + 0.5 * eqs.beta * path.V**2
-    periods = energy[: len(energy) // 1000 * 1000].reshape(1000, -1).mean(axis=1)
-    assert periods == pytest.approx(periods[0], rel=1e-4)
+    periods = energy[: len(energy) // 500 * 500].reshape(500, -1).mean(axis=1)
+    assert periods == pytest.approx(periods[0], rel=5e-5)
 
 
 @pytest.mark.parametrize("eqs", [PAPER, PLATE], ids=["paper", "plate"])
@@ -218,7 +226,7 @@ def test_time_constant_in_ngspice_is_one_over_mu():
     One kick moves the mass, the stop with r = 0 holds it from its return on; then V decays freely.
     """
     mu = 0.31
-    eqs = Equations(n1=1.0, restitution=0.0, mu=mu)
+    eqs = padded(Equations(n1=1.0, restitution=0.0, mu=mu))
     h = 0.01
     noise = np.zeros(round(20 / h))
     noise[0] = 5.0
@@ -232,7 +240,7 @@ def test_time_constant_in_ngspice_is_one_over_mu():
 def test_coupling_of_the_circuit_is_beta():
     """With the load open and the mass on its own, the frequency in lock-step is sqrt(1 + beta)."""
     beta, h = 1.25, 0.01
-    eqs = Equations(beta=beta, mu=1e-9, n1=1.0)
+    eqs = linear(beta, 1e-9, c=1e-12, n1=1.0)
     noise = np.zeros(round(60 / h))
     noise[0] = 5.0
     path = worker.path_in_worker(device(eqs, h), noise)
@@ -262,23 +270,60 @@ def test_bridge_in_lock_step():
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
 def test_no_sliver_is_left_before_a_landing(share):
     """A free circuit's step is all of what is left, or at most half of it; the plain load resistor's is all of it."""
-    state = SimpleNamespace(target_time=1.5, free=1, smooth=0)
+    state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=0)
     step = proposed_step.py_func(state, 0.5, share)
     assert step == (1.0 if share >= 1.0 else min(share, 0.5))
     assert proposed_step.py_func(SimpleNamespace(target_time=1.5, free=0, smooth=0), 0.5, share) == 1.0
 
 
-def test_burn_in_waits_for_the_smoothing_capacitor():
-    """At least six time constants Rload Csmooth; one of months is cut short at 20,000 time units, with a word."""
-    scene = hv.load("examples/plate_bridge.toml")
+def test_a_leg_after_a_turn_begins_with_a_small_step():
+    """A 64th of a kick's step, however long ngspice's own is; from there on ngspice's own counts again."""
+    state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=1, leg_t=0.5, h=2.0, w0=1.0)
+    assert proposed_step.py_func(state, 0.5, 3.0) == 2.0 / 64.0
+    assert proposed_step.py_func(state, 0.5, 1e-3) == 1e-3
+    assert proposed_step.py_func(state, 0.5 + 1e-6, 0.25) == 0.25
+
+
+@pytest.mark.statistics
+def test_no_step_goes_over_a_switch():
+    """A tenth of ngspice's tolerance changes what SECE delivers by less than .2 %: .04 %, 1.7 % with steps gone over.
+
+    ngspice judges a step by the differences of several; the first one after an impact was much shorter than those.
+    """
+    problem = Problem(hv.load("examples/plate_sece.toml"))
+    one = worker.CoupledDevice(problem.equations, problem.scales, problem.circuit, 1.0 / 15.0, 6)
+    starts = [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7), (1.9, 0.2, 0.6, 0.7), (0.4, 1.3, -0.2, 0.7)]
+    found = tolerance_in_workers(one, np.random.SeedSequence(2).spawn(4), 480, 2.0, math.inf, starts)
+    errors = [abs(each["load"]) for each, _ in found]
+    assert max(errors) < 0.01
+    assert sum(errors) / 4.0 < 0.002
+
+
+@pytest.mark.parametrize("name, most", [("parallel_sshi", 18.0), ("series_sshi", 11.0)])
+def test_a_switching_takes_few_steps(name, most):
+    """Accepted steps a kick, 15.7 and 9.0: with elements L, on which ngspice resolves microvolts, 23.7 and 20.5."""
+    problem = Problem(hv.load(f"examples/plate_{name}.toml"))
+    one = worker.CoupledDevice(problem.equations, problem.scales, problem.circuit, 1.0 / 15.0, 6)
+    seeds, starts = np.random.SeedSequence(2).spawn(2), [(1.6, 0.9, 0.4, 0.7), (0.7, -1.1, -0.5, 0.7)]
+    found = list(worker.measure_in_workers(one, seeds, 960, 2.0, starts=starts))
+    assert sum(each.steps for each in found) / (2 * 960) < most
+
+
+def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
+    """At least six time constants Rload Csmooth; one of months is cut short at 20,000 time units, with a word.
+
+    Of a circuit without an ideal one beside it, whose trajectories would be waited for as long.
+    """
+    scene, own = hv.load("examples/plate_bridge.toml"), tmp_path / "own.cir"
+    own.write_text("* own\n.subckt own p n R=1Meg C=1u\nRseries p a 1k\nCsmooth a n {C}\nRload a n {R}\n.ends\n")
 
     def examined(farad):
-        load = hv.Load(netlist="bridge", parameters={"R": 1e6, "C": farad})
+        load = hv.Load(netlist=str(own), parameters={"R": 1e6, "C": farad})
         ready = prepare(Problem(scene.with_load(load)), hv.Spice())
         return ready.burn_in, ready.warnings
 
     w0 = 20.0
-    assert 6 * 100.0 * w0 <= examined(1e-4)[0] <= 4e4
+    assert 6 * 100.0 * w0 <= examined(1e-4)[0] <= 1.5e4
     burn_in, warnings = examined(1.0)
     assert burn_in == 2e4
     assert "before the load's capacitor was charged" in warnings[-1]

@@ -144,8 +144,7 @@ def test_agreement_with_the_whole_device(apart, load, drive):
     assert np.log2(voltages[0] / voltages[2]) / 2 > 1.7
 
 
-@pytest.mark.parametrize("drive", DRIVES)
-def test_agreement_of_parallel_sshi(apart, drive):
+def test_agreement_of_parallel_sshi(apart, drive="harmonic"):
     """To 1e-3 in the voltage and in the power at h = .003, where ngspice's tolerance is 1e-6 in place of 1e-4.
 
     The voltage jumps by twice its size within .02: switching late by 1e-4 is a difference of 1e-3 in it.
@@ -156,8 +155,7 @@ def test_agreement_of_parallel_sshi(apart, drive):
     assert voltages[0] > 4 * voltages[1]
 
 
-@pytest.mark.parametrize("drive", DRIVES)
-def test_limit_of_parallel_sshi(apart, drive):
+def test_limit_of_parallel_sshi(apart, drive="recorded"):
     """At ngspice's tolerance of 1e-4, the lock-step's own: 2e-3 in the power, 2e-2 in the voltage, which jumps."""
     voltage, power = deviation(apart, "parallel_sshi", drive, 0.00625)
     assert abs(power) < 2e-3

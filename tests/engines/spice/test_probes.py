@@ -1,10 +1,15 @@
 """What a run tells of the circuit beside the power: probes with errors, and each element's share of the energy."""
 
+import dataclasses
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.engines.spice.probes import watch_of, with_sampled_probes
+from harvester.equations.problem import Problem
 from tests.support.judge import fault
 
 DRIVEN = """
@@ -49,16 +54,49 @@ def test_steady_probes_and_ledger(tmp_path, harvester):
 
 @pytest.mark.ngspice
 def test_sampled_probes():
-    """Under noise the errors are of sampling, and the step's is named as not known."""
-    bridge = hv.load("examples/plate_bridge.toml")
-    found = hv.Spice(alone=True, trajectories=4, duration="2 s", probe=("store", "i(d1)")).run(bridge)
+    """Under noise the errors are of sampling, of the step and of ngspice's tolerance; Rload's probe is its power."""
+    noisy = DRIVEN.replace('_amplitude = "0.05 g"', '_psd = "1e-5 g^2/Hz"').replace("frequency = 3.2", "")
+    bridge = hv.loads(noisy.replace("3e-7", "3e-8"))
+    probed = hv.Spice(alone=True, trajectories=8, duration="1 s", probe=("store", "i(d1)", "p(load)"), ledger=True)
+    found = probed.run(bridge)
     store, current = found.probes["store"], found.probes["i(d1)"]
     assert (store.unit, current.unit) == ("V", "A")
-    assert store.window == pytest.approx(2.0, rel=0.1)
+    assert store.window == pytest.approx(1.0, rel=0.1)
     assert 0.0 < store.mean.stderr < store.mean.value
-    assert store.mean.whole_error95 is None
+    load, power = found.probes["p(load)"], found.mean_power
+    assert load.mean.value == pytest.approx(power.value, rel=1e-3)
+    assert load.mean.stderr == pytest.approx(power.stderr, rel=1e-3)
+    for value in vars(load).values():
+        if isinstance(value, hv.Value):
+            assert 0.0 < value.bias < 0.2 * value.value and value.whole_error95 > value.sampling95
+    assert found.details["error_of_ledger_circuit_d1"] > 0.0
+    assert "ledger circuit d1" in str(found) and "(95 %) nW" in str(found)
     assert current.least.value < 0.0 < current.mean.value < current.largest.value
     assert "store (least and largest in" in str(found)
+
+
+def test_errors_of_sampled_probes():
+    """A change by twice the step is a third of its error in a mean, all of it in an extreme; without it: not known."""
+    problem = Problem.of("examples/plate_bridge.toml")
+    answer = dataclasses.replace(hv.Exact().run("examples/plate.toml"), details={"duration": 1.0})
+    rng = np.random.default_rng(1)
+    fine = 4.0 + 0.1 * rng.standard_normal((8, 1, 4))
+    coarse = fine + np.array([0.3, 2.4, 0.3, -0.3])
+    both = ([SimpleNamespace(probed=one) for one in several] for several in (fine, coarse))
+    runs = SimpleNamespace(**dict(zip(("done", "coarse"), both, strict=True)), followed=8, probed_tolerance=0.0)
+    watch = watch_of(problem, "store", False)
+    store = with_sampled_probes(answer, problem, watch, runs).probes["store"]
+    root = 0.8 / (2.0 * store.rms.value)
+    assert [one.bias for one in (store.mean, store.rms, store.least, store.largest)] == [
+        pytest.approx(error) for error in (0.1, root, 0.3, 0.3)
+    ]
+    assert store.mean.stderr == pytest.approx(fine[:, 0, 0].std(ddof=1) / np.sqrt(8))
+    runs.probed_tolerance = np.array([[0.01, 0.0, 0.0, 0.0]])
+    mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
+    assert mean.bias == pytest.approx(0.1 + 0.01 * store.rms.value)
+    runs.followed, runs.probed_tolerance = 0, None
+    mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
+    assert mean.whole_error95 is None and mean.unknown == "the step and ngspice's tolerance"
 
 
 def test_other_engines_have_no_circuit(harvester):

@@ -137,14 +137,14 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
 
     def measure(*given):
         found.append(given[5] - time.monotonic())
-        raise OutOfTimeError("it is enough to know the deadline")
+        raise CircuitError("it is enough to know the deadline")
 
     monkeypatch.setattr(spice, "machine_code", iter(files).__next__)
     monkeypatch.setattr(worker, "warm_up_workers", lambda *_: warm)
     monkeypatch.setattr(worker, "measure_in_workers", measure)
     ready = spice.prepare(Problem.of("examples/plate.toml"), hv.Spice())
     monkeypatch.setattr(spice, "prepare", lambda *_, **__: dataclasses.replace(ready, seconds=0.0))
-    with pytest.raises(OutOfTimeError):
+    with pytest.raises(CircuitError):
         hv.Spice(budget=10.0).run("examples/plate.toml")
     assert found == [pytest.approx(left, abs=0.5)]
 
@@ -161,6 +161,17 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, budget, said):
     spice.pursue(runs, Target(0.05, budget), False)
     assert said in runs.ready.warnings[-1]
     assert len(runs.done) == 8
+
+
+def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
+    """The split may ask for less than a pair and for no longer ensemble, which once went round for ever."""
+    runs, asked = made_up(), []
+    found = iter(Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025))
+    monkeypatch.setattr(runs, "power", lambda: next(found))
+    monkeypatch.setattr(runs, "asked_for", lambda found, variance: (0.8, 0.0))
+    monkeypatch.setattr(runs, "more", asked.append)
+    spice.pursue(runs, Target(0.05), False)
+    assert asked == [2]
 
 
 def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):

@@ -7,19 +7,22 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 from scipy.stats import kstest
 
+from harvester.averaging.kramers import hopping_rates
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.hopping import hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
-from tests.support.systems import PAPER, changed, z
+from tests.support.systems import PAPER, changed, padded, z
 
 pytestmark = pytest.mark.statistics
 
 SEED = np.random.SeedSequence(20261124)
 C, N1 = 0.1, 0.02
-BASE = Equations(c1=-C, n1=N1)
+SPRING = {"linear": 1.0, "alpha2": 0.0}
+BASE = padded(Equations(c1=-C, n1=N1), **SPRING)
 BISTABLE = changed(BASE, linear=-1.0, alpha=1.0)
 SCENES = {
     "bistable": BISTABLE,
@@ -55,14 +58,14 @@ def exact(eqs):
 @pytest.mark.parametrize("name", SCENES)
 def test_gibbs_law(name):
     """Kolmogorov-Smirnov at 1 % with one sample a trajectory, of x and of x'; E[x'^2] = N1/c; rate of impacts."""
-    eqs = SCENES[name]
+    eqs = changed(SCENES[name], c1=-2.0 * C, n1=2.0 * N1)  # the same law, and sooner
     many = Trajectories(eqs, 8192, SEED, 0.04)
     assert burn_in(many) == []
     x, v, _ = many.snapshot()
     grid, p, cdf = exact(eqs)
     assert kstest(x, lambda at: np.interp(at, grid, cdf)).pvalue > 0.01
     assert kstest(v / math.sqrt(N1 / C), "norm").pvalue > 0.01
-    moments = many.run(100.0)
+    moments = many.run(50.0)
     assert abs(z(moments.mean("v2"), N1 / C)) < 4
     # flux p(x_stop) E[|v|]/2 at each stop, both ways where the stop is compliant
     places = [-(eqs.gap or 0.0)] if eqs.restitution or eqs.stop_stiffness else []
@@ -75,22 +78,21 @@ def test_gibbs_law(name):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"gap": 0.4},
+        {"gap": 0.4, "alpha2": 0.5},
         {"gap": -0.2},
         {"gap": 0.3, "opposite_gap": 0.5, "opposite_restitution": 0.6},
         {"gap": 0.3, "opposite_gap": -0.1, "opposite_restitution": 0.3},
         {"restitution": None, "stop_stiffness": 1e4, "stop_damping": 5.0},
         {"restitution": None, "stop_stiffness": 3.0, "stop_damping": 1.0, "gap": -0.1},
         {"restitution": None, "linear": -1.0, "alpha": 2.0},
-        {"alpha2": 0.5},
         {"n1": None, "n2": 0.4, "c1": -0.01, "gap": 0.3, "opposite_gap": 0.5, "opposite_restitution": 0.6},
-        {"n1": None, "n2": 0.4, "c1": -0.01, "gap": -0.2},
+        {"n1": None, "n2": 0.4, "c1": -0.01, "gap": -0.2, "opposite_gap": 9.0, "opposite_restitution": 0.6},
     ],
     ids=str,
 )
 def test_power_balance_and_identities(changes):
     """Input = friction + load + stops, and E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2]."""
-    eqs = changed(PAPER, beta=0.3, mu=0.4, **changes)
+    eqs = padded(changed(PAPER, beta=0.3, mu=0.4, **changes), **SPRING)
     many = Trajectories(eqs, 2048, SEED, 0.02)
     burn_in(many)
     moments = many.run(200.0)
@@ -142,7 +144,32 @@ def test_burn_in_waits_for_rare_hops():
     assert abs(z(mean_and_error(many.snapshot()[0]), mean)) < 4
 
 
-def test_hops_too_rare_to_wait_for_are_a_warning(monkeypatch):
+def test_hops_too_rare_to_wait_for(monkeypatch):
+    """E[x^2] of Gibbs lies between those of the two wells, which are known long before the shares of the wells are."""
     monkeypatch.setattr(settling, "LONGEST", 4e3)
-    many = Trajectories(changed(BISTABLE, alpha2=0.12, n1=0.0015), 512, SEED, 0.08)
-    assert "of the response's own memory" in burn_in(many)[0]
+    eqs = changed(BISTABLE, alpha2=0.12, n1=0.003)
+    many = Trajectories(eqs, 4096, SEED, 0.06)
+    assert burn_in(many) == []
+    assert many.time < 1e3
+    value = many.hopping.mean(many.run(200.0).x2)
+    x = np.linspace(-4, 4, 40_001)
+    p = np.exp(-C / eqs.n1 * energy(eqs, x))
+    away = np.trapezoid(x * x * p, x) / np.trapezoid(p, x) - value.value
+    assert 20.0 * value.stderr < value.model
+    assert 0.5 * value.model < away < value.model + 4.0 * value.stderr  # the left well is far the deeper one
+
+
+@pytest.mark.parametrize(("c", "alpha2"), [(0.05, 0.05), (1.0, 0.05)])
+def test_hops_are_as_rare_as_kramers_says(c, alpha2):
+    """Weak and strong damping, wells eight times deeper than the noise is strong: to a sixth, as 1/8 is left out."""
+    plain = Equations(linear=-1.0, alpha=1.0, alpha2=alpha2, c1=-c, n1=0.03 * c)
+    eqs = padded(plain)
+    many = Trajectories(eqs, 8192, SEED, 0.06)
+    many.run(500.0)  # until the wells are stationary
+    early = hopping(eqs, many.start[0], many.snapshot()[0], many.time)
+    many.run(1500.0)
+    late = hopping(eqs, many.start[0], many.snapshot()[0], many.time)
+    gone = [-math.log(1.0 - one.rate * one.time) for one in (early, late)]
+    rate = (gone[1] - gone[0]) / 1500.0
+    scatter = 1.0 / math.sqrt(late.hops - early.hops)
+    assert abs(rate / sum(hopping_rates(plain)) - 1.0) < 1.0 / 6.0 + 2.0 * scatter < 0.3

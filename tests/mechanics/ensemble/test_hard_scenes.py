@@ -16,7 +16,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop, meeting, relaxation
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
-from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, scene, z
+from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, padded, scene, z
 from tests.support.to_scene import equations
 
 pytestmark = pytest.mark.statistics
@@ -28,12 +28,12 @@ coarse = pytest.mark.parametrize("h", [0.5, 0.05, 0.005])
 
 def quiet(eqs, duration, h, start, stride=1):
     """A trajectory without noise."""
-    return trace(eqs, np.zeros(round(duration / h)), h, stride, start)
+    return trace(padded(eqs), np.zeros(round(duration / h)), h, stride, start)
 
 
 def averages(eqs, trajectories, h, burn_in, duration):
     """Moments of an ensemble from rest, after a burn-in."""
-    many = Trajectories(eqs, trajectories, SEED, h)
+    many = Trajectories(padded(eqs), trajectories, SEED, h)
     many.run(burn_in)
     return many.run(duration)
 
@@ -99,7 +99,7 @@ def test_law_of_first_return(eta, allowed):
 
     Below the restitution coefficient exp(-pi/sqrt 3) = .1630 the impacts of a free particle therefore pile up.
     """
-    log_w = np.sort(np.log(returns(eta, 60_000, 1)))
+    log_w = np.sort(np.log(returns(eta, 60_000 if eta > 0.01 else 15_000, 1)))
     n = log_w.size
     distance = abs(return_law(log_w) - np.arange(n) / n).max()
     assert distance < 1.95 / np.sqrt(n) + allowed  # Kolmogorov's 1e-3 point
@@ -142,7 +142,7 @@ def test_no_restitution_without_noise_rests_after_the_first_impact(h):
     assert path.impacts[0] == pytest.approx((np.pi / 2, 1.0), abs=0.2 * h * h + 1e-9)
     assert not path.x[after].any()
     assert not path.v[after].any()
-    many = Trajectories(eqs, 64, SEED, h)
+    many = Trajectories(padded(eqs), 64, SEED, h, np.array([1.0, 0.0, 0.0]))
     many.run(10.0)
     assert not many.snapshot()[:2].any()
 
@@ -189,7 +189,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
     exact, _ = event_driven(eqs, start, 1.1, path.t)
     assert (path.x > 0.0).all()
     assert path.readings[:, 2:] == pytest.approx(exact, abs=0.3 * h * h)
-    many = Trajectories(eqs, 64, SEED, h, np.array(start))
+    many = Trajectories(padded(eqs), 64, SEED, h, np.array(start))
     many.run(h)
     assert many.snapshot()[0].min() > 0.0
 
@@ -199,7 +199,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
 @pytest.mark.parametrize("r", [None, 0.96])
 def test_quintic_damping_never_blows_up(x0, h, r):
     """c3 = .1 from far out: no growth at any sensible step, bounded at every other one, with noise and without."""
-    eqs = Equations(alpha=0.5, c3=0.1, restitution=r)
+    eqs = padded(Equations(alpha=0.5, c3=0.1, restitution=r))
     path = quiet(eqs, max(200.0, 200 * h), h, (x0, 0.0, 0.0))
     assert abs(path.x).max() <= (x0 if h < 1.0 else max(x0, 10.0 * h))
     assert abs(path.v).max() < 10.0
@@ -214,7 +214,7 @@ def test_stiff_damping_never_blows_up(h):
     The spring, which is not in that closed form, moves the slow mass in the longest of the steps alone.
     """
     c, n1 = 1e4, 1.0
-    many = Trajectories(Equations(c1=-c, n1=n1), 4096, SEED, h)
+    many = Trajectories(padded(Equations(c1=-c, n1=n1)), 4096, SEED, h)
     many.run(100 * h)
     moments = many.run(1000 * h)
     assert np.isfinite(moments.v2).all()
@@ -256,7 +256,7 @@ def test_open_circuit_conserves_its_charge(h, r):
 @coarse
 def test_slow_load_is_waited_for(h):
     """mu = 1e-4: the burn-in lasts 5/mu, and E[V^2] is that of the Lyapunov equation."""
-    eqs = linear(0.05, 1e-4, c=0.2)
+    eqs = padded(linear(0.05, 1e-4, c=0.2))
     many = Trajectories(eqs, 64, SEED, h)
     assert burn_in(many) == (["step 0.5 is coarse for a response of frequency 1.02"] if h == 0.5 else [])
     assert many.time >= 5e4
@@ -267,7 +267,7 @@ def test_slow_load_is_waited_for(h):
 @coarse
 def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e3)
-    many = Trajectories(linear(0.05, 1e-6), 64, SEED, h)
+    many = Trajectories(padded(linear(0.05, 1e-6)), 64, SEED, h)
     warnings = burn_in(many)
     assert "of the load's memory, 1/mu = 1e+06" in warnings[0]
     assert many.time < 1e4
@@ -287,7 +287,7 @@ def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
 def test_lossless_motion_keeps_its_energy(eqs, start, h, periods):
     """r = 1 - 1e-12, no loss, no noise: energy (with beta V^2/2, open circuit) does not drift in 1e5 periods."""
     steps = round(periods * 2 * np.pi / h)
-    path = trace(eqs, np.zeros(steps), h, steps // 100_000, start)
+    path = trace(padded(eqs), np.zeros(steps), h, steps // 100_000, start)
     x, v, V = path.readings[:, 2:].T
     energy = 0.5 * v**2 + 0.5 * x**2 + 0.25 * (eqs.alpha or 0.0) * x**4 + 0.5 * (eqs.beta or 0.0) * V**2
     slices = energy[: len(energy) // 20 * 20].reshape(20, -1).mean(axis=1)
@@ -352,7 +352,7 @@ def test_at_rest_without_external_noise_nothing_moves(h, r):
 def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
     """p ~ exp(-c H/N1) with r = 1: E[x'^2] = N1/c and E[x^2]; steps in parts of the response's own time."""
     c = 0.5
-    eqs = Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0)
+    eqs = padded(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0))
     unit = min(np.sqrt(n1 / c), (n1 / c / alpha) ** 0.25)  # x scaled, so that the integrand is of order one
     weight = lambda x: np.exp(-c / n1 * (unit**2 * x**2 / 2 + alpha * unit**4 * x**4 / 4))  # noqa: E731
     x2 = unit**2 * quad(lambda x: x * x * weight(x), 0, 12)[0] / quad(weight, 0, 12)[0]
@@ -375,7 +375,7 @@ def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
 )
 def test_growth_without_bound_is_a_named_error(eqs, h):
     with pytest.raises(UnboundedResponseError, match="grows without bound") as caught:
-        burn_in(Trajectories(eqs, 64, SEED, h))
+        burn_in(Trajectories(padded(eqs), 64, SEED, h))
     assert "nan" not in str(caught.value)
 
 
@@ -383,13 +383,13 @@ def test_growth_without_bound_is_a_named_error(eqs, h):
 def test_a_step_that_feeds_energy_is_named(h):
     """The step's own instability (h w > 2) is not blamed on the scene, which is bounded."""
     with pytest.raises(UnboundedResponseError, match="the step itself feeds energy: give a `dt` below 2/w0"):
-        burn_in(Trajectories(Equations(c1=-0.05, n1=0.01), 64, SEED, h))
+        burn_in(Trajectories(padded(Equations(c1=-0.05, n1=0.01)), 64, SEED, h))
 
 
 @pytest.mark.parametrize("n1", [1e-6, 1e-12, 1e-20])
 def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     """From a noise however weak to the limit cycle c3 A^4/8 = c1: many decades, but bounded."""
-    many = Trajectories(Equations(c1=0.02, c3=0.1, n1=n1), 64, SEED, 0.05)
+    many = Trajectories(padded(Equations(c1=0.02, c3=0.1, n1=n1)), 64, SEED, 0.05)
     assert burn_in(many) == []
     assert 2 * many.run(200.0).mean("x2")[0] == pytest.approx(np.sqrt(8 * 0.02 / 0.1), rel=0.01)
 
@@ -397,7 +397,7 @@ def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
 def test_bounded_but_too_slow_is_not_called_unbounded(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 1e3)
     with pytest.raises(SimulationError, match="no stationary response was seen") as caught:
-        burn_in(Trajectories(Equations(c1=-1e-6, n1=0.01), 64, SEED))
+        burn_in(Trajectories(linear(0.0, 1.0, c=1e-6), 64, SEED))
     assert not isinstance(caught.value, UnboundedResponseError)
 
 
@@ -455,19 +455,17 @@ def test_path_without_noise_is_of_second_order(eqs, start, duration):
 
 @pytest.mark.parametrize("name", ["alpha", "beta", "mu", "c1", "c2", "c3", "n1", "n2", "n12"])
 def test_removing_an_effect_equals_never_having_it(name):
-    """Bit for bit: a scene whose coefficient is zero, and a scene that does not name it."""
+    """A scene whose coefficient is zero is that which does not name it."""
     others = {"n1": {"n12": None}, "c3": {"c2": None}}.get(name, {})  # that cannot be without it
     base = changed(PAPER, **{name: None}, **others)
-    zeroed = equations(scene(changed(base, **{name: 0.0})))
-    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (zeroed, base))
-    assert all((getattr(a, k) == getattr(b, k)).all() for k in vars(a) if k != "controls")
+    assert equations(scene(changed(base, **{name: 0.0}))) == equations(scene(base)) == base
 
 
-@pytest.mark.parametrize("name", ["alpha", "beta", "c1", "c2", "c3", "n2", "n12"])
-def test_absent_effect_is_one_of_no_strength(name):
-    """The code without an effect does what the code with it does at strength zero, up to rounding."""
-    base = changed(PAPER, **{name: None}, **({"c2": None} if name == "c3" else {}))
-    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **{name: 0.0}), base))
+@pytest.mark.parametrize("names", [("alpha", "c1", "n12"), ("beta", "c2", "c3"), ("c2", "n2")])
+def test_absent_effects_are_those_of_no_strength(names):
+    """The code without some effects does what the code with them does at strength zero, up to rounding."""
+    base = changed(PAPER, **dict.fromkeys(names))
+    a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **dict.fromkeys(names, 0.0)), base))
     assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a) if k != "controls")
 
 

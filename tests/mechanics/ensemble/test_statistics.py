@@ -13,7 +13,7 @@ from harvester.mechanics.kernels.noise import gaussian_grid, refined
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.histograms import densities
-from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, z
+from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, padded, z
 
 pytestmark = pytest.mark.statistics
 
@@ -312,7 +312,7 @@ def test_snapshot_is_the_reading_half_a_step_later():
 def test_start_of_every_trajectory():
     """A start each: trajectories keep their places, x = x0 cos t + v0 sin t and V - x = V0 - x0 without a load."""
     x0, v0, V0 = start = np.random.default_rng(1).uniform(0.1, 1.0, (3, 128))
-    many = Trajectories(Equations(n1=1e-12), 128, SEED, 1e-3, start)
+    many = Trajectories(padded(Equations(beta=0.0, n1=1e-12)), 128, SEED, 1e-3, start)
     many.run(1.0)
     x, v, V = many.snapshot()
     t = many.time
@@ -340,9 +340,9 @@ def random_scene(rng):
     )
     kind = rng.integers(4)
     if kind == 1:
-        return changed(eqs, restitution=None, n2=None)
+        return changed(eqs, restitution=None)
     if kind == 2:
-        return changed(eqs, c1=-abs(eqs.c1), c2=None, c3=None, n2=None)
+        return changed(eqs, c1=-abs(eqs.c1), n2=None)
     if kind == 3:
         return changed(eqs, n12=0.5 * float(np.sqrt(eqs.n1 * eqs.n2)))
     return eqs

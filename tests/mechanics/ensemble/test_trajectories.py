@@ -13,7 +13,7 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.uncertainty.value import mean_and_error
-from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, lyapunov, z
+from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, lyapunov, padded, z
 
 pytestmark = pytest.mark.statistics
 
@@ -52,8 +52,11 @@ def test_paper_scene_against_an_independent_monte_carlo():
     assert value == pytest.approx(0.0881, rel=0.01)
 
 
-@pytest.mark.parametrize("r", [None, 1.0, 0.96, 0.5, 0.0])
-@pytest.mark.parametrize("base", [PAPER, linear(1.25, 1.0)], ids=["paper", "plate"])
+@pytest.mark.parametrize(
+    ("base", "r"),
+    [*((PAPER, r) for r in (None, 0.96, 0.0)), *((linear(1.25, 1.0), r) for r in (1.0, 0.5))],
+    ids=["paper-None", "paper-0.96", "paper-0.0", "plate-1.0", "plate-0.5"],
+)
 def test_identities(base, r):
     """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], power in = power out."""
     eqs = changed(base, restitution=r)
@@ -78,7 +81,7 @@ def test_gibbs_law_with_a_stop():
     from scipy.integrate import quad
 
     alpha, c, n1 = 2.0, 0.05, 0.02
-    eqs = Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0)
+    eqs = padded(Equations(alpha=alpha, c1=-c, n1=n1, restitution=1.0))
     moments = settled(eqs, h=0.04)
     weight = lambda x: np.exp(-c / n1 * (x**2 / 2 + alpha * x**4 / 4))  # noqa: E731
     norm = quad(weight, 0, np.inf)[0]
@@ -88,7 +91,7 @@ def test_gibbs_law_with_a_stop():
     # Rice: rate of impacts = p(0) E[|v|]/2, twice over because motion is on one side only
     rate = np.sqrt(n1 / (2 * np.pi * c)) / norm
     assert abs(z(moments.mean("impacts"), rate)) < 4
-    straight = settled(Equations(c1=-c, n1=n1, restitution=1.0), h=0.04)
+    straight = settled(changed(eqs, alpha=0.0), h=0.04)
     assert abs(z(straight.mean("impacts"), 1 / np.pi)) < 4
 
 
@@ -199,14 +202,8 @@ def test_removing_an_effect_equals_never_having_it():
 
 @pytest.mark.parametrize(
     "eqs",
-    [
-        Equations(c1=0.1, c2=0.1, n1=0.01),
-        Equations(c3=-0.1, n1=0.01),
-        Equations(c1=0.01, n1=0.01),
-        Equations(c1=0.3, n1=0.01, alpha=0.5, beta=0.05, mu=1.0),
-        Equations(n1=0.01, n2=4.0, c1=-0.1),
-    ],
-    ids=["x2-feeds", "x4-feeds", "negative-damping", "negative-damping-cubic", "parametric"],
+    [Equations(c1=0.1, c2=0.1, n1=0.01), Equations(c3=-0.1, n1=0.01), Equations(c1=0.01, n1=0.01)],
+    ids=["x2-feeds", "x4-feeds", "negative-damping"],
 )
 def test_unbounded_response_is_a_named_error(eqs, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e4)

@@ -1,15 +1,19 @@
 """Compilation is timed, and told to whoever waits for it at a terminal; what it makes is kept in files."""
 
 import ast
+import fcntl
+import math
 import os
 import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from harvester.mechanics.kernels.compiled import compilation, compiled_sources, kernel
+from harvester.mechanics.kernels.equation_of_motion import carried, decayed
 from tests.support.paths import ROOT
 
 # A small kernel of the package; the file that was imported is that of the copy.
@@ -18,6 +22,7 @@ import sys, numpy as np, harvester
 from harvester.mechanics.kernels.noise import fill_three_point
 assert harvester.__file__.startswith(sys.argv[1])
 fill_three_point(np.empty(8), np.uint64(1), np.uint64(2))
+print(sum(fill_three_point.stats.cache_misses.values()))
 """
 
 
@@ -29,6 +34,13 @@ def test_a_long_first_call_is_told_on_a_terminal(capsys, monkeypatch, terminal, 
         time.sleep(seconds)
     assert took.seconds == pytest.approx(seconds, abs=0.2)
     assert ("compiling" in capsys.readouterr().err) == (terminal and seconds > 0.5)
+
+
+def test_a_part_of_kernels_can_be_called_from_python():
+    """Compiled without what that takes, it would end the program: the call goes to a compilation of its own."""
+    for times in (1, 2):
+        assert decayed(0.3 * times) == pytest.approx(-math.expm1(-0.3 * times))
+    assert carried(0.4, way=0.1, t=0.0, mu=2.0) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("room", [0, 20, -1], ids=["empty", "begun", "nearly whole"])
@@ -60,15 +72,47 @@ def test_constants_of_machine_code_are_in_its_cache_s_name():
 
 
 def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
-    """A copy of the package compiles nothing that the same sources compiled elsewhere, at another time."""
-    found = []
+    """Of two copies of the package that begin at once one compiles, and the other reads what that one has kept."""
+    both = []
     for place in ("here", "there"):
         shutil.copytree(
             ROOT / "harvester", tmp_path / place / "harvester", ignore=shutil.ignore_patterns("__pycache__")
         )
         env = os.environ | {"PYTHONPATH": str(tmp_path / place), "XDG_CACHE_HOME": str(tmp_path / "cache")}
-        subprocess.run(
-            [sys.executable, "-c", CALL, str(tmp_path / place)], env=env, cwd=tmp_path, check=True, timeout=60
-        )
-        found.append({file.name: file.stat().st_mtime_ns for file in (tmp_path / "cache").rglob("*.nbc")})
-    assert found[0] == found[1] != {}
+        call = [sys.executable, "-c", CALL, str(tmp_path / place)]
+        both.append(subprocess.Popen(call, env=env, cwd=tmp_path, stdout=subprocess.PIPE, text=True))
+    assert sorted(one.communicate(timeout=60)[0].strip() for one in both) == ["0", "1"]
+    (kept,) = (tmp_path / "cache").rglob("*.nbc")
+    assert "fill_three_point" in kept.name
+
+
+def test_a_kernel_waits_for_the_process_that_compiles_it(tmp_path, monkeypatch):
+    """And reads what that one has kept; it does not wait for ever for one that was stopped; one at a time writes."""
+    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path))
+
+    def half(x):
+        return 0.5 * x
+
+    assert kernel(half)(1.0) == 0.5
+    (index,), (turn,), (written,) = (list(tmp_path.rglob(f"*{end}")) for end in (".nbi", ".turn-*", ".written"))
+    same, hidden = kernel(half), index.with_suffix(".hidden")
+    with ThreadPoolExecutor(1) as pool, turn.open("ab") as of_turn, written.open("ab") as of_writing:
+        fcntl.flock(of_turn, fcntl.LOCK_EX)
+        index.rename(hidden)
+        waiting = pool.submit(same, 2.0)
+        with pytest.raises(TimeoutError):
+            waiting.result(timeout=0.5)
+        hidden.rename(index)
+        fcntl.flock(of_turn, fcntl.LOCK_UN)
+        assert waiting.result(timeout=60) == 1.0
+        assert sum(same.stats.cache_misses.values()) == 0
+        fcntl.flock(of_writing, fcntl.LOCK_EX)
+        writing = pool.submit(kernel(half), 4)
+        with pytest.raises(TimeoutError):
+            writing.result(timeout=0.5)
+        fcntl.flock(of_writing, fcntl.LOCK_UN)
+        assert writing.result(timeout=60) == 2.0
+        fcntl.flock(of_turn, fcntl.LOCK_EX)
+        index.unlink()
+        monkeypatch.setattr("harvester.mechanics.kernels.kept_files.LONGEST_TURN", 0.1)
+        assert kernel(half)(3.0) == 1.5

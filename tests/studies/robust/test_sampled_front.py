@@ -1,11 +1,12 @@
 """The front by an engine that samples: which designs are on it, and which cannot be told from it."""
 
+import dataclasses
 import json
 
 import pytest
 
 import harvester as hv
-from harvester.studies.robust.front import FrontPoint
+from harvester.studies.robust.front import Front, FrontPoint
 from harvester.studies.robust.sampled_front import split
 from tests.support import systems
 from tests.support.paths import ROOT
@@ -26,6 +27,18 @@ def test_a_design_beaten_within_the_errors_is_said():
     exact = [design(one.mean_power.value, one.quantity) for one in designs]
     assert split(exact, -1)[1] == ()
     assert [one.quantity for one in split(designs, 1)[0]] == [5.0, 3.1, 3.0]  # high: each has more power than the last
+
+
+def test_the_picture_has_bars_both_ways_on_every_design():
+    """The designs that cannot be told from the front, too: their errors are why."""
+    found = Front("ensemble", "peak_voltage", -1, (design(1.0, 1.0, 0.2), design(3.0, 3.0, 0.2)), False, 1.0, ())
+    found = dataclasses.replace(found, alike=(design(2.9, 3.1, 0.3),))
+    wide = []
+    for bars in found.plot().figure.axes[0].collections:
+        for (x0, y0), (x1, y1) in bars.get_segments():
+            if y0 == y1:
+                wide.append((y0, round(x1 - x0, 9)))
+    assert sorted(wide) == [(1.0, 0.4), (2.9, 0.6), (3.0, 0.4)]
 
 
 @pytest.mark.slow

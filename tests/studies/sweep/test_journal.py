@@ -13,7 +13,7 @@ import sys
 import pytest
 
 from harvester.errors import InputError
-from harvester.studies.sweep.journal import NAME, SAME, Journal, identity
+from harvester.studies.sweep.journal import SWEEP, Journal, identity
 from harvester.studies.sweep.rows import COLUMNS
 
 PARTS = {"scene_digest": "a", "netlist": None, "vary": {"x": [1.0]}, "engines": {}}
@@ -89,9 +89,9 @@ def test_a_file_cut_off_is_no_journal(tmp_path, journal, cut):
     """None, so that sweep.csv is read instead; a new one can be begun in its place."""
     journal.add([(0, 0, row("1")), (1, 0, row("2"))])
     journal.close()
-    whole = (tmp_path / NAME).read_bytes()
+    whole = (tmp_path / SWEEP.file).read_bytes()
     assert len(whole) > 9000
-    (tmp_path / NAME).write_bytes(whole[:cut])
+    (tmp_path / SWEEP.file).write_bytes(whole[:cut])
     assert earlier(tmp_path) is None
     again = Journal(tmp_path)
     again.begin(NOW, [(1, 0, row("2"))])
@@ -106,7 +106,7 @@ OLD = b'{"sweep": {"vary": "a"}}\n[0, 0, "averaged"]\n'  # as versions before th
 def test_what_is_no_journal(tmp_path, text):
     assert earlier(tmp_path) is None
     assert list(tmp_path.iterdir()) == []  # only asked
-    (tmp_path / NAME).write_bytes(text)
+    (tmp_path / SWEEP.file).write_bytes(text)
     assert earlier(tmp_path) is None
     begun = Journal(tmp_path)
     begun.begin(NOW, [])
@@ -116,7 +116,7 @@ def test_what_is_no_journal(tmp_path, text):
 
 
 def test_a_database_of_something_else(tmp_path):
-    with sqlite3.connect(tmp_path / NAME) as database:
+    with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute("CREATE TABLE rows (a, b)")
     database.close()
     assert earlier(tmp_path) is None
@@ -126,7 +126,7 @@ def test_a_database_of_something_else(tmp_path):
     begun.close()
 
 
-@pytest.mark.parametrize("what", SAME)
+@pytest.mark.parametrize("what", SWEEP.same)
 def test_another_sweep_is_refused(tmp_path, journal, what):
     journal.close()
     line = f"`resume` must continue the same sweep, but {what} in '{tmp_path}' is another: use another `out`"
@@ -140,7 +140,7 @@ def test_identity_knows_each_part():
     other["vary"] = {"y": [2.0], "x": [1.0]}  # another order of the points
     for what, value in other.items():
         one, two = identity(parts), identity(parts | {what: value})
-        assert [k for k in SAME if one[k] != two[k]] == [what]
+        assert [k for k in SWEEP.same if one[k] != two[k]] == [what]
     assert identity(json.loads(json.dumps(parts))) == identity(parts)
 
 
@@ -166,7 +166,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
-@pytest.mark.parametrize("name", [NAME, f"{NAME}-journal"])
+@pytest.mark.parametrize("name", [SWEEP.file, f"{SWEEP.file}-journal"])
 def test_no_file_in_its_place(tmp_path, name, make):
     """A pipe too, which would be waited for without end."""
     make(tmp_path / name)
@@ -174,7 +174,7 @@ def test_no_file_in_its_place(tmp_path, name, make):
     line = f"^`out` must take sweep.journal, but there is a {name} that is no file: remove it$"
     with pytest.raises(InputError, match=line):
         made.begin(NOW, [])
-    if name == NAME:
+    if name == SWEEP.file:
         with pytest.raises(InputError, match=line):
             made.earlier(NOW)
     made.close()
@@ -221,10 +221,10 @@ def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
         journal.add([(1, 0, row("1.2345"))])
     journal.close()
     assert len(earlier(tmp_path)) in (1, 2)
-    with sqlite3.connect(tmp_path / NAME) as database:
+    with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute(change.format(cells=", ".join(COLUMNS)))
     database.close()
-    line = f"{ROW}added since: remove '{tmp_path / NAME}' to go on from sweep.csv"
+    line = f"{ROW}added since: remove '{tmp_path / SWEEP.file}' to go on from sweep.csv"
     with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
         earlier(tmp_path)
 
@@ -232,7 +232,7 @@ def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
 def test_versions_changed_in_the_journal_are_refused(tmp_path, journal):
     journal.add([(1, 0, row("1"))])
     journal.close()
-    with sqlite3.connect(tmp_path / NAME) as database:
+    with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute("UPDATE identity SET hash = 'numpy 3' WHERE what = 'versions'")
     database.close()
     with pytest.raises(InputError, match="was changed or added since"):

@@ -20,7 +20,7 @@ sys.path.append(str(ROOT / "benchmarks"))
 kills = importlib.import_module("kills")
 
 PLATE = str(ROOT / "examples" / "plate.toml")
-POINTS = 12
+POINTS = 12  # of three rows; two ends of the program leave the last ones undone, on a busy machine too
 
 
 def until(condition, seconds=60.0):
@@ -31,35 +31,40 @@ def until(condition, seconds=60.0):
     return condition()
 
 
-def finished(command):
-    """Whether a sweep ran to its end without a word."""
-    program = kills.start(command)
-    return (complaints(program.communicate(timeout=120)[1]), program.returncode) == ("", 0)
+def rows(out):
+    """How many rows the journal has, 0 where there is none."""
+    return kills.rows(out) or 0
 
 
-def test_kills_and_resumes(tmp_path):
+def finished(harvester, command):
+    """Whether the sweep, in this process, comes to its end without a word."""
+    words = command[command.index("harvester") + 1 :]
+    words[words.index("--workers") + 1] = "1"
+    status, _, said = harvester(*words)
+    return (status, complaints(said)) == (0, "")
+
+
+def test_kills_and_resumes(tmp_path, harvester):
     """A worker and then the program are killed, on resuming an ngspice, and then ^C from the terminal reaches all."""
     rng, out, whole = random.Random(3), tmp_path / "out", tmp_path / "whole"
-    alone = kills.command(tmp_path, POINTS, whole)
-    alone[alone.index("--workers") + 1] = "1"
-    assert finished(alone)
+    assert finished(harvester, kills.command(tmp_path, POINTS, whole))
     expected = kills.table(whole)
     assert [row["error"] for row in expected] == [""] * 3 * POINTS
 
     def struck(who, then, status):
         program = kills.start(kills.command(tmp_path, POINTS, out))
-        least = (kills.rows(out) or 0) + rng.randrange(2, 6)
-        assert until(lambda: (kills.rows(out) or 0) >= least and kills.family(program.pid)[who]), program.poll()
+        least = rows(out) + rng.randrange(2, 6)
+        assert until(lambda: rows(out) >= least and kills.family(program.pid)[who]), program.poll()
         os.kill(rng.choice(kills.family(program.pid)[who]), signal.SIGKILL)
-        after = kills.rows(out) + rng.randrange(1, 4)
-        assert until(lambda: kills.rows(out) >= after and len(kills.family(program.pid)["worker"]) == 2)
+        after = rows(out) + rng.randrange(1, 4)
+        assert until(lambda: rows(out) >= after and len(kills.family(program.pid)["worker"]) == 2)
         everyone = [pid for pids in kills.family(program.pid).values() for pid in pids]
-        kept = kills.rows(out)
+        kept = rows(out)
         then(program)
         said = complaints(program.communicate(timeout=60)[1])
         assert program.returncode == status
         assert until(lambda: not any(map(kills.alive, everyone)), 5.0), "outlived the program"
-        assert kills.rows(out) >= kept
+        assert rows(out) >= kept
         return said
 
     assert struck("worker", lambda program: program.kill(), -signal.SIGKILL) == ""
@@ -67,7 +72,7 @@ def test_kills_and_resumes(tmp_path):
     assert said.startswith("harvester: interrupted: ")
     assert said.endswith(f" of {3 * POINTS} rows are in '{out}'; the same command with --resume goes on from there")
     assert "\n" not in said
-    assert finished(kills.command(tmp_path, POINTS, out))
+    assert finished(harvester, kills.command(tmp_path, POINTS, out))
     assert kills.table(out) == expected
     assert {p.name for p in out.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
 
@@ -80,7 +85,7 @@ def program(*arguments, **options):
     return subprocess.run(line, capture_output=True, text=True, check=False, timeout=60, **options)
 
 
-def test_a_full_disk(tmp_path):
+def test_a_full_disk(tmp_path, harvester):
     """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
 
     def little():
@@ -98,7 +103,7 @@ def test_a_full_disk(tmp_path):
     assert 0 < kept < 600
     assert len(kills.table(tmp_path)) == kept
     before = (tmp_path / "sweep.csv").read_text()
-    assert program(*QUICK, tmp_path, "--resume").returncode == 0
+    assert harvester(*QUICK, str(tmp_path), "--resume")[0] == 0
     assert (tmp_path / "sweep.csv").read_text().startswith(before)  # the seconds, too
     assert len(kills.table(tmp_path)) == 600
 
@@ -111,7 +116,7 @@ def test_a_closed_pipe(tmp_path):
 
 
 def test_memory_is_flat():
-    """Of the program, from the 1,000th to the 10,000th point of a sweep; they fail at once, and are rows."""
+    """Of the program, from the 1,000th to the 5,000th point of a sweep; they fail at once, and are rows."""
     code = f"""
 import os, tempfile
 from pathlib import Path
@@ -122,16 +127,16 @@ from harvester.errors import CannotServeError
 memory = []
 def tick(_):
     memory.append(0)
-    if len(memory) in (1000, 10000):
+    if len(memory) in (1000, 5000):
         memory[-1] = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 scene = hv.load({PLATE!r}).with_load(hv.Load(netlist="bridge"))
-axis = read_axis("load.parameters.R=1k:1M:10000")
+axis = read_axis("load.parameters.R=1k:1M:5000")
 try:
     sweep(scene, [axis], engines=[hv.Ensemble()], out=tempfile.mkdtemp(), tick=tick, workers=1)
 except CannotServeError:
-    print(len(memory), memory[9999] - memory[999])
+    print(len(memory), memory[4999] - memory[999])
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     points, grown = map(int, done.stdout.split())
-    assert points == 10_000
-    assert grown < 2e6
+    assert points == 5_000
+    assert grown < 9e5

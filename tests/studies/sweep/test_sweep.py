@@ -19,7 +19,7 @@ FIGURE = hv.load(EXAMPLES / "paper_figure3.toml")
 LOADS = read_axis("load.resistance=1k:10M:3")
 COLUMNS = (
     "engine,mean_square_voltage,mean_square_voltage_stderr,mean_power,mean_power_stderr,seconds,error,"  # the contract
-    "mean_power_bias,warnings"  # added
+    "mean_power_bias,warnings,responses"  # added
 )
 
 

@@ -1,0 +1,244 @@
+"""Circuits times shakings times springs and stops: what `spice` and `ideal` answer, beside a converged reference.
+
+The device is a measured bimorph (Erturk and Inman, Smart Mater. Struct. 18, 025009, 2009).  Under a sinusoid and under
+a record the reference is ngspice alone with the whole device as one netlist (`folded_device.py`): at two longest
+steps, whose difference is its doubt, with the scatter of long windows where the response does not come back.
+Under coloured noise it is `spice` with other noise, at a quarter of the step and a hundredth of the tolerance.
+
+    python benchmarks/products.py                # those not yet in results/products.json; ^C loses nothing
+    python benchmarks/products.py harmonic gap   # those whose name has all these words, anew
+"""
+
+import contextlib
+import itertools
+import json
+import math
+import sys
+import tempfile
+import time
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from common import report
+from folded_device import powers
+
+import harvester as hv
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+
+CIRCUITS = {  # netlist's parameters beside R and C = `SMOOTHED`/R
+    "resistor": {"R": 35e3},
+    "bridge": {"R": 7e4},
+    "doubler": {"R": 2.5e5},
+    "parallel_sshi": {"R": 7e4},
+    "series_sshi": {"R": 1e5},
+    "sece": {"R": 1e5},
+    "sshc": {"R": 7e4},
+    "self_powered_sshi": {"R": 7e4},
+    "ltc3588": {"R": 24e3, "C": 2.2e-6, "Cout": 1e-6},
+    "bq25570": {"R": 1e5, "C": 1e-6, "Cin": 1e-7, "Cout": 1e-6, "every": 0.25, "look": 0.05},
+    "own": {"R": 7e4},
+}
+OWN = """* A bridge of Schottky diodes and a diode that limits its voltage
+.subckt own p n R=70k C=1u
+D1 p a BAT54
+D2 n a BAT54
+D3 b p BAT54
+D4 b n BAT54
+.model limit D(Is=1p N=1 Rs=10 Bv=12 Ibv=10u)
+Dlimit b a limit
+Csmooth a b {C}
+Rload a b {R}
+.ends own
+"""
+SMOOTHED = 0.02  # s: load times smoothing capacitance
+DEVICE = {"mass": 16.542e-3, "stiffness": 1364.1, "damping": 0.25652}
+WELL = 5e-4  # m from the top between two wells to each of their bottoms
+SPRINGS = {  # the oscillator's and stop's keys, the frequency (Hz) and amplitude (g) of the sinusoid
+    "free": ({}, {}, 46.0, 0.25),
+    "stop": ({}, {"restitution": 0.8}, 90.0, 0.5),
+    "gap": ({}, {"restitution": 0.8, "gap": 2e-4}, 50.0, 0.4),
+    "bistable": ({"stiffness": -682.05, "cubic_stiffness": 682.05 / WELL**2}, {}, 40.0, 0.25),
+}
+SHAKINGS = ("harmonic", "recorded", "coloured")
+RECORD = 0.5, 1000.0, (30.0, 80.0), 0.4  # s, samples/s, Hz from and to, g rms
+NOISE = 'acceleration_psd = "4e-3 g^2/Hz"\ncorrelation_time = "3 ms"'
+PERIOD = 1.0 / 46.0  # s, of the free device
+SETTLING = 60  # such periods from rest
+STEPS = 1024, 2048  # of ngspice alone, in such a period; twice as many with a stop
+TOLERANCES = 1e-6, 1e-5, 1e-4  # the first that ngspice alone bears
+BUDGETS = {"harmonic": None, "recorded": "60s", "coloured": "20s"}  # of `spice`
+FINE = "40s"  # of the reference under coloured noise
+RESULTS = Path(__file__).parent / "results" / "products.json"
+
+
+def scene_of(circuit, shaking, spring, folder):
+    """The scene of a product; its record and its own netlist are written to the folder."""
+    springs, stop, frequency, level = SPRINGS[spring]
+    oscillator = DEVICE | springs
+    parameters = {"C": SMOOTHED / CIRCUITS[circuit]["R"]} | CIRCUITS[circuit]
+    if circuit == "resistor":
+        del parameters["C"]
+    netlist = circuit
+    if circuit == "own":
+        netlist = str(folder / "own.cir")
+        Path(netlist).write_text(OWN)
+    if shaking == "harmonic":
+        excitation = f'acceleration_amplitude = "{level} g"\nfrequency = {frequency}'
+    elif shaking == "recorded":
+        (folder / "shake.csv").write_text(recording())
+        excitation = f'acceleration_file = "{folder / "shake.csv"}"'
+    else:
+        excitation = NOISE
+    text = ["[oscillator]", *(f"{key} = {value!r}" for key, value in oscillator.items())]
+    text += ["[piezo]", "coupling = 2.5261e-3", "capacitance = 41.259e-9", "[excitation]", excitation]
+    text += ["[stop]", *(f"{key} = {value!r}" for key, value in stop.items())] if stop else []
+    given = ", ".join(f"{key} = {value!r}" for key, value in parameters.items())
+    text += ["[load]", f'netlist = "{netlist}"', f"parameters = {{ {given} }}"]
+    path = folder / "scene.toml"
+    path.write_text("\n".join(text) + "\n")
+    return hv.load(path)
+
+
+def recording():
+    """A record that begins and ends at rest: lines of random phase in a band."""
+    duration, rate, (low, high), rms = RECORD
+    t = np.arange(round(duration * rate)) / rate
+    lines = np.arange(math.ceil(low * duration), math.floor(high * duration) + 1) / duration
+    phases = np.random.default_rng(5).uniform(0.0, 2.0 * math.pi, len(lines))
+    a = np.cos(2.0 * math.pi * np.outer(t, lines) + phases).sum(axis=1)
+    a *= np.sin(math.pi * t / duration) ** 2
+    a *= rms / math.sqrt(np.mean(a**2))
+    return "time (s),acceleration (g)\n" + "".join(f"{u:.6f},{v:.8f}\n" for u, v in zip(t, a, strict=True))
+
+
+def reference(scene, shaking):
+    """Mean power of ngspice alone (W), its doubt at 95 %, and its tolerance."""
+    problem = Problem(scene)
+    turn = (
+        problem.equations.record.period / problem.scales.frequency
+        if shaking == "recorded"
+        else 2.0 / scene.excitation.frequency
+    )
+    settle = turn * math.ceil(SETTLING * PERIOD / turn)
+    for reltol in TOLERANCES:
+        try:
+            rough, small = (PERIOD / steps / (1 if scene.stop is None else 2) for steps in STEPS)
+            coarse, fine = (powers(problem, settle, 8, turn, step, reltol) for step in (rough, small))
+        except RuntimeError as error:
+            failure = error
+            continue
+        if np.ptp(fine) > 1e-3 * abs(fine.mean()):  # it does not come back, at least not so soon
+            windows = 10 if shaking == "recorded" else 200
+            fine = powers(problem, settle, windows, turn, rough, reltol, 240.0)
+            batches = fine.reshape(10, -1).mean(axis=1)
+            return float(fine.mean()), 2.26 * float(batches.std(ddof=1)) / math.sqrt(10.0), reltol
+        doubt = 2.0 * abs(float(fine.mean() - coarse.mean())) + float(np.ptp(fine)) / 8.0
+        better = float(fine.mean() + (fine.mean() - coarse.mean()) / 3.0)
+        return better, doubt + 1e-5 * abs(better), reltol
+    raise failure
+
+
+def fine_spice(scene, rough):
+    """The same of engine `spice` with other noise, at a quarter of the step and a hundredth of the tolerance."""
+    h = rough.details["step"]
+    found = hv.Spice(seed=7, dt=h / 4.0, reltol=1e-6, budget=FINE).run(scene).mean_power
+    return found.value, found.error95, 1e-6
+
+
+def told(answer):
+    """What is kept of an answer."""
+    power = answer.mean_power
+    return {
+        "mW": 1e3 * power.value,
+        "stated": 1e3 * power.error95,
+        "unknown": power.unknown,
+        "parts": [power.stderr and 1e3 * power.stderr, power.bias and 1e3 * power.bias],
+        "seconds": round(answer.seconds, 2),
+        "warnings": list(answer.warnings),
+        "note": answer.reason,
+        "responses": [[1e3 * one.mean_power.value, one.share, one.periods] for one in answer.responses],
+        "periods": answer.details.get("response_periods"),
+        "residual": answer.details.get("ledger_residual"),
+    }
+
+
+def measured(circuit, shaking, spring):
+    """The row of a product."""
+    row = {"product": f"{circuit} {shaking} {spring}"}
+    with tempfile.TemporaryDirectory() as folder:
+        scene = scene_of(circuit, shaking, spring, Path(folder))
+        answers = {}
+        for name, engine in {"spice": hv.Spice, "ideal": hv.Ideal}.items():
+            if name == "ideal" and circuit not in ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece"):
+                continue
+            begin = time.perf_counter()
+            try:
+                budget = BUDGETS[shaking] if name == "spice" else None
+                answers[name] = engine(budget=budget).run(scene)
+                row[name] = told(answers[name])
+            except HarvesterError as error:
+                row[name] = {"failed": f"{type(error).__name__}: {error}"}
+            row[name]["wall"] = round(time.perf_counter() - begin, 1)
+        begin = time.perf_counter()
+        try:
+            of = fine_spice(scene, answers["spice"]) if shaking == "coloured" else reference(scene, shaking)
+            found = 1e3 * of[0], 1e3 * of[1], of[2]
+            row["reference"] = dict(zip(("mW", "doubt", "reltol"), found, strict=True))
+            for name in answers:
+                row[name]["ratio"] = judged(row[name], row["reference"])
+        except (RuntimeError, KeyError, HarvesterError) as error:
+            row["reference"] = {"failed": str(error)[-300:]}
+        row["reference"]["wall"] = round(time.perf_counter() - begin, 1)
+    return row | {"date": date.today().isoformat()}
+
+
+def judged(answer, reference):
+    """How far the answer is off, over what it and the reference state: above 1 is one too sure of itself."""
+    stated = answer["stated"] + reference["doubt"]
+    return abs(answer["mW"] - reference["mW"]) / stated if stated > 0.0 else None
+
+
+def shown(row):
+    """The row as a line."""
+    parts = [f"{row['product']:<34}"]
+    for name in ("reference", "spice", "ideal"):
+        one = row.get(name)
+        if one is None:
+            continue
+        if "failed" in one:
+            parts.append(f"{name} FAILED {one['failed'][:150]}")
+            continue
+        error = one.get("doubt", one.get("stated"))
+        part = f"{name} {one['mW']:.5g}+-{error:.2g}"
+        if name != "reference":
+            part += f" x{one.get('ratio') or -1:.2g} {one['wall']}s" + (
+                " UNKNOWN " + one["unknown"] if one["unknown"] else ""
+            )
+            part += f" WARN {one['warnings']}" if one["warnings"] else ""
+        parts.append(part)
+    return " | ".join(parts)
+
+
+def main():
+    words = sys.argv[1:]
+    rows = {row["product"]: row for row in json.loads(RESULTS.read_text())["rows"]} if RESULTS.is_file() else {}
+    every = list(itertools.product(CIRCUITS, SHAKINGS, SPRINGS))
+    if unknown := set(words) - {*CIRCUITS, *SHAKINGS, *SPRINGS}:
+        raise SystemExit(
+            f"no product is called {', '.join(sorted(unknown))}: {', '.join((*CIRCUITS, *SHAKINGS, *SPRINGS))}"
+        )
+    with contextlib.suppress(KeyboardInterrupt):
+        for circuit, shaking, spring in every:
+            name = f"{circuit} {shaking} {spring}"
+            if not set(words) <= set(name.split()) or (not words and name in rows):
+                continue
+            rows[name] = measured(circuit, shaking, spring)
+            print(shown(rows[name]), flush=True)
+            with contextlib.redirect_stdout(None):
+                report("products", [rows[one] for one in sorted(rows)])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""How engine `spice` answers a steady drive: by a periodic response, found, and made as precise as is asked.
+
+Where the mass is linear and the circuit feeds nothing there is one response only, and from that of a neighbouring scene
+it is found in a few periods: `along` goes so from scene to scene.
+"""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.options import Sampled, number
+from harvester.engines.protocol import AnyScene, Progress
+from harvester.engines.spice.steady import FEWEST, HALVINGS, RUNNING, WITHIN, Steady
+from harvester.engines.spice.unfinished import unfinished
+from harvester.equations.bounds import linear_growth
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, MissingProgramError, OutOfTimeError
+from harvester.machine.folders import machine_code
+from harvester.netlists.probes import Probe
+
+if TYPE_CHECKING:
+    from harvester.circuit.periodic import Neighbour
+
+
+def follows(options: Sampled, problem: Problem) -> bool:
+    """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
+    if not problem.equations.is_steady or (options.trajectories, options.duration) != (None, None):
+        return False
+    circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
+    return linear and circuit is not None and (circuit.linear or circuit.topology is not None)
+
+
+def along(
+    name: str,
+    scenes: Sequence[AnyScene],
+    follow: Callable[[Problem, Steady | None], tuple[Estimate, Steady | None]],
+    follows: Callable[[Problem], bool],
+) -> list[Estimate | HarvesterError]:
+    """The answers of engine ``name`` that ``follow`` gives, each from the one before where it ``follows``, or errors.
+
+    Raises MissingProgramError, which is no fault of a scene.
+    """
+    found, near = list[Estimate | HarvesterError](), None
+    for scene in scenes:
+        begin = time.perf_counter()
+        try:
+            problem = Problem.of(scene)
+            answer, near = follow(problem, near if follows(problem) else None)
+            found.append(answer)
+        except MissingProgramError:
+            raise
+        except OutOfTimeError as error:
+            found.append(unfinished(name, problem, error, time.perf_counter() - begin))
+            near = None
+        except HarvesterError as error:
+            found.append(error)
+            near = None
+    return found
+
+
+def steady_response(
+    options: Sampled,
+    problem: Problem,
+    reltol: float,
+    progress: Progress | None = None,
+    probes: tuple[Probe, ...] = (),
+    near: "Steady | Neighbour | None" = None,
+) -> Steady | None:
+    """The response from rest to a steady drive, and its errors; None where it does not come back.
+
+    With ``near``, the response of a scene a little different, it is that which a slow change leads to.  It goes on to
+    smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
+
+    Raises as `harvester.circuit.runs.run_in_this_process`.
+    """
+    from harvester.circuit.runs import CoupledDevice, warm_up_workers
+
+    eqs, circuit, budget = problem.equations, problem.circuit, number(options.budget)
+    assert circuit is not None, "the engine refuses an open circuit"
+    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
+    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
+    warm, start = 0.0, 0.0
+    if near is None:
+        code, warm = machine_code(), warm_up_workers(device)
+        start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
+    deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
+    steady = Steady(device, halvings, deadline, number(options.within) or WITHIN, warm_up_seconds=warm)
+    if isinstance(near, Steady):
+        steady.near, near.near = near, None  # of a long way no more is kept
+    if not steady.begin(near.found[0, 0] if isinstance(near, Steady) else near):
+        return None if near is None else steady_response(options, problem, reltol, progress, probes)
+    if halvings < 2:
+        steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
+        return steady
+    steady.measure(not circuit.linear)
+    going = not steady.unknown
+    while going:
+        power = steady.value("power")
+        share = power.error95 / abs(power.value) / steady.within if power.value else 0.0
+        if progress is not None:
+            progress(1.0 / max(share, 1.0))
+        going = share > 1.0 and steady.improve()
+    return steady
+
+
+def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
+    """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
+    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+
+    if dt is None:
+        return whole_steps(eqs, default_step(eqs, max(place**2 for place in eqs.resting_places))), HALVINGS
+    h, period = whole_steps(eqs, dt), eqs.shaking_period
+    assert period is not None, "the drive is steady"
+    larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
+    return h * 2**larger, larger

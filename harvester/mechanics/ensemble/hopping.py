@@ -1,0 +1,63 @@
+"""Hops between unlike wells, counted; and what a mean is worth before they have made the start forgotten.
+
+Trajectories begin in each of the wells in turn.  Let E_i[f] be the mean of f at some time over those that began in well
+i, after all but hops is forgotten, and p_i the share of well i in the stationary law.  Then that law's mean is
+
+    E[f] = sum_i p_i E_i[f],   p_i >= 0,   sum_i p_i = 1
+
+at any time, as the law does not change with it: E[f] lies between the least and the largest E_i[f], whatever the
+shares, however few hops there were.  The two come together as hops are made.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harvester.arrays import Floats
+from harvester.equations.bounds import barriers
+from harvester.equations.coefficients import Equations
+from harvester.uncertainty.value import Value, mean_and_error
+
+NONE_SEEN = 3.0  # hops at most, at 95 %, where none was seen
+
+
+@dataclass(frozen=True)
+class Hopping:
+    """``hops`` trajectories of ``count`` were in another well than they ``began`` in, after a ``time`` in 1/w0.
+
+    ``began``, shape (count,), numbers the wells from the left; ``rate`` is that at which shares of the wells come to
+    theirs, in w0: the sum of those of leaving each, where none was seen the largest that it may be.
+    """
+
+    hops: int
+    count: int
+    time: float
+    rate: float
+    began: NDArray[np.intp]
+    stayed: NDArray[np.bool_]
+
+    def apart(self, values: Floats) -> Floats:
+        """Values of the trajectories that ``stayed`` where they began, of all, less their mean in each well."""
+        well, kept = self.began[self.stayed], values[self.stayed]
+        means = np.bincount(well, kept) / np.maximum(np.bincount(well), 1)
+        return np.asarray(kept - means[well])
+
+    def mean(self, entries: Floats) -> Value:
+        """The mean of one entry a trajectory: half-way between the wells, with half of their distance in its error."""
+        several = [mean_and_error(entries[self.began == well]) for well in np.unique(self.began)]
+        low, high = min(several), max(several)
+        return Value(0.5 * (low[0] + high[0]), max(error for _, error in several), model=0.5 * (high[0] - low[0]))
+
+
+def hopping(eqs: Equations, start: Floats, x: Floats, time: float) -> Hopping:
+    """How many trajectories have hopped that began at ``start``, one place or shape (count,), and are at ``x``, later.
+
+    ``time`` is how much later, in 1/w0.
+    """
+    tops = barriers(eqs)
+    began, now = np.digitize(np.broadcast_to(start, x.shape), tops), np.digitize(x, tops)
+    gone, each = np.bincount(began, began != now), np.maximum(np.bincount(began), 1)
+    gone = gone if gone.sum() else np.full(len(each), NONE_SEEN / len(each))
+    rate = float((gone / each).sum() / time)
+    return Hopping(int((began != now).sum()), len(began), time, rate, began, began == now)

@@ -1,0 +1,48 @@
+"""Kramers' rate: its limits in closed form, and where it is not known."""
+
+import math
+
+import pytest
+
+from harvester.averaging.kramers import hopping_rates, taken_up
+from harvester.equations.coefficients import Equations
+
+WELLS = Equations(linear=-1.0, alpha=1.0, c1=-1e-5, n1=0.02e-5)  # U = 1/4, w = sqrt(2), wb = 1; S = 4/3 by hand
+U, W, WB, S = 0.25, math.sqrt(2.0), 1.0, 4.0 / 3.0
+
+
+def of_damping(g, theta=0.02):
+    return Equations(linear=-1.0, alpha=1.0, c1=-g, n1=theta * g)
+
+
+def test_weak_damping():
+    """k = g S/T w/(2 pi) exp(-U/T) out of one well; of two, each mass comes back every other time: half of it."""
+    left, right = hopping_rates(of_damping(1e-6))
+    expected = 0.5 * 1e-6 * S / 0.02 * W / (2.0 * math.pi) * math.exp(-U / 0.02)
+    assert left == pytest.approx(expected, rel=0.01)
+    assert right == pytest.approx(left, rel=1e-9)
+
+
+def test_strong_damping():
+    """k = w wb/(2 pi g) exp(-U/T) far above wb; small motions no longer turn from 2 w on, so that g stays below."""
+    g = 2.5
+    left, _ = hopping_rates(of_damping(g))
+    turning = math.sqrt(W * W - 0.25 * g * g)
+    factor = (math.sqrt(0.25 * g * g + WB * WB) - 0.5 * g) / WB
+    assert left == pytest.approx(factor * turning / (2.0 * math.pi) * math.exp(-U / 0.02), rel=1e-3)
+    assert hopping_rates(of_damping(4.0)) is None
+
+
+@pytest.mark.parametrize(("d", "value"), [(1e-6, 0.99918e-6), (0.1, 0.0770869), (60.0, 1.0)])
+def test_what_a_turn_takes(d, value):
+    """Against SciPy's adaptive quadrature of the integral in z."""
+    assert taken_up(d) == pytest.approx(value, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "other", [{"linear": None}, {"n1": None}, {"c2": -0.1}, {"beta": 0.1}, {"beta": 0.2, "mu": 1.0}, {"c1": 0.1}]
+)
+def test_where_the_formula_is_not_known(other):
+    """One well, no white noise, friction that changes with x, an open circuit, strong coupling, damping that feeds."""
+    known = {"linear": -1.0, "alpha": 1.0, "c1": -0.1, "n1": 0.01} | other
+    assert hopping_rates(Equations(**known)) is None

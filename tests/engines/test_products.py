@@ -1,0 +1,58 @@
+"""Every circuit, every shaking, and every spring or stop at least once, against ngspice alone with the whole device.
+
+The references are those of `python benchmarks/products.py NAME`, such as ``bridge harmonic gap``, which goes through
+all of them: mean power and its doubt (mW).
+"""
+
+import dataclasses
+import importlib
+import sys
+
+import pytest
+
+import harvester as hv
+from tests.support.paths import ROOT
+
+sys.path.append(str(ROOT / "benchmarks"))
+products = importlib.import_module("products")
+
+pytestmark = pytest.mark.ngspice
+
+REFERENCES = {
+    "resistor recorded gap": (0.243590, 1.0e-04),
+    "bridge recorded free": (0.217682, 6.2e-05),
+    "doubler harmonic free": (0.596936, 1.6e-4),
+    "resistor harmonic bistable": (0.341034, 4.5e-6),
+    "parallel_sshi harmonic free": (0.622797, 2.6e-5),
+    "series_sshi harmonic free": (0.299972, 1.3e-4),
+    "sece harmonic free": (0.307443, 1.5e-4),
+    "self_powered_sshi harmonic free": (0.623486, 9.7e-6),
+    "ltc3588 harmonic free": (0.453744, 4.5e-6),
+    "bridge coloured gap": (0.15818, 3.9e-4),
+    "own harmonic stop": (0.133454, 1.7e-5),
+}
+LARGEST, SAMPLED = 2e-3, 1.5e-2  # of the power, of both errors together
+FEW = {"trajectories": 8, "duration": 0.25}
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_the_answer_holds_the_reference(name, tmp_path):
+    """Within what the answer and the reference state, with no warning but that of the record's join."""
+    circuit, shaking, spring = name.split()
+    found = hv.Spice(**(FEW if shaking == "coloured" else {})).run(
+        products.scene_of(circuit, shaking, spring, tmp_path)
+    )
+    power, (expected, doubt) = found.mean_power, REFERENCES[name]
+    largest = SAMPLED if shaking == "coloured" else LARGEST
+    assert abs(1e3 * power.value - expected) < 1e3 * power.whole_error95 + doubt < largest * expected
+    words = ["the record's end does not meet its beginning"] if shaking == "recorded" else []
+    assert len(found.warnings) == len(words) and all(map(str.startswith, found.warnings, words))
+
+
+def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
+    """`spice` did not say that the join of a record matters, where its answer is a periodic response."""
+    scene = products.scene_of("resistor", "recorded", "free", tmp_path)
+    scene = dataclasses.replace(scene, load=hv.Load(resistance=35e3))
+    exact, spice = hv.Exact().run(scene), hv.Spice().run(scene)
+    assert exact.warnings and spice.warnings == exact.warnings
+    assert abs(spice.mean_power.value - exact.mean_power.value) < 1.5 * spice.mean_power.whole_error95
