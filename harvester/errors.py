@@ -79,17 +79,17 @@ class InfiniteMeanError(UnboundedResponseError):
 
 
 class CircuitError(SimulationError):
-    """The circuit was refused by ngspice, or did not converge."""
-
-
-class OutOfTimeError(CircuitError):
-    """A run of ngspice that had not ended when its time was over.
+    """The circuit was refused by ngspice, or did not converge.
 
     ``so_far`` has what is known until then: the mean power of Rload (W), the mean square of the terminals' voltage
     (V^2), and the seconds that these means cover; None where they had not begun.
     """
 
     so_far: tuple[float, float, float] | None = None
+
+
+class OutOfTimeError(CircuitError):
+    """A run of ngspice that had not ended when its time was over."""
 
 
 def named(error: Exception) -> HarvesterError:

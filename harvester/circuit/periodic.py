@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuit.cut_short import Known, later_half
 from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
 from harvester.circuit.sections import CoupledState, comes_back, flat, quiet_kick, section_of, unkicked
 from harvester.equations.bounds import linear_growth
+from harvester.errors import CircuitError
 from harvester.linear.harmonics import first_harmonic
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.periodic import ALIKE, MULTIPLES, REACHED, STALE, WORTH, Secants, Settling
@@ -91,6 +93,7 @@ class _Path:
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
         self.device, self.deadline, self.enough, self.steps, self.kicks = device, deadline, enough, 0, 0
         self.farads = 0.0  # of Csmooth
+        self.known: list[Known] = []  # of the runs that ended
         period = device.eqs.shaking_period
         assert period is not None, "the engine asks for a steady drive"
         self.size = round(period / device.h)  # kicks in a period
@@ -109,10 +112,15 @@ class _Path:
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
         given = s.volts, s.frequency, np.zeros(kicks), *grid, start, not device.load.linear, covered, shaking, smooth
-        drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
-        self.steps += int(drive.state[0].steps)
-        self.kicks += kicks
+        try:
+            drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
+        except CircuitError as error:
+            error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
+            raise
+        self.steps, self.kicks = self.steps + int(drive.state[0].steps), self.kicks + kicks
         self.farads = drive.smoothing
+        (power, square), state = self.means(drive), drive.state[0]
+        self.known.append((float(power), float(square), float(state.end - state.begin)))
         return CoupledState(float(drive.readings[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:

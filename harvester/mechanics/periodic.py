@@ -160,7 +160,9 @@ class Settling:
 
     def _creeps(self) -> bool:
         """Whether f(y) - y hardly changes: a slow mode, which the changes of faster ones hide, and no noise."""
-        now, before = self._residuals[-1], self._residuals[-2]
+        if len(self._residuals) < 2:  # a circuit that failed on the way made it forget the others
+            return False
+        before, now = self._residuals[-2:]
         return self.size(now - before) < CREEPING * self.size(now)
 
     def _forget(self, but: int = 0) -> None:

@@ -80,3 +80,19 @@ def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
     settled.turn = never
     with pytest.raises(CircuitError):
         settled.reach()
+
+
+@pytest.mark.parametrize("period", [2, 3, 4])
+def test_a_circuit_that_fails_where_nothing_is_won(period):
+    """Combinations are refused now and then on a way that comes no nearer: it goes on, and has no fixed point."""
+    rng, last, calls = np.random.default_rng(3), [np.zeros(4)], []
+
+    def turn(y):
+        calls.append(y)
+        if len(calls) % period == 0 and y is not last[0]:
+            raise CircuitError("it did not converge")
+        last[0] = rng.standard_normal(4)
+        return last[0], np.zeros(2)
+
+    assert not Settling(turn, SLOW, GROUPS, np.zeros(4)).reach()
+    assert len(calls) >= MOST

@@ -155,7 +155,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return {name: float(self.state[name][0]) for name in ("t", "kicks", "steps")}
 
     def _so_far(self) -> tuple[float, float, float] | None:
-        """The means of the present run as of `OutOfTimeError`, over what it has come to measure."""
+        """The means of the present run as of `CircuitError`, over what it has come to measure."""
         now = self.state[0].copy()
         covered = float(now["t"] - now["begin"])
         if now["measuring"] != DURING or not covered > 0.0:

@@ -86,7 +86,7 @@ class Steady:
         from harvester.circuit.periodic import periodic_response
         from harvester.circuit.worker_pool import map_in_workers
 
-        before, ahead = None if self.near is None else self.near.before, near
+        before, ahead, so_far = None if self.near is None else self.near.before, near, None
         if near is not None:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
@@ -98,9 +98,11 @@ class Steady:
                 found = next(
                     map_in_workers(periodic_response, [(self.first, *start, self.deadline, self.enough, start_near)])
                 )
-            except OutOfTimeError:
+            except OutOfTimeError as error:
+                error.so_far = error.so_far or so_far
                 raise
-            except CircuitError:  # it may be a state on the way that ngspice cannot begin with: a run will tell
+            except CircuitError as error:  # it may be a state on the way that ngspice cannot begin with: a run tells
+                so_far = error.so_far
                 continue
             if found is not None:
                 self.found[0, 0] = found

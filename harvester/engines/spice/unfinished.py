@@ -25,7 +25,7 @@ def unfinished(
     if error.so_far is None:
         raise error
     watts, square, covered = error.so_far
-    said = f"the mean is over {covered:.3g} s that one run of ngspice had made, which may still settle: {error}"
+    said = f"the mean is over {covered:.3g} s of ngspice, in which the response may still have settled: {error}"
     if problem.equations.is_steady:
         said += "; a periodic response takes several such runs"
     found = Value(square / problem.scales.volts**2, unknown=CUT), Value(watts / problem.scales.watts, unknown=CUT)
