@@ -240,10 +240,11 @@ class Spice(Sampled):
         budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
         if asked * count > most:
+            instead = "use engine 'ensemble', or " if problem.netlist is None else ""
             raise SimulationError(  # that nobody asked for, and mostly for their burn-in
                 f"the ngspice runs would take {asked * count:.1e} steps, as the start is forgotten after "
-                f"{ready.burn_in / unit:.3g} only: use engine 'ensemble', or give fewer `trajectories`, a longer `dt` "
-                f"or a `budget` above {asked * count / self.STEPS_A_SECOND:.2g}s"
+                f"{ready.burn_in / unit:.3g}{' s' * problem.physical} only: {instead}give fewer `trajectories`, a "
+                f"longer `dt` or a `budget` above {asked * count / self.STEPS_A_SECOND:.2g}s"
             )
         runs.more(count)
         return runs
