@@ -33,6 +33,7 @@ KNOWN = 0.1  # of the target: a bias that is known so well needs no further meas
 TRAJECTORIES, FEWEST = 4096, 256
 PURSUING = 512  # trajectories at first towards a target above `FINE`: the effort grows by their duration
 FINE = 1e-3
+DRAWN, FEWEST_DRAWN = 1024, 128  # trajectories on records of tabulated noise: 64 of them are one independent entry
 LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
 AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
@@ -93,6 +94,8 @@ class Ensemble(Sampled):
         begin = time.perf_counter()
         loaded = begin - first.seconds * only_loaded  # from when the budget counts
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
+        if eqs.density is not None:
+            count = max(count, FEWEST_DRAWN if self.trajectories else DRAWN)
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
         resolve_shocks(trajectories, problem, h)
         warnings = exists.warnings + burn_in(trajectories, number(self.budget)) + rare_hops(trajectories, problem)
@@ -120,7 +123,9 @@ class Ensemble(Sampled):
         if first.seconds > TOLD:
             details["compilation_seconds"] = first.seconds
         if circuit is None:
-            details["power_balance"], details["power_balance_stderr"] = power_balance(pair.moments, eqs)
+            details["power_balance"], details["power_balance_stderr"] = power_balance(
+                pair.moments.averaged(trajectories.together), eqs
+            )
             details["power_balance_bias"] = power_balance_bias(pair, eqs)
         answer = estimate(
             self.NAME,
@@ -209,9 +214,11 @@ def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> 
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
     hops, bias = pair.trajectories.hopping, abs(pair.bias(name)[0])
     if hops is not None:
-        return dataclasses.replace(hops.mean(pair.entries(name)), bias=bias)
+        every, together = getattr(pair.moments, name), pair.trajectories.together
+        return dataclasses.replace(hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias)
     mean, error = pair.mean(name)
-    return Value(mean, None if exact else error, bias)
+    freedom = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
+    return Value(mean, None if exact else error, bias, freedom=freedom)
 
 
 def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:

@@ -17,17 +17,17 @@ ENTRIES_A_COLUMN = 4  # that a half has at least: from fewer a fit is worth litt
 SMALLEST = 1e-12  # eigenvalues of the columns' covariance, over the largest: below it they say nothing of their own
 
 
-def controlled_mean(values: Floats, controls: Floats | None) -> tuple[float, float]:
-    """Mean of ``values``, shape (n,), and its standard error, with ``controls`` as of `controlled_entries`."""
-    return mean_and_error(controlled_entries(values, controls))
+def controlled_mean(values: Floats, controls: Floats | None, together: int = 1) -> tuple[float, float]:
+    """Mean of ``values``, shape (n,), and its standard error, with the rest as of `controlled_entries`."""
+    return mean_and_error(controlled_entries(values, controls, together))
 
 
 def controlled_entries(values: Floats, controls: Floats | None, together: int = 1) -> Floats:
     """Entries, shape (n,), with the mean of ``values`` less that of their weighted ``controls``, shape (n, columns).
 
-    ``together`` consecutive ones are of one trajectory: they are in the same half, and come as their mean, so that
-    entries are independent, shape (n/together,).  The ``values`` themselves where there are no controls, too few
-    entries to fit one, or no gain.
+    ``together`` consecutive ones are of one trajectory, or of one record: they are in the same half, and come as their
+    mean, so that entries are independent, shape (n/together,).  The ``values`` themselves where there are no controls,
+    too few entries to fit one, or no gain.
     """
     plain = np.asarray(values.reshape(-1, together).mean(axis=1))
     if controls is None:

@@ -4,8 +4,8 @@
 
 `step_bias` and `extrapolated` take one entry a trajectory, shape (n,), at the step h (``fine``) and at 2 h
 (``coarse``), entry by entry on the same noise: where the paths of both steps stay together, the difference has a
-smaller error than either mean; ``controls`` are as of `controlled_entries`.  `limit` takes single numbers without
-noise.
+smaller error than either mean; ``controls`` and ``together`` are as of `controlled_entries`.  `limit` takes single
+numbers without noise.
 """
 
 from collections.abc import Sequence
@@ -16,15 +16,17 @@ from harvester.uncertainty.controls import controlled_mean
 SLOWEST, FASTEST = 2.5, 8.0  # times that a halved step makes changes smaller, where the order is taken to hold
 
 
-def step_bias(fine: Floats, coarse: Floats, controls: Floats | None = None) -> tuple[float, float]:
+def step_bias(fine: Floats, coarse: Floats, controls: Floats | None = None, together: int = 1) -> tuple[float, float]:
     """The bias E_h - E_0 of the mean at the step h, and its standard error."""
-    difference, error = controlled_mean(coarse - fine, controls)
+    difference, error = controlled_mean(coarse - fine, controls, together)
     return difference / 3.0, error / 3.0
 
 
-def extrapolated(fine: Floats, coarse: Floats, controls: Floats | None = None) -> tuple[float, float]:
+def extrapolated(
+    fine: Floats, coarse: Floats, controls: Floats | None = None, together: int = 1
+) -> tuple[float, float]:
     """The mean E_0 at a step of 0, and its standard error."""
-    return controlled_mean((4.0 * fine - coarse) / 3.0, controls)
+    return controlled_mean((4.0 * fine - coarse) / 3.0, controls, together)
 
 
 def limit(values: Sequence[float]) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import FINE, KNOWN, affordable, first_duration, step_and_effort
+from harvester.engines.ensemble import DRAWN, FINE, KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import NOT_WHITE
 from harvester.engines.shocks import resolve_shocks
@@ -149,7 +149,7 @@ def prepare(
         compile_pair(eqs, seed, ideal, ngspice_rule, controlled=True)
     begin = time.perf_counter()
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
-    count = affordable(eqs.is_steady, ideal, many)
+    count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     resolve_shocks(pilot, problem, h)
     warnings = burn_in(pilot, number(options.budget)) + rare_hops(pilot, problem)

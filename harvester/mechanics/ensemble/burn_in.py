@@ -86,16 +86,17 @@ def until_steady(
     while True:
         _check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
-        energy = now.mean("x2")[0] + now.mean("v2")[0]
+        told = now.averaged(trajectories.together)
+        energy = told.mean("x2")[0] + told.mean("v2")[0]
         first = energy if first is None else first
         if energy > GROWN * max(first, 1e-300) and not friction_bounds(eqs):
             raise UnboundedResponseError(
                 f"the response grows without bound: its energy grew {energy / first:.1e} times in "
                 f"{trajectories.time:g}/w0; {remedy(eqs, trajectories.h)}"
             )
-        steady = before is not None and all(now.agrees(before, name) for name in ("x2", "v2"))
+        steady = before is not None and all(told.agrees(before, name) for name in ("x2", "v2"))
         response = CORRELATION_TIMES * memory(trajectories, now, length)
-        loaded = before is not None and now.agrees(before, "V2") and now.agrees(before, "load")
+        loaded = before is not None and told.agrees(before, "V2") and told.agrees(before, "load")
         if steady and loaded and trajectories.time >= max(load, response):
             return now, []
         if before is not None and eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random:
@@ -111,7 +112,7 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = 2.0 * length, now
+        length, before = 2.0 * length, told
 
 
 def _apart(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping) -> bool:

@@ -43,9 +43,16 @@ class Hopping:
         means = np.bincount(well, kept) / np.maximum(np.bincount(well), 1)
         return np.asarray(kept - means[well])
 
-    def mean(self, entries: Floats) -> Value:
-        """The mean of one entry a trajectory: half-way between the wells, with half of their distance in its error."""
-        several = [mean_and_error(entries[self.began == well]) for well in np.unique(self.began)]
+    def mean(self, entries: Floats, together: int = 1) -> Value:
+        """The mean of one entry a trajectory: half-way between the wells, with half of their distance in its error.
+
+        ``together`` consecutive ones are not independent: in each well their mean is one entry.
+        """
+        several = []
+        for well in np.unique(self.began):
+            here = np.resize(self.began == well, len(entries))
+            counts, sums = (one.reshape(-1, together).sum(axis=1) for one in (here, here * entries))
+            several.append(mean_and_error(sums[counts > 0] / counts[counts > 0]))
         low, high = min(several), max(several)
         return Value(0.5 * (low[0] + high[0]), max(error for _, error in several), model=0.5 * (high[0] - low[0]))
 

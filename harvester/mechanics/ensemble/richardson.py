@@ -41,6 +41,9 @@ class RichardsonPair:
     Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run yet are burnt in
     first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
     averages, ``seconds_a_unit`` what a unit of time took in the last `extend`.
+
+    Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry together: to go on,
+    others begin on other records.
     """
 
     def __init__(self, trajectories: Trajectories, duration: float, budget: float | None = None) -> None:
@@ -49,26 +52,50 @@ class RichardsonPair:
         self.trajectories, self.budget = trajectories, budget
         self.duration, self.burn_in = 0.0, max(trajectories.time, FIRST_WINDOW)
         self._coarse: Trajectories | None = trajectories.coarser()
-        self._coarse_steps = 0  # of coarse trajectories that were stopped
+        self._steps = 0  # of trajectories that were stopped
         self._time_of_both = 0.0
         self.seconds_a_unit = 0.0
         self._moments: Moments | None = None
         self._moments_of_both: tuple[Moments, Moments] | None = None
         self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
+        self._burn_in_coarse(self._coarse, trajectories.time)
+        self._extend(duration)
+
+    def _burn_in_coarse(self, coarse: Trajectories, duration: float) -> None:
         try:
-            self._coarse.run(trajectories.time)
+            coarse.run(duration)
         except UnboundedResponseError:  # twice the step is unstable: no estimate from it
             self.stop_coarse()
-        self.extend(duration)
 
     def extend(self, duration: float) -> None:
-        """Go on for a further ``duration``."""
+        """Go on for a further ``duration``; on records of tabulated noise for about that, as long as at first each."""
+        if self.trajectories.together == 1:
+            return self._extend(duration)
+        whole = self.duration / len(self.moments.V2) * self.trajectories.count
+        for _ in range(max(1, round(duration / whole))):
+            self._renew()
+            self._extend(whole)
+        return None
+
+    def _renew(self) -> None:
+        """Others in the place of the trajectories, on records of their own, with their start forgotten."""
+        before, coarse = self.trajectories, self._coarse
+        self.trajectories = before.with_step(before.h)
+        self.trajectories.hopping = before.hopping
+        self.trajectories.run(self.burn_in)
+        self._steps += before.steps
+        if coarse is not None:
+            self._steps += coarse.steps
+            self._coarse = self.trajectories.coarser()
+            self._burn_in_coarse(self._coarse, self.burn_in)
+
+    def _extend(self, duration: float) -> None:
         clock, begin = time.perf_counter(), self.trajectories.time
         self._known.clear()
         now = self.trajectories.run(duration)
         duration = self.trajectories.time - begin
         self.duration += duration
-        self._moments = now if self._moments is None else self._moments.mixed(now, duration / self.duration)
+        self._moments = now if self._moments is None else self._with(self._moments, now, duration / self.duration)
         if self._coarse is not None:
             self._extend_coarse(self._coarse, now, duration)
         self.seconds_a_unit = (time.perf_counter() - clock) / duration
@@ -86,13 +113,19 @@ class RichardsonPair:
             return
         self._time_of_both += duration
         share = duration / self._time_of_both
-        before = self._moments_of_both or (now, then)
-        self._moments_of_both = before[0].mixed(now, share), before[1].mixed(then, share)
+        if self._moments_of_both is not None:
+            fine, coarser = self._moments_of_both
+            now, then = self._with(fine, now, share), self._with(coarser, then, share)
+        self._moments_of_both = now, then
+
+    def _with(self, before: Moments, now: Moments, share: float) -> Moments:
+        """Moments with those of a later time, which is the ``share`` of all of it; or with those on other records."""
+        return before.mixed(now, share) if self.trajectories.together == 1 else before + now
 
     def stop_coarse(self) -> None:
         """Leave the coarse trajectories where they are: the bias is known well enough, or cannot be known."""
         if self._coarse is not None:
-            self._coarse_steps, self._coarse = self._coarse.steps, None
+            self._steps, self._coarse = self._steps + self._coarse.steps, None
 
     @property
     def coarse_is_stopped(self) -> bool:
@@ -106,7 +139,7 @@ class RichardsonPair:
     @property
     def steps(self) -> int:
         """Trajectory-steps of both."""
-        return self.trajectories.steps + (self._coarse_steps if self._coarse is None else self._coarse.steps)
+        return self._steps + self.trajectories.steps + (0 if self._coarse is None else self._coarse.steps)
 
     @property
     def moments(self) -> Moments:
@@ -119,9 +152,9 @@ class RichardsonPair:
         return mean_and_error(self.entries(name))
 
     def entries(self, name: str) -> Floats:
-        """One moment at the step h, one entry a trajectory, less what the controls explain of it."""
+        """One moment at the step h, one entry a trajectory or record, less what the controls explain of it."""
         if ("mean", name) not in self._known:
-            self._known["mean", name] = self.moments.controlled(name)
+            self._known["mean", name] = self.moments.controlled(name, self.trajectories.together)
         return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:
@@ -133,8 +166,8 @@ class RichardsonPair:
             return self.mean(name)[0], 0.0
         if ("bias", name) not in self._known:
             fine, coarse = self._moments_of_both
-            both = _side_by_side(fine, coarse)
-            self._known["bias", name] = step_bias(getattr(fine, name), getattr(coarse, name), both)
+            both, together = _side_by_side(fine, coarse), self.trajectories.together
+            self._known["bias", name] = step_bias(getattr(fine, name), getattr(coarse, name), both, together)
         known: tuple[float, float] = self._known["bias", name]
         return known
 
@@ -152,7 +185,8 @@ class RichardsonPair:
         if self._moments_of_both is None:
             return self.mean(name)
         fine, coarse = self._moments_of_both
-        return extrapolated(getattr(fine, name), getattr(coarse, name), _side_by_side(fine, coarse))
+        both, together = _side_by_side(fine, coarse), self.trajectories.together
+        return extrapolated(getattr(fine, name), getattr(coarse, name), both, together)
 
 
 def _side_by_side(fine: Moments, coarse: Moments) -> Floats | None:

@@ -1,7 +1,7 @@
 """Many trajectories side by side, and the means of what they do.
 
 One compiled kernel advances a block of `LANES` trajectories in a thread of its own.  Every trajectory gives one
-independent time average, so that standard errors need no correlation time.
+independent time average, so that standard errors need no correlation time; of tabulated noise every block, on a record.
 """
 
 import math
@@ -46,9 +46,9 @@ class NotFiniteError(UnboundedResponseError):
 class Trajectories:
     """A set of trajectories in blocks of `LANES`, with their own random generators.
 
-    ``count`` is their number, ``h`` the nondimensional step, ``time`` how far they are and ``steps`` the
-    trajectory-steps made in all; ``state`` holds x, x', V (with a circuit also its capacitor's voltage and the switch's
-    place), shape (blocks, 3 or 5, LANES), after a kick.
+    ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the nondimensional step,
+    ``time`` how far they are and ``steps`` the trajectory-steps made in all; ``state`` holds x, x', V (with a circuit
+    also its capacitor's voltage and the switch's place), shape (blocks, 3 or 5, LANES), after a kick.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Trajectories:
         if h is not None and not SHORTEST <= h <= LONGEST:
             raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
         self.blocks = -(-count // LANES)
-        self.count = self.blocks * LANES
+        self.count, self.together = self.blocks * LANES, 1 if eqs.density is None else LANES
         places = np.array(eqs.resting_places)
         if start is None:
             off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - places)), self.count)

@@ -46,12 +46,14 @@ class Moments:
         """Mean of one moment over the entries, and its standard error (infinite for one entry)."""
         return mean_and_error(getattr(self, name))
 
-    def controlled(self, name: str) -> Floats:
+    def controlled(self, name: str, together: int = 1) -> Floats:
         """One moment's entries, less what their controls explain of them (`harvester.uncertainty.controls`).
+
+        ``together`` consecutive ones come as their mean.
 
         Of stationary trajectories only: a control that is the change of a state has a mean of zero there.
         """
-        return controlled_entries(getattr(self, name), self.controls)
+        return controlled_entries(getattr(self, name), self.controls, together)
 
     def agrees(self, other: "Moments", name: str) -> bool:
         """Whether one moment is the same in both, within two standard errors or .1 %."""

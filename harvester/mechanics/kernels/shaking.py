@@ -94,9 +94,14 @@ def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | Non
 def shaker_start(
     eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
 ) -> Floats:
-    """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law."""
+    """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law.
+
+    In a record of a density the places are evenly apart from a random one on, so that together they soon see all of it.
+    """
     if samples is not None:
         places = rng.integers(0, len(samples), trajectories)
+        if eqs.density is not None:
+            places = (places[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
         return np.array([samples[places], places])
     if eqs.drive is not None:
         phase = rng.uniform(0.0, 2.0 * math.pi, trajectories)

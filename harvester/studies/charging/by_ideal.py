@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.engines.ensemble import FEWEST_DRAWN
 from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
 from harvester.studies.charging.asked import step_from_rest
@@ -44,6 +45,7 @@ def charge_ideal(
     s = problem.scales
     circuit = ideal_circuit(problem.circuit, s)
     assert circuit is not None, "the engine's refusal checks this"
+    count = count if problem.equations.density is None else max(count, FEWEST_DRAWN)
     root, h = np.random.SeedSequence([seed, 8]), step_from_rest(problem.equations) if h is None else h
     with compilation():
         Trajectories(problem.equations, 1, root, h, circuit=circuit, controlled=True).run(FINEST)
@@ -73,6 +75,7 @@ def charge_ideal(
         time.perf_counter() - begin,
         "ideal diodes and switches",
         1.0 / (math.sqrt(2.0) - 1.0),
+        together=fine.together,
     )
 
 

@@ -128,7 +128,8 @@ def _answer(
             )
         )
         below = energy
-    stderr = None if runs == 1 else curves.std(axis=0, ddof=1) / math.sqrt(runs)
+    entries = passages.independent(curves)
+    stderr = None if runs == 1 else entries.std(axis=0, ddof=1) / math.sqrt(len(entries))
     low_curve, high_curve = np.quantile(curves, [LOW, HIGH], axis=0)
     arrived = round(passages.reached * runs)
     found = levels[-1]

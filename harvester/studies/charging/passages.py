@@ -38,6 +38,7 @@ class Passages:
     counted: float = 1.0  # times the change at the coarser step that its error is
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
     note: str = ""  # of how it was computed, for the user
+    together: int = 1  # consecutive runs on one record of a density, which are no more than one independent entry
 
     @property
     def reached(self) -> float:
@@ -57,10 +58,15 @@ class Passages:
         if len(values) == 1:
             change = self.counted * abs(float(coarse[0] - values[0]))
             return Value(float(values[0]), None, change, unknown=self.unknown)
+        values, coarse = self.independent(values), self.independent(coarse)
         value, error = mean_and_error(values)
         change, unsure = mean_and_error(coarse - values)
         bias = self.counted * (abs(change) + NORMAL_QUANTILE * unsure)
         return Value(value, error, bias, freedom=float(len(values) - 1), unknown=self.unknown)
+
+    def independent(self, values: Floats) -> Floats:
+        """Means of the values of runs, shape (runs, ...), on one record each: independent entries."""
+        return np.asarray(values.reshape(-1, self.together, *values.shape[1:]).mean(axis=1))
 
     def time_to(self, level: int) -> Value | None:
         """The mean time to a level; None where a run does not reach it, so that its time is not known.
@@ -72,6 +78,7 @@ class Passages:
             return None
         if np.isfinite(coarse).all():
             return self.mean(times, coarse)
+        times = self.independent(times)
         value, error = mean_and_error(times)
         parts = " and ".join(filter(None, ("the step", self.unknown)))
         return Value(value, None if len(times) == 1 else error, freedom=len(times) - 1.0, unknown=parts)
