@@ -165,8 +165,17 @@ time-of-correlation: test_statistics.py -k correlation_time
 - return 0.5 * length * float(means.var())
 + return length * float(means.var())
 mean-of-two-windows: test_trajectories.py -k windows or resting_pair or shared_noise
-- self._moments.mixed(now, duration / self.duration)
-+ self._moments.mixed(now, 0.5)
+- self._with(self._moments, now, duration / self.duration)
++ self._with(self._moments, now, 0.5)
+one-record-of-many: test_drawn_records.py -k spread
+- 1 if eqs.density is None else LANES
++ 1
+more-of-the-same-records: test_drawn_records.py -k effort
+- self.trajectories = before.with_step(before.h)
++ self.trajectories = before
+places-apart: test_drawn_records.py -k whole
+- np.arange(trajectories) // trajectories
++ np.arange(trajectories) // (2 * trajectories)
 exponent-of-the-burn-in: test_stability.py -k without_noise
 - logs[k], pushes[k] = 0.0, 0.0
 + pushes[k] = 0.0
@@ -327,7 +336,7 @@ third-of-a-bias: test_trajectories.py -k richardson
 - return difference / 3.0, error / 3.0
 + return difference, error
 extrapolation: test_trajectories.py -k richardson
-- controlled_mean((4.0 * fine - coarse) / 3.0, controls)
+- controlled_mean((4.0 * fine - coarse) / 3.0, controls, together)
 + controlled_mean(2.0 * fine - coarse, controls)
 error-of-few-entries: test_statistics.py -k cover
 - float(values.std(ddof=1) / math.sqrt(n))
