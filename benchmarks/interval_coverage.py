@@ -34,6 +34,7 @@ ND = {"alpha": 0.5, "beta": 0.05, "mu": 0.05, "c1": 0.01, "c2": 0.05, "c3": 0.1,
 JOURNAL = Path(__file__).parents[1] / "out" / "interval_coverage.jsonl"
 OTHERS = 6  # seeds of a reference
 STOP = hv.Stop(restitution=0.96)
+DENSITY = str(EXAMPLES / "shake_psd.csv")
 
 
 def nondimensional(**changed):
@@ -65,6 +66,7 @@ def scenes(folder):
         "bistable": example("plate_bistable"),
         "two stops": example("plate_two_stops"),
         "coloured": example("plate_coloured"),
+        "tabulated noise, stop": example("plate_with_stop", excitation=hv.Excitation(acceleration_psd_file=DENSITY)),
     }
     for name, scene in sampled.items():
         yield name, scene, hv.Ensemble, 0.01
