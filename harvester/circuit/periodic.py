@@ -18,7 +18,7 @@ from harvester.circuit.lockstep.drive import Drive
 from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.circuit.probes import means_of_probes
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
-from harvester.circuit.sections import CoupledState, comes_back, flat, quiet_kick, section_of, unkicked
+from harvester.circuit.sections import CoupledState, Origin, comes_back, flat, quiet_kick, section_of, unkicked
 from harvester.equations.bounds import linear_growth
 from harvester.errors import CircuitError
 from harvester.linear.harmonics import first_harmonic
@@ -26,7 +26,7 @@ from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.periodic import ALIKE, MULTIPLES, REACHED, STALE, WORTH, Secants, Settling
 
 FIRST = 4  # periods from rest before the way is shortened
-LONGEST = 60  # the same, of a mass that is not linear
+LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
 MEASURED = 1  # periods that are averaged, after one that is not
 ROUGHLY = 0.03  # of the state's size: so near a response, the way there is taken to be a straight one
 COMES_BACK = 3e-3  # of the state's size, in the unbroken run
@@ -107,7 +107,8 @@ class _Path:
         device, s = self.device, self.device.scales
         assert self.shaking is not None
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
-        start = section.x, section.v, section.nodes.get("p", 0.0) / s.volts, 0.0
+        voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
+        start = section.x, section.v, voltage / s.volts, stored / s.volts
         grid, covered = (device.h, stride or kicks), (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
         smooth = device.eqs.stop_stiffness is None
@@ -145,7 +146,8 @@ class _Path:
             if (name := outer.get(node, f"xload.{node}")) in names:
                 slow[3, 2 + names.index(name)] += sign
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
-        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale)
+        swing = 1.0 / s.volts**2
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)
 
     def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, CoupledState, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
@@ -191,36 +193,35 @@ class _Path:
 
 
 def periodic_response(
-    device: CoupledDevice, x: float, v: float, deadline: float, enough: float = REACHED, near: Neighbour | None = None
+    device: CoupledDevice, origin: Origin, deadline: float, enough: float = REACHED, near: Neighbour | None = None
 ) -> PeriodicResponse | None:
-    """The response from (x, x'), with empty capacitors, or from ``near``, that of a drive a little different.
+    """The response from ``origin``, or from ``near``, that of a drive a little different.
 
     None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
-    path = _Path(device, 0.0 if near is None else near.phase, deadline, enough)
+    path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
     own = device.load.topology is None and not device.load.linear  # which may feed what grows
     linear = linear_growth(device.eqs) is not None and not own
-    section, known = (CoupledState(x, v), None) if near is None else (near.section, near.secants)
+    section, known = (origin.section, None) if near is None else (near.section, near.secants)
     path.farads = 0.0 if near is None else near.farads
-    if near is not None and (not linear or near.quiet > QUIET):  # the branch that it is on, as long as that is there
-        found = _settled(path, section, near.turns, linear, known, linear)
-        if found is not None:
-            return found
+    stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
+    if near and stays and (found := _settled(path, section, near.turns, linear, known, linear)):
+        return found
     section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
     quiet, away = quiet_kick(drive.readings[-path.size :, 3])
     if near is None or away < QUIET * path.size:
         section, _ = path.run(section, quiet)
         path.phase, known = (path.phase + quiet / path.size) % 1.0, None
-    if not linear:
-        section, _ = path.run(section, LONGEST * path.size)
-    found = _settled(path, section, 1, linear, known, linear)
-    if found is not None:
+    for _ in range(0 if linear else WANDERS):
+        sections, section, _ = path.unbroken(section, 1, LONGEST)
+        if any(comes_back(sections[:, :2], turns) for turns in range(1, MULTIPLES + 1)):
+            break  # a leap from farther away would lead to any response
+    if (found := _settled(path, section, origin.turns, linear, known, linear)) is not None:
         return found
     sections, *_ = path.unbroken(section, 1, 2 * LONGEST)
     for turns in range(1, MULTIPLES + 1):  # 1 again: it may have been too far away
         if comes_back(sections[:, :2], turns):
-            section, _ = path.run(section, 2 * LONGEST * path.size)
-            return _settled(path, section, turns, False)
+            return _settled(path, path.run(section, 2 * LONGEST * path.size)[0], turns, False)
     return None
 
 
@@ -241,10 +242,9 @@ def _settled(
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY):
         settled.probe()
-    if surely and settled.reach(path.enough, guess=True):
-        found = path.measured(settled, names, turns, path.enough)
-        if found is not None:
-            return found
+    guessed = surely and settled.reach(path.enough, guess=True)
+    if guessed and (found := path.measured(settled, names, turns, path.enough)):
+        return found
     if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
         return None
     return path.measured(settled, names, turns)

@@ -16,16 +16,32 @@ NEAR = 0.01  # of the motion's size: a return that is seen among sections that s
 
 @dataclass(frozen=True)
 class CoupledState:
-    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name."""
+    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name.
+
+    Where these are not known, there are none, and ``across`` has the voltages of the terminals and of Csmooth (V).
+    """
 
     x: float = 0.0
     v: float = 0.0
     nodes: dict[str, float] = field(default_factory=dict)
+    across: tuple[float, float] = (0.0, 0.0)
 
     def moved(self, since: "CoupledState", now: "CoupledState") -> "CoupledState":
         """Go the way of another one of the same nodes, from ``since`` to ``now``."""
         nodes = {name: one + now.nodes[name] - since.nodes[name] for name, one in self.nodes.items()}
         return CoupledState(self.x + now.x - since.x, self.v + now.v - since.v, nodes)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the way to a response begins: at the part ``phase`` of a period of the drive.
+
+    It is looked for as one that comes back after so many ``turns`` of the drive, before others.
+    """
+
+    section: CoupledState
+    phase: float = 0.0
+    turns: int = 1
 
 
 def comes_back(motion: Floats, turns: int) -> bool:

@@ -107,7 +107,8 @@ class Ensemble(Sampled):
         pair = RichardsonPair(trajectories, duration, number(self.budget))
         reasons = [self.REASON, HALF if trajectories.hopping else ""]
         several = may_have_several(problem) and (self.budget, self.trajectories, self.duration) == (None, None, None)
-        responses = steady_responses(problem, what, self.seed, self.UNKNOWN) if several else ()
+        found = steady_responses(problem, what, self.seed, self.NAME, self.UNKNOWN) if several else ()
+        responses = tuple(one.response for one in found)
         agreed = disagreement(pair.moments, what.name, responses) if eqs.is_steady else None
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)

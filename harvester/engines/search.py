@@ -4,6 +4,7 @@ It is made by the model without ngspice: the equations with a load resistor, or 
 """
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,14 +27,25 @@ def may_have_several(problem: Problem) -> bool:
     return problem.equations.is_steady and linear_growth(problem.equations) is None
 
 
-def steady_responses(problem: Problem, model: "Model", seed: int, unknown: str = "") -> tuple[SteadyResponse, ...]:
-    """The responses of a model, the most frequent first; none where the search does not settle.
+@dataclass(frozen=True)
+class SearchedResponse:
+    """A response, and one of its states, at the part ``phase`` of a period: x, x', V, and the voltage of Csmooth."""
+
+    response: SteadyResponse
+    state: tuple[float, float, float, float]
+    phase: float
+
+
+def steady_responses(
+    problem: Problem, model: "Model", seed: int, engine: str, unknown: str = ""
+) -> tuple[SearchedResponse, ...]:
+    """The responses of the ``engine``'s model, the most frequent first; none where the search does not settle.
 
     They are those that stay at half the step of the search.  A mean has the error of its step, from the same response
     before, and of sampling: of the drive's phase on the grid of steps where it comes back, else of the motion.  What
     the longer step does not have, and what the model leaves out (``unknown``), is not known.
     """
-    from harvester.mechanics.ensemble.attractors import attractors, from_many_starts
+    from harvester.mechanics.ensemble.attractors import attractors, from_many_starts, sections
 
     try:
         trajectories = from_many_starts(model.eqs, np.random.SeedSequence(seed), model.circuit)
@@ -43,10 +55,14 @@ def steady_responses(problem: Problem, model: "Model", seed: int, unknown: str =
         fine = attractors(finer)
     except SimulationError:
         return ()
-    scale = model.factor * problem.units.watts
-    count = trajectories.count
-    found = [(one, _power(one, rough, model.name).scaled(scale).lacking(unknown)) for one in fine]
-    return tuple(SteadyResponse(power, len(one.members) / count, one.turns, one.chaotic) for one, power in found)
+    scale, places, found = model.factor * problem.units.watts, sections(finer), []
+    for one in fine:
+        power = _power(one, rough, model.name).scaled(scale).lacking(unknown)
+        middle = one.members[np.argsort(one.entries(model.name))[len(one.members) // 2]]
+        x, v, voltage, stored, phase = map(float, places[:, middle])
+        response = SteadyResponse(power, len(one.members) / finer.count, one.turns, one.chaotic, engine)
+        found.append(SearchedResponse(response, (x, v, voltage, stored), phase))
+    return tuple(found)
 
 
 def _power(one: "Attractor", rough: "list[Attractor]", name: str) -> Value:

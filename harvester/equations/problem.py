@@ -1,5 +1,6 @@
 """A scene made ready to be solved: its equations, scales, effects and circuit, made once and handed down."""
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -34,6 +35,12 @@ class Problem:
         if isinstance(scene, Problem):
             return scene
         return cls(scene if isinstance(scene, Scene) else load(scene))
+
+    @cached_property
+    def plain(self) -> "Problem":
+        """The same with a load resistance, where the netlist is no more than a resistor; else itself."""
+        resistance = None if self.netlist is None or self.circuit is None else self.circuit.resistance
+        return self if resistance is None else Problem(replace(self.scene, load=Load(resistance=resistance)))
 
     def in_circuit(self, unit: str) -> float:
         """What one of the scene's own units is in the circuit that runs, of a quantity in V, A, W or J."""

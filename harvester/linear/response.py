@@ -46,12 +46,17 @@ def white(eqs: Equations) -> WhiteResponse:
 def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
 
+    With a spring of two wells they are those of small motions in the first, whose stiffness takes the place of the 1.
     Infinite at a resonance where nothing takes energy.
     """
-    s, mu = 1j * np.asarray(w), eqs.mu or 0.0
+    s, mu, stiffness = 1j * np.asarray(w), eqs.mu or 0.0, 1.0
+    if eqs.linear is not None:
+        linear, alpha2, alpha = eqs.spring
+        rest = eqs.resting_places[0]
+        stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
-        x = 1.0 / (1.0 + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
+        x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
         return np.array([x, voltage * x])
 
 

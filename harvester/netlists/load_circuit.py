@@ -32,8 +32,9 @@ class LoadCircuit:
     Parameters
     ----------
         values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it has a Cp.
-    linear
-        whether it is the plain load resistor, which needs no step control of ngspice's own.
+    resistance
+        of a circuit that is no more than the load resistor (ohm), which needs no step control of ngspice's own; else
+        None.
     smoothing, storage
         the smoothing capacitor Csmooth (F), and its product with Rload (s); None where there is none or it is no plain
         number.
@@ -51,7 +52,7 @@ class LoadCircuit:
     name: str
     text: str
     parameters: dict[str, float] = field(default_factory=dict)
-    linear: bool = False
+    resistance: float | None = None
     smoothing: float | None = None
     storage: float | None = None
     topology: str | None = None
@@ -61,6 +62,11 @@ class LoadCircuit:
     nets: dict[str, str] = field(default_factory=dict)
     renamed: dict[str, str] = field(default_factory=dict)
     ground: str = ""
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is no more than the load resistor."""
+        return self.resistance is not None
 
 
 def netlist_folder() -> Path:
@@ -116,7 +122,7 @@ def _read(path: Path, load: Load, capacitance: float | None, topology: str | Non
         header.name,
         text,
         scene_values,
-        linear=path == netlist_folder() / "resistor.cir" and "R" in scene_values,
+        resistance=_lone_resistance(body, header, values),
         smoothing=smoothing,
         storage=storage,
         topology=topology,
@@ -161,18 +167,37 @@ def _storage(load: list[Line], values: dict[str, float]) -> tuple[float | None, 
 
     Raises InputError where it is known that Rload would give power, or Csmooth energy.
     """
-    known = {key.lower(): value for key, value in values.items()}
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     found: dict[str, float | None] = {}
     for line in load:
         tokens = line.text.lower().split()
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
-            value = found[tokens[0]] = known[name] if name in known else ngspice_number(tokens[3])
+            value = found[tokens[0]] = _number(tokens[3], values)
             if value is not None and value < 0.0:
                 raise invalid(spelled.get(name, f"netlist {line.where}"), f"be at least 0, for {tokens[0]}", value)
     resistance, capacitance = found.get("rload"), found.get("csmooth")
     return capacitance, None if resistance is None or capacitance is None else resistance * capacitance
+
+
+def _number(token: str, values: dict[str, float]) -> float | None:
+    """The value of an element: a number, or a parameter of that name; None for an expression."""
+    known = {key.lower(): value for key, value in values.items()}
+    name = token.strip("{}'")
+    return known[name] if name in known else ngspice_number(token)
+
+
+def _lone_resistance(load: list[Line], header: Header, values: dict[str, float]) -> float | None:
+    """The resistance (ohm) of a subcircuit whose only element is Rload, from terminal to terminal; else None."""
+    elements = [line.text.lower().split() for line in load if line.word not in (".subckt", ".ends", ".model")]
+    if len(elements) != 1 or len(elements[0]) != 4:
+        return None
+    _, *nodes, value = elements[0]
+    ground = {"0": header.terminals[1].lower(), "gnd": header.terminals[1].lower()}
+    if {ground.get(node, node) for node in nodes} != {terminal.lower() for terminal in header.terminals}:
+        return None
+    resistance = _number(value, values)
+    return resistance if resistance is not None and resistance > 0.0 else None
 
 
 def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:

@@ -30,5 +30,5 @@ def test_the_larger_difference_counts(v2, load, said):
 def test_starts_that_are_known_to_come_to_one_response_agree(periods, warned):
     """They differ by the places of impacts and switchings in a step; not so a response that never comes back."""
     moments = SimpleNamespace(V2=np.array([1.0, 1.2]), load=np.array([1.0, 1.0]))
-    responses = tuple(SteadyResponse(Value(1.0), 1.0 / len(periods), one, False) for one in periods)
+    responses = tuple(SteadyResponse(Value(1.0), 1.0 / len(periods), one, False, "ideal") for one in periods)
     assert (disagreement(moments, "load", responses) is not None) == warned

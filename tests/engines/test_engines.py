@@ -171,7 +171,7 @@ def test_netlist_load():
 def test_a_netlist_of_ones_own(tmp_path):
     """Nothing ideal stands beside it: ngspice runs only, and no bias of the step is known."""
     own = tmp_path / "own.cir"
-    own.write_text(".subckt own p n R=1Meg\nRload p n {R}\n.ends\n")
+    own.write_text(".subckt own p n R=1Meg\nRload p n {R}\nR2 p n 1G\n.ends\n")
     answer = hv.Spice(trajectories=2, duration=2.0).run(PLATE.with_load(hv.Load(netlist=str(own))))
     assert answer.mean_power.bias is None
     assert "not known" in answer.reason

@@ -210,3 +210,14 @@ def test_engine_states_its_error_and_serves_open_circuits():
     assert opened.warnings[0].startswith("open circuit")
     quiet = hv.Exact().run(hv.Scene(oscillator=scene.oscillator, piezo=scene.piezo, load=scene.load))
     assert (quiet.mean_power.value, quiet.warnings[0][:21]) == (0.0, "the response dies out")
+
+
+def test_small_motions_in_one_of_two_wells():
+    """The stiffness there is 2, and not the 1 about x = 0 that a spring of one well has."""
+    eqs = changed(DRIVEN, linear=-1.0, alpha=1.0, drive=1e-4, drive_frequency=1.3)
+    trajectories = Trajectories(eqs, 8, SEED, h=0.01, start=np.array([1.0, 0.0, 0.0]))
+    trajectories.run(400.0)
+    moments = trajectories.run(10.0 * eqs.shaking_period)
+    x, voltage = np.abs(amplitudes(eqs, 1.3)) * eqs.drive / math.sqrt(2.0)
+    assert np.sqrt(moments.V2) == pytest.approx(voltage, rel=1e-3)
+    assert np.sqrt(moments.x2 - moments.x**2) == pytest.approx(x, rel=1e-3)

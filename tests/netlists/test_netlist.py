@@ -46,7 +46,7 @@ def test_every_shipped_netlist_is_read(name):
     circuit = load_circuit(Load(netlist=name))
     assert circuit.text.lower().startswith(f".subckt {name} p n")
     assert f"\n.ends {name}" in circuit.text.lower()
-    assert not circuit.linear  # without its R
+    assert circuit.resistance == (1e6 if name == "resistor" else None)
 
 
 def test_only_the_subcircuit_of_a_file_is_used(tmp_path):
@@ -59,6 +59,22 @@ def test_only_the_subcircuit_of_a_file_is_used(tmp_path):
 
 def test_a_netlist_named_resistor_is_not_the_resistor(tmp_path):
     assert not given(tmp_path, GOOD.replace("mine", "resistor"), R=2e6).linear
+
+
+@pytest.mark.parametrize(
+    ("lines", "ohms"),
+    [
+        ("+ ohms=5k\nRload n p {ohms}", 2e6),
+        ("Rload p 0 47k ; nothing else", 47e3),
+        ("+ ohms=5k\nRload p n {2*ohms}", None),
+        ("Rload p n 1k\nR2 p n 1k", None),
+        ("Rload p n 1k tc1=0.01", None),
+        ("Rload p n 1k\nD1 p n diode\n.model diode D(Is=1n)", None),
+    ],
+)
+def test_a_resistor_alone_is_known_by_what_it_is(tmp_path, lines, ohms):
+    text = f"* mine\n.subckt mine p n\n{lines}\n.ends\n"
+    assert given(tmp_path, text, **({"ohms": 2e6} if "ohms" in lines else {})).resistance == ohms
 
 
 def test_what_the_subcircuit_uses_comes_along(tmp_path):

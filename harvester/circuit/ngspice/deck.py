@@ -71,7 +71,7 @@ def build_deck(
         ]
         current = "vmeter"
     elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
-    time_constant = load.parameters["R"] * capacitance if load.linear else None
+    time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing or 0.0)
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]

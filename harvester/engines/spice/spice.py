@@ -14,12 +14,13 @@ from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
+from harvester.engines.spice.other_responses import with_others
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.pursuit import pursue
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.engines.spice.steady import Steady
-from harvester.engines.spice.steady_answer import steady_estimate, with_others
+from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import along, follows, steady_response
 from harvester.engines.spice.unfinished import unfinished
 from harvester.engines.tails import existence
@@ -114,7 +115,7 @@ class Spice(Sampled):
         begin = time.perf_counter()
         try:
             answer, steady = self.follow(scene, None, progress)
-            return answer if steady is None or self.budget is not None else with_others(answer, Problem.of(scene))
+            return with_others(self, answer, Problem.of(scene), self.reltol, steady)
         except OutOfTimeError as error:
             return unfinished(self.NAME, Problem.of(scene), error, time.perf_counter() - begin)
 
@@ -129,15 +130,15 @@ class Spice(Sampled):
     def follow(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """As `run`, and the periodic response where there is one.
+        """As `run`, and the periodic response where there is one: from rest, or that which a slow change leads to.
 
-        It is that which a slow change of a steady drive leads to from ``near``, the one of a drive a little different;
-        None: from rest.
+        That is from ``near``, the one of a drive a little different.
         """
         from harvester.circuit import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
-        watch, exists = watch_of(problem, self.probe, self.ledger), existence(problem)
+        watch, problem = watch_of(problem, self.probe, self.ledger), problem if self.ledger else problem.plain
+        exists = existence(problem)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
@@ -209,8 +210,7 @@ class Spice(Sampled):
             moments.V2,
         )
         answer = with_sampled_probes(answer, problem, watch, runs)
-        effects = problem.effects if ready.resistive else (*problem.effects, "netlist")
-        return dataclasses.replace(answer, effects=effects), None
+        return dataclasses.replace(answer, effects=(*problem.effects, *["netlist"] * (not ready.resistive))), None
 
     def _first_round(
         self,

@@ -17,7 +17,7 @@ from harvester.uncertainty.value import Value
 if TYPE_CHECKING:
     from harvester.circuit.periodic import Neighbour, PeriodicResponse
     from harvester.circuit.runs import CoupledDevice
-    from harvester.circuit.sections import CoupledState
+    from harvester.circuit.sections import CoupledState, Origin
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
@@ -27,6 +27,7 @@ REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as rel
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
 SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
+NOT_MEASURED = "the step and ngspice's tolerance"
 FEWEST = 64  # steps in a period, of the longest step
 SAME_PHASE = 1e-9  # of the drive's period
 LITTLE, NEIGHBOURS = 0.02, 8  # of the error asked for: a tolerance's part that is measured at one of so many neighbours
@@ -78,14 +79,16 @@ class Steady:
         """The response at the finest step."""
         return self.found[self.finest, self.tenths]
 
-    def begin(self, near: "Neighbour | None") -> bool:
-        """Find the response from rest, or the one that ``near`` leads to; whether there is one that comes back.
+    def begin(self, near: "Neighbour | None", origin: "Origin | None" = None) -> bool:
+        """Find the response from ``origin`` (None: rest), or the one that ``near`` leads to; whether one comes back.
 
         Raises OutOfTimeError at the deadline.
         """
         from harvester.circuit.periodic import periodic_response
+        from harvester.circuit.sections import CoupledState, Origin
         from harvester.circuit.worker_pool import map_in_workers
 
+        origin = origin or Origin(CoupledState(self.first.eqs.resting_places[0]))
         before, ahead, so_far = None if self.near is None else self.near.before, near, None
         if near is not None:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
@@ -93,11 +96,9 @@ class Steady:
             self.followed, self.before = True, near.section
         for trapezoidal, start_near in ((True, ahead), (False, near)):
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
-            start = self.first.eqs.resting_places[0], 0.0
+            given = self.first, origin, self.deadline, self.enough, start_near
             try:
-                found = next(
-                    map_in_workers(periodic_response, [(self.first, *start, self.deadline, self.enough, start_near)])
-                )
+                found = next(map_in_workers(periodic_response, [given]))
             except OutOfTimeError as error:
                 error.so_far = error.so_far or so_far
                 raise
@@ -173,7 +174,7 @@ class Steady:
     def value(self, name: str) -> Value:
         """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
         if self.unknown:
-            return Value(float(getattr(self.last, name)))
+            return Value(float(getattr(self.last, name)), unknown=NOT_MEASURED)
         value, parts = self.errors(name)
         return Value(value, bias=sum(parts))
 

@@ -1,15 +1,11 @@
 """What engine `spice` answers under a steady drive: means and motion of the periodic response, and its ledger."""
 
 import dataclasses
-import time
 
 from harvester.answers.details import DISPLACEMENT, PHASES
 from harvester.answers.estimate import Estimate
-from harvester.engines.ensemble import Ensemble
-from harvester.engines.ideal import Ideal
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import estimate
-from harvester.engines.search import may_have_several, steady_responses
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import stand_in
 from harvester.engines.spice.steady import Steady
@@ -62,30 +58,6 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
     )
     return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
-
-
-def with_others(answer: Estimate, problem: Problem) -> Estimate:
-    """The answer with all responses to the same drive that a search without ngspice finds, and what that says of it.
-
-    Not searched is a linear mass, which has one response, and a circuit whose ideal elements are not known.
-    """
-    if not may_have_several(problem):
-        return answer
-    engine = Ensemble() if problem.netlist is None else Ideal()
-    if engine.refusal(problem):
-        return dataclasses.replace(answer, reason=f"{answer.reason}; other responses to the drive are not looked for")
-    begin = time.perf_counter()
-    found = steady_responses(problem, engine.model(problem), engine.seed, engine.UNKNOWN)
-    answer = dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
-    if not found:
-        word = "a search for other responses to the drive, from other starts, did not settle"
-        return dataclasses.replace(answer, warnings=(*answer.warnings, word))
-    told = f"engine {engine.NAME!r} from many starts"
-    if len(found) == 1:
-        reason = f"{answer.reason}; {told} finds no other response to the drive"
-        return dataclasses.replace(answer, responses=found, reason=reason)
-    word = f"the drive has {len(found)} responses, and this is the one from rest; the others are found by {told}"
-    return dataclasses.replace(answer, responses=found, warnings=(*answer.warnings, word))
 
 
 def _motion(problem: Problem, steady: Steady) -> dict[str, float]:

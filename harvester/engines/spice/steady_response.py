@@ -76,26 +76,40 @@ def steady_response(
 
     Raises as `harvester.circuit.runs.run_in_this_process`.
     """
-    from harvester.circuit.runs import CoupledDevice, warm_up_workers
+    from harvester.circuit.runs import warm_up_workers
 
-    eqs, circuit, budget = problem.equations, problem.circuit, number(options.budget)
-    assert circuit is not None, "the engine refuses an open circuit"
-    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
-    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
-    warm, start = 0.0, 0.0
+    steady, budget, start = to_be_found(options, problem, reltol, probes), number(options.budget), 0.0
     if near is None:
-        code, warm = machine_code(), warm_up_workers(device)
+        code, warm = machine_code(), warm_up_workers(steady.first)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
-    deadline = math.inf if budget is None else time.monotonic() + max(budget - start, RUNNING * budget)
-    steady = Steady(device, halvings, deadline, number(options.within) or WITHIN, warm_up_seconds=warm)
+        steady.warm_up_seconds = warm
+    if budget is not None:
+        steady.deadline = time.monotonic() + max(budget - start, RUNNING * budget)
     if isinstance(near, Steady):
         steady.near, near.near = near, None  # of a long way no more is kept
     if not steady.begin(near.found[0, 0] if isinstance(near, Steady) else near):
         return None if near is None else steady_response(options, problem, reltol, progress, probes)
-    if halvings < 2:
+    make_precise(steady, progress)
+    return steady
+
+
+def to_be_found(options: Sampled, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
+    """A response that is not yet found, with the device of its longest step."""
+    from harvester.circuit.runs import CoupledDevice
+
+    eqs, circuit = problem.equations, problem.circuit
+    assert circuit is not None, "the engine refuses an open circuit"
+    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
+    device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
+    return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
+
+
+def make_precise(steady: Steady, progress: Progress | None = None) -> None:
+    """Follow a response that was found to smaller steps and tolerances until its error is known, and small enough."""
+    if steady.halvings < 2:
         steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
-        return steady
-    steady.measure(not circuit.linear)
+        return
+    steady.measure(not steady.first.load.linear)
     going = not steady.unknown
     while going:
         power = steady.value("power")
@@ -103,7 +117,6 @@ def steady_response(
         if progress is not None:
             progress(1.0 / max(share, 1.0))
         going = share > 1.0 and steady.improve()
-    return steady
 
 
 def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:

@@ -90,6 +90,22 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
     return found
 
 
+def sections(trajectories: Trajectories) -> Floats:
+    """Where all trajectories are in mid-drift, and at which part of a period of a steady drive: shape (5, count).
+
+    The rows are x, x', V, the voltage of a circuit's capacitor (0 without a circuit), and that part.
+    """
+    eqs, h = trajectories.eqs, trajectories.h
+    now, there = trajectories.filter, trajectories.snapshot()
+    p, q = now[:, 0].ravel(), now[:, 1].ravel()
+    if eqs.drive is None:  # q is the place in the record
+        phase = (q + 0.5) * h / (eqs.shaking_period or h)
+    else:
+        phase = (np.arctan2(q / eqs.drive, p / eqs.drive) + 0.5 * h * (eqs.drive_frequency or 0.0)) / (2.0 * math.pi)
+    stored = np.zeros(trajectories.count) if trajectories.circuit is None else trajectories.state[:, 3].ravel()
+    return np.vstack([there, stored, phase % 1.0])
+
+
 def _present(trajectories: Trajectories) -> list[Attractor]:
     """The responses that trajectories are near at present."""
     period = trajectories.eqs.shaking_period
