@@ -4,6 +4,7 @@ import os
 import signal  # and nothing that takes long: before `main` Python prints a traceback for ^C
 
 from harvester.machine.cores import ONE_THREAD
+from harvester.machine.imports import search_garbage_rarely
 
 
 def main() -> None:
@@ -13,6 +14,7 @@ def main() -> None:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     for name, one in ONE_THREAD.items():
         os.environ.setdefault(name, one)
+    search_garbage_rarely()
     from harvester.cli import main as run
 
     signal.signal(signal.SIGINT, before)

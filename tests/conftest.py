@@ -8,9 +8,11 @@ import pytest
 
 import harvester as hv
 from harvester.machine.cores import ONE_THREAD
+from harvester.machine.imports import search_garbage_rarely
 from tests.support.judge import asked
 
 os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
+gc.disable()  # while tests are collected
 
 LIBRARY = "NGSPICE_LIBRARY_PATH"
 NOWHERE = "/this test lacks the marker ngspice"
@@ -25,9 +27,11 @@ def harvester():
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish():
-    """Python's search for garbage leaves out what is there until the end: libraries, and thousands of tests."""
+    """Python's search for garbage begins here, and leaves out what is there until the end: libraries, and tests."""
     gc.collect()
     gc.freeze()
+    search_garbage_rarely()
+    gc.enable()
 
 
 @pytest.hookimpl(wrapper=True)

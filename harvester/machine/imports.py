@@ -1,12 +1,25 @@
-"""Libraries that take settings from files of the current folder, loaded without them: it may be a stranger's."""
+"""How libraries are loaded: without the settings that some take from files of the current folder, and undisturbed."""
 
+import gc
 import importlib
 import os
 import sys
 
 
+def search_garbage_rarely() -> None:
+    """Let Python look through older objects for garbage less often than it does by itself, in this whole process.
+
+    Libraries and compiled kernels make hundreds of thousands of objects that stay: looking through them again and
+    again takes a tenth of the time that a process needs to load numba and ngspice.  For processes of our own only.
+    """
+    gc.set_threshold(700, 50, 50)
+
+
 def load_elsewhere(name: str) -> bool:
-    """Import a library while the root is the current folder; False, and nothing is done, where it is loaded already."""
+    """Import a library while the root is the current folder; False, and nothing is done, where it is loaded already.
+
+    That folder may be a stranger's.
+    """
     if name in sys.modules:
         return False
     here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # O_PATH: it may be a folder that cannot be read

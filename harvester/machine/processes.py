@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 
 import loky
 
+from harvester.machine.imports import search_garbage_rarely
+
 T = TypeVar("T")
 Job = TypeVar("Job")
 
@@ -133,6 +135,7 @@ def _without_keyboard_interrupts() -> Iterator[None]:
 
 def _begin(parent: int, folder: str | None) -> None:
     """Go to the folder of this process, and end it soon after its parent, whatever it computes: nobody else would."""
+    search_garbage_rarely()
     if folder is not None:
         os.chdir(folder)
         os.environ["HOME"] = folder  # later than Python's start, which finds the user's packages by it

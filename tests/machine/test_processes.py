@@ -1,9 +1,11 @@
 """Worker processes: what starts them may be a thread among several, of a process that is a daemon (as Dask's are)."""
 
 import errno
+import gc
 import os
 import subprocess
 import sys
+import weakref
 from collections import deque
 
 import pytest
@@ -48,3 +50,27 @@ def test_a_process_that_the_system_refuses(monkeypatch):
     monkeypatch.setattr(os, "pipe", refuse)
     with pytest.raises(OSError, match="Too many open files"):
         processes.submit_to_one(deque([process]), processes.create, abs, (-1,))
+
+
+def alive(count):
+    """Thresholds of a process's search for garbage, and how many of so many objects that hold themselves are left."""
+
+    class Own:
+        pass
+
+    left = weakref.WeakSet()
+    for _ in range(count):
+        one = Own()
+        one.self = one
+        left.add(one)
+    return gc.get_threshold(), len(left)
+
+
+def test_a_worker_searches_garbage_rarely_but_searches():
+    process = processes.create()
+    try:
+        (_, *older), left = process.submit(alive, 20_000).result(60)
+    finally:
+        processes.kill(process)
+    assert min(older) > 10  # Python's own
+    assert left < 2_000
