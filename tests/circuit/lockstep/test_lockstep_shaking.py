@@ -90,7 +90,7 @@ IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under prelo
     "gap": (changed(QUIET, gap=0.3, drive_frequency=1.1), 5e-5),
     "preload": (changed(QUIET, restitution=0.0, gap=-0.3, drive_frequency=1.1), 5e-5),
     "two": (changed(QUIET, gap=0.3, opposite_restitution=0.6, opposite_gap=0.5, drive_frequency=1.1), 2e-4),
-    "hum": (changed(HUM, restitution=0.8), 2e-3),
+    "hum": (changed(HUM, restitution=0.8, gap=0.0), 2e-3),
 }
 
 
