@@ -97,8 +97,11 @@ class Ensemble(Sampled):
         if eqs.density is not None:
             count = max(count, FEWEST_DRAWN if self.trajectories else DRAWN)
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
-        resolve_shocks(trajectories, problem, h)
-        warnings = exists.warnings + burn_in(trajectories, number(self.budget)) + rare_hops(trajectories, problem)
+        if problem.events is not None and problem.events.briefest is not None and h is None:
+            resolve_shocks(trajectories, problem.events.briefest * unit)
+        warnings = exists.warnings + burn_in(trajectories, number(self.budget))
+        if trajectories.hopping is not None:
+            warnings.append(rare_hops(trajectories.hopping, trajectories.h, problem))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         spent = time.perf_counter() - loaded

@@ -7,7 +7,6 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.repeated_shaking import events
 from harvester.errors import CannotServeError, HarvesterError
 from harvester.scene.scene import Scene
 from harvester.scene.usual import unusual_values
@@ -109,7 +108,7 @@ def estimate(
     """The answer in the scene's units, from a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P]."""
     eqs, units = problem.equations, problem.units
     power = with_power(v2, eqs) if power is None else power
-    shocks = events(problem.scene)
+    shocks = problem.events
     doubts = [*unusual_values(problem.scene), *([shocks.warning] if shocks is not None and shocks.warning else [])]
     return Estimate(
         engine=engine,

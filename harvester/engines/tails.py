@@ -42,8 +42,11 @@ def existence(problem: Problem, sampled: bool = True) -> Existence:
     Raises InfiniteMeanError where the mean surely does not exist, and UnboundedResponseError where there is not even a
     stationary law.
     """
-    tail = power_tail(problem.equations, driven=problem.netlist is not None)
-    if tail is None or not problem.equations.is_shaken:
+    eqs = problem.equations
+    if eqs.n2 is None or not eqs.is_shaken:
+        return Existence(None)
+    tail = power_tail(eqs, driven=problem.netlist is not None)
+    if tail is None:
         return Existence(None)
     law = f"noise of the stiffness makes large amplitudes A as likely as A^-(1 + q), {_told(tail)}"
     if tail.lacks(0.0):

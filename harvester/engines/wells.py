@@ -7,18 +7,15 @@ from harvester.equations.problem import Problem
 from harvester.uncertainty.value import amount
 
 if TYPE_CHECKING:
-    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.ensemble.hopping import Hopping
 
 ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells stationary
 BETWEEN = "the mean is known between those of the wells only"
 HALF = "the error of the model is half the distance between the wells"
 
 
-def rare_hops(trajectories: "Trajectories", problem: Problem) -> list[str]:
-    """The warning that hops are rare, how rare, and what an answer would take; none where they are not."""
-    hops = trajectories.hopping
-    if hops is None:
-        return []
+def rare_hops(hops: "Hopping", h: float, problem: Problem) -> str:
+    """The warning that hops are rare, how rare, and what an answer would take at a step of ``h``."""
     eqs, unit = problem.equations, problem.units
     second, metre = (" s", "m") if problem.physical else ("/w0", "")
     places = " and ".join(f"x = {amount(x * unit.length, metre)}" for x in eqs.resting_places)
@@ -29,9 +26,9 @@ def rare_hops(trajectories: "Trajectories", problem: Problem) -> list[str]:
     )
     rate = hops.rate if hops.hops or rates is None else sum(rates)
     least = "at least" if rates is None and not hops.hops else "about"
-    return [
+    return (
         f"hops between the wells at {places} are rare: {hops.hops} in {whole:.2g}{second} of all trajectories "
         f"together{formula}, so that a mean over the wells would take a burn-in of {least} "
-        f"{ENOUGH / rate / unit.frequency:.1g}{second}, {ENOUGH / rate / trajectories.h * hops.count:.1g} "
+        f"{ENOUGH / rate / unit.frequency:.1g}{second}, {ENOUGH / rate / h * hops.count:.1g} "
         f"trajectory-steps; {BETWEEN}"
-    ]
+    )

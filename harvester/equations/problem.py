@@ -5,6 +5,7 @@ from functools import cached_property
 from pathlib import Path
 
 from harvester.equations.from_scene import equations_at
+from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
@@ -54,6 +55,12 @@ class Problem:
     def netlist(self) -> str | None:
         """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
         return None if self.scene.load is None else self.scene.load.netlist
+
+    @cached_property
+    def events(self) -> Events | None:
+        """The shocks or steps that shake the base; None where the shaking is no sequence of events."""
+        shaking = self.scene.excitation
+        return None if shaking is None or shaking.profile is None else events(self.scene)
 
     @cached_property
     def circuit(self) -> LoadCircuit | None:

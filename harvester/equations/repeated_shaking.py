@@ -26,12 +26,14 @@ LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of 
 class Events:
     """Shocks or steps that shake the base, ``rate`` of them a second.
 
-    Where a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.
+    Where a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.  ``briefest`` is
+    the time in s that a shock changes in: its duration, or half a turn of its sine; None for steps.
     """
 
     rate: float
     single: bool = False
     memory: float = 0.0
+    briefest: float | None = None
 
     @property
     def warning(self) -> str:
@@ -59,24 +61,15 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
 
 
 def events(scene: Scene) -> Events | None:
-    """The shocks or steps that shake the base; None where the shaking is no sequence of events."""
+    """The shocks or steps of the scene's profile; None where the profile is no sequence of events."""
     excitation = scene.excitation
-    if excitation is None or excitation.profile is None:
-        return None
-    if excitation.profile in SHOCKS:
-        period = _period(scene)
-        single = excitation.event_rate is None
-        return Events(1.0 / period, single, _memory(scene, period) if single else 0.0)
-    return Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
-
-
-def briefest(scene: Scene) -> float | None:
-    """The time in s that the shocks of a scene change in: their duration, half a turn of their sine; None without."""
-    excitation = scene.excitation
-    if excitation is None or excitation.profile not in SHOCKS or excitation.pulse_duration is None:
-        return None
-    half = 0.5 / excitation.frequency if excitation.frequency is not None else excitation.pulse_duration
-    return min(half, excitation.pulse_duration)
+    assert excitation is not None, "the caller checks"
+    if excitation.profile not in SHOCKS:
+        return Events(excitation.frequency or STEP_RATE) if excitation.profile == "walking" else None
+    duration, single, period = excitation.pulse_duration, excitation.event_rate is None, _period(scene)
+    assert duration is not None, "Excitation checks this"
+    half_turn = math.inf if excitation.frequency is None else 0.5 / excitation.frequency
+    return Events(1.0 / period, single, _memory(scene, period) if single else 0.0, min(half_turn, duration))
 
 
 def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:

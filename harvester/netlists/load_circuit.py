@@ -83,20 +83,11 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     Raises InputError for an unknown netlist, one that could run a command or reach a file outside its folder, one
     without two terminals or without Rload, and parameters that it lacks or that lack a value.
     """
-    if load.netlist is None:
+    name, parameters = load.netlist, load.parameters
+    if name is None:
         assert load.resistance is not None, "Load checks this"
-        given = Load(netlist="resistor", parameters={"R": load.resistance})
-        return _read(netlist_folder() / "resistor.cir", given, None, "resistor")
-    if is_path(load.netlist):
-        return _read(Path(load.netlist), load, capacitance, None)
-    known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
-    if load.netlist not in known:
-        raise unknown("netlist", load.netlist, known)
-    return _read(netlist_folder() / f"{load.netlist}.cir", load, capacitance, load.netlist)
-
-
-def _read(path: Path, load: Load, capacitance: float | None, topology: str | None) -> LoadCircuit:
-    """Read the netlist of a file; arguments as of `load_circuit`."""
+        name, parameters = "resistor", {"R": load.resistance}
+    path = Path(name) if is_path(name) else _of_package(name)
     folder = netlist_folder() / "parts"
     board = Board(list(read_lines(path)))
     if load.terminals is None and not any(line.word in (".subckt", ".ends") for line in board.lines):
@@ -108,7 +99,7 @@ def _read(path: Path, load: Load, capacitance: float | None, topology: str | Non
     body = _with_rload(path, subcircuits)
     header = header_of(body[0])
     _check_header(path, header, body)
-    scene_values = _scene_values(header, load.parameters, capacitance)
+    scene_values = _scene_values(header, parameters, capacitance)
     check_names(subcircuits, outside)
     check_size(subcircuits, header.name.lower())
     first = body[0].text
@@ -125,7 +116,7 @@ def _read(path: Path, load: Load, capacitance: float | None, topology: str | Non
         resistance=_lone_resistance(body, header, values),
         smoothing=smoothing,
         storage=storage,
-        topology=topology,
+        topology=None if is_path(name) else name,
         values=values,
         terminals=tuple(terminal.lower() for terminal in header.terminals),
         smoothing_nodes=_smoothing_nodes(body),
@@ -133,6 +124,14 @@ def _read(path: Path, load: Load, capacitance: float | None, topology: str | Non
         renamed=board.elements,
         ground=board.ground,
     )
+
+
+def _of_package(name: str) -> Path:
+    """The file of a netlist of the package, by its name."""
+    known = sorted(path.stem for path in netlist_folder().glob("*.cir"))
+    if name not in known:
+        raise unknown("netlist", name, known)
+    return netlist_folder() / f"{name}.cir"
 
 
 def _with_rload(path: Path, subcircuits: dict[str, list[Line]]) -> list[Line]:

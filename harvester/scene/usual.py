@@ -4,6 +4,7 @@ import math
 
 from harvester.scene.keys import TABLES, key_kind
 from harvester.scene.kinds import Kind
+from harvester.scene.physical import Excitation, Oscillator
 from harvester.scene.scene import Scene
 
 OVERDAMPED = 0.5  # damping ratio from which nothing resonates
@@ -20,22 +21,28 @@ def unusual_values(scene: Scene) -> list[str]:
                 unit = kind.example.strip("'").partition(" ")[2]
                 likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {unit}"
                 found.append(doubt + (f": is {likely} meant?" if unit not in ("", kind.unit) else ""))
-    return found + _doubts_of_pairs(scene) + _doubts_of_a_copy(scene)
+    if scene.oscillator is not None:
+        found += _doubts_of_resonance(scene.oscillator, scene.excitation)
+    own = None if scene.load is None else scene.load.parameters.get("Cp")  # by which the netlist times its switches
+    if own is not None and scene.piezo is not None:
+        piezo = scene.piezo.capacitance
+        if not math.isclose(float(own), piezo, rel_tol=1e-3):
+            found.append(
+                f"load.parameters.Cp is {float(own) * 1e9:.4g} nF, but piezo.capacitance is {piezo * 1e9:.4g} nF: left "
+                "out, it is the piezo's"
+            )
+    return found
 
 
-def _doubts_of_pairs(scene: Scene) -> list[str]:
+def _doubts_of_resonance(oscillator: Oscillator, shaking: Excitation | None) -> list[str]:
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
-    found, oscillator = list[str](), scene.oscillator
-    if oscillator is None:
-        return found
-    ratio = oscillator.damping_ratio
+    found, ratio = list[str](), oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
         found.append(
             f"oscillator.damping_ratio is {ratio:.4g}, which is Q = {0.5 / ratio:.2g}: such a mass does not resonate; "
             f"is {ratio:.4g}% meant?"
         )
     resonance = math.sqrt(abs(oscillator.stiffness) / oscillator.mass) / (2.0 * math.pi)
-    shaking = scene.excitation
     drive = None if shaking is None or shaking.acceleration_amplitude is None else shaking.frequency
     if drive is not None and resonance > 0.0 and not 1.0 / FAR <= drive / resonance <= FAR:
         found.append(
@@ -43,19 +50,6 @@ def _doubts_of_pairs(scene: Scene) -> list[str]:
             ": is its unit right?"
         )
     return found
-
-
-def _doubts_of_a_copy(scene: Scene) -> list[str]:
-    """A warning of a netlist's own Cp, by which its switches are timed, that is not the piezo's."""
-    if scene.piezo is None or scene.load is None:
-        return []
-    own, piezo = scene.load.parameters.get("Cp"), scene.piezo.capacitance
-    if own is None or math.isclose(float(own), piezo, rel_tol=1e-3):
-        return []
-    return [
-        f"load.parameters.Cp is {float(own) * 1e9:.4g} nF, but piezo.capacitance is {piezo * 1e9:.4g} nF: left out, it "
-        "is the piezo's"
-    ]
 
 
 def unusual(what: str, value: float, kind: Kind) -> str:

@@ -151,8 +151,11 @@ def prepare(
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
-    resolve_shocks(pilot, problem, h)
-    warnings = burn_in(pilot, number(options.budget)) + rare_hops(pilot, problem)
+    if problem.events is not None and problem.events.briefest is not None and h is None:
+        resolve_shocks(pilot, problem.events.briefest * unit)
+    warnings = burn_in(pilot, number(options.budget))
+    if pilot.hopping is not None:
+        warnings.append(rare_hops(pilot.hopping, pilot.h, problem))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(

@@ -57,8 +57,6 @@ def _with_probes(
 
     ``window`` is the time that they cover, in the scene's unit.
     """
-    if not watch.all:
-        return answer
     probes, details, places = {}, dict(answer.details), iter(columns)
     for probe in watch.probes:
         scale, found = 1.0 / problem.in_circuit(probe.unit), next(places)
@@ -85,8 +83,6 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     of a mean a third of their difference, of an extreme, which is of no order, the whole.  That of ngspice's tolerance
     is measured as that of the power.
     """
-    if not watch.all:
-        return answer
     from scipy.special import stdtrit
 
     from harvester.circuit.tolerance import sizes_of_probes

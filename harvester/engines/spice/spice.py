@@ -16,7 +16,7 @@ from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.other_responses import with_others
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
-from harvester.engines.spice.probes import watch_of, with_sampled_probes, with_steady_probes
+from harvester.engines.spice.probes import Watch, watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.pursuit import pursue
 from harvester.engines.spice.runs import FEWEST, Runs
 from harvester.engines.spice.steady import Steady
@@ -137,22 +137,22 @@ class Spice(Sampled):
         from harvester.circuit import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
-        watch, problem = watch_of(problem, self.probe, self.ledger), problem if self.ledger else problem.plain
+        watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
+        problem = problem if self.ledger else problem.plain
         exists = existence(problem)
         self.check_times(problem.physical)
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
             if steady is not None:
                 found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
-                return with_steady_probes(found, problem, watch, steady), steady
+                return with_steady_probes(found, problem, watch, steady) if watch.all else found, steady
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
-        searched = time.perf_counter() - begin
+        searched, code = time.perf_counter() - begin, machine_code()
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
-        code, noisy = machine_code(), eqs.is_random
         ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
         device = dataclasses.replace(ready.device, probes=watch.all)
         ready = dataclasses.replace(ready, device=device, seconds=ready.seconds + searched)
-        paired = ready.pair is not None and not self.alone and noisy
+        paired = ready.pair is not None and not self.alone and eqs.is_random
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
@@ -209,7 +209,7 @@ class Spice(Sampled):
             details,
             moments.V2,
         )
-        answer = with_sampled_probes(answer, problem, watch, runs)
+        answer = with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
         return dataclasses.replace(answer, effects=(*problem.effects, *["netlist"] * (not ready.resistive))), None
 
     def _first_round(

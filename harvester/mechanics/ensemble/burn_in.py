@@ -63,9 +63,9 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
             frequency = max(typical_frequency(eqs, x2, v2), chatter(eqs, v2))
             if h * frequency > 5 * STEP:
                 warnings.append(f"step {h:g} is coarse for a response of frequency {frequency:.3g}")
-            samples = trajectories.samples[0]
-            drawn = density_doubts(eqs, Record(h, samples)) if samples is not None else []
-            return warnings + record_doubts(eqs) + drawn
+            if (samples := trajectories.samples[0]) is not None:
+                warnings += record_doubts(eqs) + density_doubts(eqs, Record(h, samples))
+            return warnings
         trajectories.restart(shorter)
 
 
