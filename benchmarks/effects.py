@@ -84,7 +84,7 @@ def aligned(shape, kind):
 def prepared(function, e, held, readings=READINGS, numbers=False):
     """A call of a kernel on these arrays; ``numbers``: one by hand, where an absent coefficient is a zero not read."""
     state, words, sums = held
-    others = Trajectories(e, LANES, np.random.SeedSequence(2), H).shaker(0)
+    others = Trajectories(e, LANES, np.random.SeedSequence(2), H).shakers[0]
     values, steps = (*coefficients(e), others), (2 * PAIRS, False)
     if numbers:
         values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)  # the paper's scene's

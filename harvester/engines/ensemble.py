@@ -88,15 +88,15 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else (number(self.dt) or 0.0) * unit
         code = machine_code()
-        with compilation() as first:
-            compile_pair(eqs, seed, circuit, controlled=True)
-        only_loaded = 0 < code == machine_code()  # nothing was compiled
-        begin = time.perf_counter()
-        loaded = begin - first.seconds * only_loaded  # from when the budget counts
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         if eqs.density is not None:
             count = max(count, FEWEST_DRAWN if self.trajectories else DRAWN)
         trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
+        with compilation() as first:
+            compile_pair(trajectories)
+        only_loaded = 0 < code == machine_code()  # nothing was compiled
+        begin = time.perf_counter()
+        loaded = begin - first.seconds * only_loaded  # from when the budget counts
         if problem.events is not None and problem.events.briefest is not None and h is None:
             resolve_shocks(trajectories, problem.events.briefest * unit)
         warnings = exists.warnings + burn_in(trajectories, number(self.budget))

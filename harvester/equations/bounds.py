@@ -20,7 +20,7 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
     linear equations have an eigenvalue that grows, or where the spring's energy falls without bound on a side without
     a stop.
     """
-    feed = eqs.c1 or 0.0
+    feed = eqs.friction[0]
     growth = None if driven or feed <= 0.0 else linear_growth(eqs)
     if growth is not None and growth > SLOWEST + ROUNDING * (feed + (eqs.beta or 0.0) + (eqs.mu or 0.0)):
         raise UnboundedResponseError(
@@ -64,9 +64,8 @@ def flow(eqs: Equations) -> Floats:
     return np.array([[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]])
 
 
-def strongest_feed(eqs: Equations) -> float:
+def strongest_feed(c1: float, c2: float, c3: float) -> float:
     """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere."""
-    c1, c2, c3 = eqs.c1 or 0.0, eqs.c2 or 0.0, eqs.c3 or 0.0
     return max(c1 + (c2 * c2 / (4.0 * c3) if c2 > 0.0 and c3 > 0.0 else 0.0), 0.0)
 
 
@@ -90,9 +89,10 @@ def surely_bounded(eqs: Equations) -> bool:
     The friction grows with the amplitude; or it feeds no energy anywhere, something takes energy,
     and the noise does not grow with x.
     """
-    takes = (eqs.c1 or 0.0) < 0.0 or (eqs.restitution is not None and eqs.restitution < 1.0)
+    c1 = eqs.friction[0]
+    takes = c1 < 0.0 or (eqs.restitution is not None and eqs.restitution < 1.0)
     takes = takes or (eqs.beta is not None and eqs.mu is not None)
-    return friction_bounds(eqs) or (takes and (eqs.c1 or 0.0) <= 0.0 and eqs.n2 is None)
+    return friction_bounds(eqs) or (takes and c1 <= 0.0 and eqs.n2 is None)
 
 
 def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
@@ -100,13 +100,12 @@ def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
 
     The highest term present of f beyond c1; between two stops their losses, or the mean of f where they lose nothing.
     """
-    low, high = eqs.rigid_stops
+    (low, high), (c1, c2, c3) = eqs.rigid_stops, eqs.friction
     if math.isfinite(high - low):
         if (eqs.restitution or 0.0) * (eqs.opposite_restitution or 0.0) < 1.0:
             return "impact", 1.0, ""
-        terms = ((-(eqs.c1 or 0.0), 1), (-(eqs.c2 or 0.0), 3), (eqs.c3 or 0.0, 5))
-        mean = sum(c / n * (high**n - low**n) for c, n in terms)
+        mean = sum(c / n * (high**n - low**n) for c, n in ((-c1, 1), (-c2, 3), (c3, 5)))
         return "the damping between the stops", mean, "a positive damping, or a restitution below 1"
-    if eqs.c3:
-        return "damping_x4 (c3)", eqs.c3, "a positive damping of a higher power"
-    return "damping_x2 (-c2)", -(eqs.c2 or 0.0), "a positive damping of a higher power"
+    if c3:
+        return "damping_x4 (c3)", c3, "a positive damping of a higher power"
+    return "damping_x2 (-c2)", -c2, "a positive damping of a higher power"

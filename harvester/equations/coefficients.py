@@ -82,6 +82,11 @@ class Equations:
         return not (self.n1 is None and self.n2 is None and self.coloured is None and self.density is None)
 
     @property
+    def has_new_noise(self) -> bool:
+        """Whether noise is new from step to step: white or coloured, and no record drawn at the beginning."""
+        return not (self.n1 is None and self.n2 is None and self.coloured is None)
+
+    @property
     def is_shaken(self) -> bool:
         """Whether anything shakes the mass at rest."""
         return self.n1 is not None or self.is_shaken_otherwise
@@ -109,6 +114,11 @@ class Equations:
         """Linear, quadratic and cubic coefficient of the spring, 0 where absent."""
         return 1.0 if self.linear is None else self.linear, self.alpha2 or 0.0, self.alpha or 0.0
 
+    @property
+    def friction(self) -> tuple[float, float, float]:
+        """Coefficients c1, c2 and c3 of the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 where absent."""
+        return self.c1 or 0.0, self.c2 or 0.0, self.c3 or 0.0
+
     def spring_force(self, x: float) -> float:
         """Force of the spring at x; 0 at infinity, where no stop is."""
         linear, alpha2, alpha = self.spring
@@ -125,6 +135,12 @@ class Equations:
         """Places of the stops, rigid or compliant; infinite where there is none."""
         low, high = self.rigid_stops
         return (low if self.stop_stiffness is None else -(self.gap or 0.0)), high
+
+    @property
+    def pressure(self) -> float:
+        """The spring's acceleration that presses the mass on a stop, the larger one of two; 0 where on none."""
+        low, high = self.stops
+        return max(0.0, -self.spring_force(low), self.spring_force(high))
 
     @property
     def resting_places(self) -> list[float]:

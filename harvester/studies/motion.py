@@ -205,12 +205,10 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
 
 def _step(problem: Problem) -> float:
     from harvester.equations.bounds import check_bounded
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+    from harvester.mechanics.kernels.step_size import step_from_rest
 
-    eqs = problem.equations
-    check_bounded(eqs, driven=problem.netlist is not None)
-    far = max(x * x for x in eqs.resting_places)
-    return whole_steps(eqs, 0.5 * default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
+    check_bounded(problem.equations, driven=problem.netlist is not None)
+    return step_from_rest(problem.equations, 0.5)
 
 
 def draw(

@@ -67,5 +67,6 @@ def test_columns_of_a_path_are_those_of_the_lanes():
             known = eqs.alpha, eqs.beta, eqs.n1, eqs.n2, eqs.n12
             add_circuit_features.py_func(0, *states[:, block, k], noise[block, k], sums, *known)
         assert found[block, ::2] == pytest.approx(sums[:, 0] / 0.5, rel=1e-12)
-        change = circuit_boundary(eqs, states[:, block, 5]) - circuit_boundary(eqs, states[:, block, 0])
+        terms = eqs.beta, eqs.alpha, eqs.linear, eqs.alpha2
+        change = circuit_boundary(states[:, block, 5], *terms) - circuit_boundary(states[:, block, 0], *terms)
         assert found[block, 1::2] == pytest.approx(change / 0.5, rel=1e-12)

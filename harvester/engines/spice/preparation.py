@@ -60,9 +60,7 @@ class Prepared:
     @property
     def has_controls(self) -> bool:
         """Whether the noise makes sums of mean zero from step to step."""
-        from harvester.mechanics.kernels.shaken_features import martingales_of
-
-        return martingales_of(self.device.eqs) > 0
+        return self.device.eqs.has_new_noise
 
     @property
     def quantity(self) -> str:
@@ -145,12 +143,12 @@ def prepare(
     ideal = ideal_circuit(circuit, s) if charging <= LONGEST_CHARGING else None
     ngspice_rule = NOT_RULED.isdisjoint(problem.effects) and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
-    with compilation():
-        compile_pair(eqs, seed, ideal, ngspice_rule, controlled=True)
-    begin = time.perf_counter()
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
+    with compilation():
+        compile_pair(pilot)
+    begin = time.perf_counter()
     if problem.events is not None and problem.events.briefest is not None and h is None:
         resolve_shocks(pilot, problem.events.briefest * unit)
     warnings = burn_in(pilot, number(options.budget))

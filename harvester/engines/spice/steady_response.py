@@ -121,11 +121,13 @@ def make_precise(steady: Steady, progress: Progress | None = None) -> None:
 
 def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
     """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+    from harvester.mechanics.kernels.step_size import STEP, typical_frequency, whole_steps
 
+    period = eqs.shaking_period
     if dt is None:
-        return whole_steps(eqs, default_step(eqs, max(place**2 for place in eqs.resting_places))), HALVINGS
-    h, period = whole_steps(eqs, dt), eqs.shaking_period
+        dt = STEP / typical_frequency(eqs, max(place**2 for place in eqs.resting_places))
+        return whole_steps(dt, period), HALVINGS
+    h = whole_steps(dt, period)
     assert period is not None, "the drive is steady"
     larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
     return h * 2**larger, larger

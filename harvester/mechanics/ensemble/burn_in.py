@@ -44,7 +44,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but does not become
     stationary in the budget, or in a sensible time; InputError for a fixed step in which friction feeds too much.
     """
-    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(trajectories.eqs)) > 1.0:
+    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(*trajectories.eqs.friction)) > 1.0:
         raise invalid(
             "`dt`", f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere", f"{trajectories.h:.3g}/w0"
         )
@@ -58,9 +58,10 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
             trajectories.restart(trajectories.h / 8)
             continue
         eqs, h, x2, v2 = trajectories.eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0]
-        shorter = None if trajectories.step_is_fixed else shorter_step(eqs, h, x2, v2)
+        frequency = typical_frequency(eqs, x2, v2)
+        shorter = None if trajectories.step_is_fixed else shorter_step(h, frequency)
         if shorter is None:
-            frequency = max(typical_frequency(eqs, x2, v2), chatter(eqs, v2))
+            frequency = max(frequency, chatter(eqs.pressure, eqs.n1, v2))
             if h * frequency > 5 * STEP:
                 warnings.append(f"step {h:g} is coarse for a response of frequency {frequency:.3g}")
             if (samples := trajectories.samples[0]) is not None:

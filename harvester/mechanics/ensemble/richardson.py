@@ -7,28 +7,20 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
-from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import mean_and_error
 
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
-def compile_pair(
-    eqs: Equations,
-    seed: np.random.SeedSequence,
-    circuit: IdealCircuit | None = None,
-    ngspice_rule: bool = False,
-    controlled: bool = False,
-) -> None:
-    """Compile all that a `RichardsonPair` calls, by a few steps of a single block of trajectories."""
-    h = 1e-3 if eqs.shaking_period is None and eqs.density is None else None  # those have a record for every step
-    block = Trajectories(eqs, 1, seed, h, None, circuit, ngspice_rule, controlled)
+def compile_pair(trajectories: Trajectories) -> None:
+    """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them."""
+    eqs = trajectories.eqs
+    block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)  # else in records
     with contextlib.suppress(UnboundedResponseError):  # for a very stiff scene this step is too long
         block.run(0.01)
         block.snapshot()

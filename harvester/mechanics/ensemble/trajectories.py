@@ -24,11 +24,11 @@ from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
-from harvester.mechanics.kernels.other_stops import loss_unit, stops_of
+from harvester.mechanics.kernels.other_stops import loss_unit
 from harvester.mechanics.kernels.path import check_start, coefficients
-from harvester.mechanics.kernels.shaken_features import martingales_of
+from harvester.mechanics.kernels.shaken_features import martingales
 from harvester.mechanics.kernels.shaking import samples_of, shaker, shaker_start
-from harvester.mechanics.kernels.step_size import default_step, remedy, whole_steps
+from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.mechanics.rectifiers.rectifier_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 
@@ -59,7 +59,7 @@ class Trajectories:
     seed
         the same seed, the same trajectories.
     h
-        nondimensional step; None: `default_step`, which the burn-in may make shorter.
+        nondimensional step; None: `STEP` over `typical_frequency`, which the burn-in may make shorter.
     start
         x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in each of
         `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
@@ -106,11 +106,12 @@ class Trajectories:
             start[0] = np.resize(places, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
+        self.circuit, self.ngspice_rule, self.steps, self._known = circuit, ngspice_rule, 0, coefficients(eqs)
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
-        self.controlled = controlled and not ngspice_rule and martingales_of(eqs) > 0
+        self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
+        self._kind = circuit, ngspice_rule, self.controlled
         self._coarse, self._origin = False, origin  # the first: the noise of two steps of h/2 makes that of one step
-        self.restart(default_step(eqs, float(np.max(places**2))) if h is None else h)
+        self.restart(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
         """Begin again with a step of h, or the next shorter one of which a period takes whole multiples.
@@ -118,7 +119,7 @@ class Trajectories:
         Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow that a period takes
         more than `MOST_OF_A_PERIOD`.
         """
-        self.h = h = whole_steps(self.eqs, h)
+        self.h = h = whole_steps(h, self.eqs.shaking_period)
         self.time, self.hopping = 0.0, None
         if (repeat := self.eqs.shaking_period) is not None:
             period = f"the shaking repeats after {repeat:.2g}/w0"
@@ -143,6 +144,7 @@ class Trajectories:
         if repeat is not None:  # whole readings to a period
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         self.samples: list[Floats | None] = [None] * self.blocks
+        self.shakers: list[tuple[Any, ...] | None] = [None] * self.blocks  # as the kernels take them
         if self.eqs.is_shaken_otherwise:
             grid = 0.5 * h if self._coarse else h
             for k, states in enumerate(self.filter):
@@ -150,6 +152,7 @@ class Trajectories:
                 drawn = k == 0 or self.eqs.density is not None
                 self.samples[k] = samples_of(self.eqs, grid, rng) if drawn else self.samples[0]
                 states[:] = shaker_start(self.eqs, grid, LANES, rng, self.samples[k])
+                self.shakers[k] = (*states, *self.words[k], *shaker(self.eqs, h, self._coarse, self.samples[k]))
         if self._origin is not None:
             self.state[:], self.filter[:], self.words[:] = self._origin
 
@@ -167,22 +170,19 @@ class Trajectories:
         readings_a_period = round((self.eqs.shaking_period or reading) / reading)
         readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
         sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
-        grid, eqs = (readings, self.stride, self._coarse, self.h), self.eqs
-        martingales = aligned((self.blocks, martingales_of(eqs), LANES)) if self.controlled else None
-        states_h = boundary if self.circuit is None else circuit_boundary
-        begin = states_h(eqs, self._states()) if self.controlled else np.empty(0)
+        grid, eqs, known = (readings, self.stride, self._coarse, self.h), self.eqs, self._known
+        noise = aligned((self.blocks, martingales(eqs.coloured is not None), LANES)) if self.controlled else None
+        begin = self._boundary() if self.controlled else np.empty(0)
 
         def block(k: int) -> None:
             state = (*self.state[k], *self.words[k], sums[k])
-            known = coefficients(self.eqs)
-            controls = None if martingales is None else martingales[k]
+            others = self.shakers[k], None if noise is None else noise[k]
             if self.circuit is not None:
-                whole = *known[1:], self.shaker(k), controls
-                advance_ideal(*state, *grid, *self.circuit.arguments, *whole)  # type: ignore[call-arg]
+                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:], *others)  # type: ignore[call-arg]
             elif self.ngspice_rule:
                 advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                advance(*state, *grid, *known, self.shaker(k), controls)  # type: ignore[call-arg]
+                advance(*state, *grid, *known, *others)  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * reading * LANES)
 
@@ -191,17 +191,17 @@ class Trajectories:
         elapsed = readings * reading
         self.time += elapsed
         self.steps += readings * self.stride * self.count
-        if not all(np.isfinite(one).all() for one in (sums, self.state, martingales) if one is not None):
+        if not all(np.isfinite(one).all() for one in (sums, self.state, noise) if one is not None):
             raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
-        unit = loss_unit(eqs) if self.circuit is None else 1.0
+        unit = loss_unit(eqs.restitution, known[-1]) if self.circuit is None else 1.0
         moments = from_sums(sums, readings, elapsed, unit, eqs.mu)
-        if martingales is None:
+        if noise is None:
             return moments
-        rows = np.hstack(list(martingales)), states_h(eqs, self._states()) - begin
-        columns = np.vstack(rows) if self.circuit is None else interleaved(*rows)
+        both = np.hstack(list(noise)), self._boundary() - begin
+        columns = np.vstack(both) if self.circuit is None else interleaved(*both)
         return replace(moments, controls=columns.T / elapsed)
 
     def snapshot(self) -> Floats:
@@ -211,7 +211,7 @@ class Trajectories:
             return self._states().copy()
         for k, state in enumerate(self.state):
             lanes = out[:, k * LANES : (k + 1) * LANES]
-            mechanics = eqs.restitution, eqs.beta, eqs.n1, stops_of(eqs), self.shaker(k)
+            mechanics = eqs.restitution, eqs.beta, eqs.n1, self._known[-1], self.shakers[k]
             if self.circuit is None:
                 mid_drift(state, lanes, self.h, eqs.mu, *mechanics)
             else:
@@ -222,22 +222,23 @@ class Trajectories:
         """The state after a kick of all trajectories, shape (3 or 5, count)."""
         return np.moveaxis(self.state, 0, 1).reshape(self.state.shape[1], -1)
 
-    def shaker(self, k: int) -> tuple[Any, ...] | None:
-        """What shakes block k beside white noise, as the kernels take it (`harvester.mechanics.kernels.shaking`)."""
-        whole = shaker(self.eqs, self.h, self._coarse, self.samples[k])
-        return None if whole is None else (*self.filter[k], *self.words[k], *whole)
+    def _boundary(self) -> Floats:
+        """The functions of the present states whose change is one kind of controls."""
+        eqs, states = self.eqs, self._states()
+        terms = eqs.alpha, eqs.linear, eqs.alpha2
+        return boundary(states, *terms) if self.circuit is None else circuit_boundary(states, eqs.beta, *terms)
 
-    def _fresh(self, seed: np.random.SeedSequence, h: float) -> "Trajectories":
-        kind = self.circuit, self.ngspice_rule, self.controlled
-        return Trajectories(self.eqs, self.count, seed, h, self.start, *kind)
+    def block(self, h: float | None) -> "Trajectories":
+        """Fresh trajectories of the same scene, but a single block of them."""
+        return Trajectories(self.eqs, 1, self.seed, h, None, *self._kind)
 
     def with_step(self, h: float) -> "Trajectories":
         """Fresh trajectories of the same scene and number at another step, on other noise."""
-        return self._fresh(child(self.seed, 1), h)
+        return Trajectories(self.eqs, self.count, child(self.seed, 1), h, self.start, *self._kind)
 
     def coarser(self) -> "Trajectories":
         """Fresh trajectories of the same scene, number and start at twice the step, on the same noise."""
-        other = self._fresh(self.seed, 2.0 * self.h)
+        other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
         other._coarse, other._origin = True, self._origin
         other.restart(other.h)
         other.stride = self.stride // 2
@@ -245,6 +246,5 @@ class Trajectories:
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
-        kind = self.circuit, self.ngspice_rule, self.controlled
         now = self.state.copy(), self.filter.copy(), self.words.copy()
-        return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *kind, now)
+        return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)

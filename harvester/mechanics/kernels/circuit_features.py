@@ -51,15 +51,16 @@ _intensity = intensity.py_func  # type: ignore[attr-defined]
 _energy = energy.py_func  # type: ignore[attr-defined]
 
 
-def _all_energy(eqs: Equations, x: Floats, v: Floats, V: Floats) -> Floats:
-    of_mass = np.abs(_energy(x, v, eqs.alpha, eqs.linear, eqs.alpha2))
-    return np.asarray(of_mass + 0.5 * (eqs.beta or 0.0) * V * V)
+def _all_energy(x: Floats, v: Floats, V: Floats, beta: float | None, *spring: float | None) -> Floats:
+    return np.asarray(np.abs(_energy(x, v, *spring)) + 0.5 * (beta or 0.0) * V * V)
 
 
-def circuit_boundary(eqs: Equations, states: Floats) -> Floats:
+def circuit_boundary(
+    states: Floats, beta: float | None, alpha: float | None, linear: float | None, alpha2: float | None
+) -> Floats:
     """The functions h of states (x, v, V, U), shape (4, ...) or longer: shape (9, ...)."""
     x, v, V, U = states[:4]
-    W = _all_energy(eqs, x, v, V)
+    W = _all_energy(x, v, V, beta, alpha, linear, alpha2)
     root = np.sqrt(W)
     return np.array([U * U * root, U, W, U * U, root, np.abs(V) * U, x * v, x * V, V * V])
 
@@ -73,12 +74,13 @@ def path_controls(
     it; ``noise``, shape (blocks, n), the variates of its kicks; ``filtered`` as of `shaken_path_controls`.
     """
     x, v, V, U = states[:, :, :-1]
-    root = np.sqrt(_all_energy(eqs, x, v, V))
+    terms = eqs.beta, eqs.alpha, eqs.linear, eqs.alpha2
+    root = np.sqrt(_all_energy(x, v, V, *terms))
     if eqs.n2 is not None or eqs.n12 is not None:
         noise = noise * np.sqrt(_intensity(x, eqs.n1, eqs.n2, eqs.n12))
     weights = (v, v * U, v * root, V, v * U * U, V * root, v * x, x * root, v * V)
     martingales = np.array([(one * noise).sum(axis=1) for one in weights])
-    change = circuit_boundary(eqs, states[:, :, -1]) - circuit_boundary(eqs, states[:, :, 0])
+    change = circuit_boundary(states[:, :, -1], *terms) - circuit_boundary(states[:, :, 0], *terms)
     if filtered is not None:
         martingales = np.vstack([martingales, shaken_path_controls(states[:, :, :-1], filtered)])
     return interleaved(martingales, change).T / length

@@ -18,7 +18,6 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import intensity
 
@@ -69,8 +68,8 @@ def add_features(i, before, kicks, controls, mu, alpha, n1, n2, n12, linear, alp
 _energy = energy.py_func  # type: ignore[attr-defined]
 
 
-def boundary(eqs: Equations, state: Floats) -> Floats:
+def boundary(states: Floats, alpha: float | None, linear: float | None, alpha2: float | None) -> Floats:
     """The functions h of states, shape (3, n) or longer: E, sqrt E, E^2 and x v, shape (4, n)."""
-    x, v = state[:2]
-    of_state = _energy(x, v, eqs.alpha, eqs.linear, eqs.alpha2)
+    x, v = states[:2]
+    of_state = _energy(x, v, alpha, linear, alpha2)
     return np.array([of_state, np.sqrt(np.abs(of_state)), of_state**2, x * v])

@@ -55,7 +55,7 @@ def advance(
 
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
-    shaker: as of `shaken`, its states changed in place.  controls: shape (`martingales_of`, LANES), added to
+    shaker: as of `shaken`, its states changed in place.  controls: shape (`martingales`, LANES), added to
     (`harvester.mechanics.kernels.features`); None: nothing of it is compiled.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.

@@ -41,9 +41,9 @@ def stops_of(eqs: Equations) -> tuple[float | None, ...] | None:
     return gap, eqs.spring_force(-gap), high, eqs.opposite_restitution, pull_high, *contact
 
 
-def loss_unit(eqs: Equations) -> float:
+def loss_unit(r: float | None, stops: tuple[float | None, ...] | None) -> float:
     """The unit of the sums of impact losses: (1 - r^2)/2 for a stop at rest, where v-^2 is added up; else 1."""
-    return 1.0 if eqs.restitution is None or stops_of(eqs) is not None else 0.5 * (1.0 - eqs.restitution**2)
+    return 1.0 if r is None or stops is not None else 0.5 * (1.0 - r**2)
 
 
 @forced

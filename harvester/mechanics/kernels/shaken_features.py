@@ -13,7 +13,6 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.features import MARTINGALES
 from harvester.mechanics.kernels.shaking import shake, shake_filter
@@ -21,11 +20,9 @@ from harvester.mechanics.kernels.shaking import shake, shake_filter
 SHAKEN = 8
 
 
-def martingales_of(eqs: Equations) -> int:
-    """Rows of martingales of a scene: none where no noise is new from step to step; of white noise come first."""
-    if eqs.coloured is not None:
-        return MARTINGALES + SHAKEN
-    return 0 if eqs.n1 is None and eqs.n2 is None else MARTINGALES
+def martingales(coloured: bool) -> int:
+    """How many rows of martingales there are where noise is new from step to step: those of white noise come first."""
+    return MARTINGALES + SHAKEN if coloured else MARTINGALES
 
 
 @forced

@@ -64,10 +64,10 @@ def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
-def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | None = None) -> tuple[Any, ...] | None:
-    """The filter of the shaking, as `shaken` takes it: (a11, a12, a21, a22, l11, l21, l22, gain, samples).
+def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | None = None) -> tuple[Any, ...]:
+    """The filter of a shaking other than white noise, as `shaken` takes it.
 
-    Each is None where absent; None for all: nothing but white noise shakes the mass.  With ``samples`` of
+    That is (a11, a12, a21, a22, l11, l21, l22, gain, samples), each None where absent.  With ``samples`` of
     `samples_of`, at the steps that the filter makes, p is the present one and q its place.  ``coarse``: the filter
     makes two steps of h/2 in each step, on the noise of both, so that the trajectories of a Richardson pair are shaken
     alike.
@@ -79,8 +79,6 @@ def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | Non
         return c, -s, s, c, None, None, None, None, None
     if samples is not None:
         return (0.0, *7 * [None], samples)
-    if eqs.coloured is None:
-        return None
     if eqs.correlation_time is not None:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
@@ -200,19 +198,17 @@ def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> 
 
     Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``.
     """
-    whole = shaker(eqs, h)
-    assert whole is not None, "coloured noise is given"
     out = np.empty((3, steps + 1))
     p, q = shaker_start(eqs, h, 1, rng)[:, 0]
     xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
-    _filter_path(xi, p, q, *whole, out)  # type: ignore[call-arg]
+    _filter_path(xi, p, q, *shaker(eqs, h), out)  # type: ignore[call-arg]
     return out
 
 
 def coarse_forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
     """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
     fine = forcing(eqs, 0.5 * h, 2 * steps, rng)
-    gain = None if eqs.coloured is None else (shaker(eqs, h, coarse=True) or ())[7]
+    gain = None if eqs.coloured is None else shaker(eqs, h, coarse=True)[7]
     return None if fine is None else np.ascontiguousarray(fine[::2]) * (1.0 if gain is None else gain)
 
 

@@ -13,23 +13,16 @@ MOST_FED = 0.5  # growth of a speed in a step
 FASTEST_CHATTER = 500.0  # a frequency; no step is made shorter for bounces that are faster
 
 
-def default_step(eqs: Equations, x2: float, v2: float | None = None) -> float:
-    """The step that resolves a response of E[x^2] = ``x2`` and E[x'^2] = ``v2``: `STEP` over `typical_frequency`."""
-    return STEP / typical_frequency(eqs, x2, v2)
-
-
-def shorter_step(eqs: Equations, h: float, x2: float, v2: float) -> float | None:
-    """The step to begin again with where h is too long for the response; None where h serves."""
-    frequency = typical_frequency(eqs, x2, v2)
+def shorter_step(h: float, frequency: float) -> float | None:
+    """The step to begin again with where h is too long for a response of that frequency; None where h serves."""
     return None if h * frequency < TOLERATED * STEP else STEP / frequency
 
 
-def whole_steps(eqs: Equations, h: float) -> float:
-    """The longest step up to h of which a period of the shaking takes a multiple of `FINEST`; h where nothing repeats.
+def whole_steps(h: float, repeat: float | None) -> float:
+    """The longest step up to h of which a shaking's period ``repeat`` takes a multiple of `FINEST`; h where it is None.
 
     A step that is twice or four times such a one is accepted as it is.
     """
-    repeat = eqs.shaking_period
     if repeat is None:
         return h
     parts = repeat / h
@@ -39,53 +32,60 @@ def whole_steps(eqs: Equations, h: float) -> float:
     return repeat / (FINEST * math.ceil(parts / FINEST))
 
 
+def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
+    """A ``part`` of the default step of a path from rest, also for what a hardening spring does at an amplitude of 1.
+
+    A period of the shaking takes whole steps of it.
+    """
+    far = max(x * x for x in eqs.resting_places)
+    h = STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far))
+    return whole_steps(part * h, eqs.shaking_period)
+
+
 def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> float:
     """Frequency that the step must resolve: w^2 = 1 + beta + 3 alpha E[x^2] (nondimensional).
 
+    The default step is `STEP` over it.  ``x2`` is the response's E[x^2], ``v2`` its E[x'^2] where that is known.
+
     For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), stand for the 1 where they are more.
-    Where ``v2`` = E[x'^2] is known, the bounces of a mass that the spring presses on a stop count too (`chatter`), up
-    to `FASTEST_CHATTER`.  Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
+    With ``v2`` the bounces of a mass that the spring presses on a stop count too (`chatter`), up to `FASTEST_CHATTER`.
+    Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
     for .2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
     feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would take energy in its place.
     """
     linear, alpha2, alpha = eqs.spring
     slope = linear + 2.0 * abs(alpha2) * math.sqrt(x2) + 3.0 * abs(alpha) * x2
-    bounces = 0.0 if v2 is None else min(chatter(eqs, v2), FASTEST_CHATTER)
+    bounces = 0.0 if v2 is None else min(chatter(eqs.pressure, eqs.n1, v2), FASTEST_CHATTER)
     frequency = math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) + bounces**2)
     if eqs.bandwidth is not None:
         frequency = max(frequency, (eqs.centre or 0.0) + eqs.bandwidth)
     if eqs.drive is not None:
         loss = -(eqs.c1 or 0.0) + (eqs.beta or 0.0) * (eqs.mu or 0.0) / (1.0 + (eqs.mu or 0.0) ** 2)
         frequency = max(frequency, min(0.2 / math.sqrt(loss), SHARPEST) if loss > 0.0 else SHARPEST)
-    return max(frequency, strongest_feed(eqs) * STEP / MOST_FED)
+    return max(frequency, strongest_feed(*eqs.friction) * STEP / MOST_FED)
 
 
-def chatter(eqs: Equations, v2: float) -> float:
+def chatter(pressure: float, n1: float | None, v2: float) -> float:
     """Frequency that the step must resolve where noise keeps a mass bouncing that the spring presses on a stop.
 
-    w^2 = F^3/(10 N1 v) for a spring's acceleration F there, with v^2 = E[x'^2], but v at least N1/F, which is what
-    noise gives to a mass that bounces no more.  As the spring acts in kicks, each bounce is off by up to F v h in
-    energy, and so many random errors heat the mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at h = .1/w.
+    w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
+    N1/F, which is what noise gives to a mass that bounces no more.  As the spring acts in kicks, each bounce is off by
+    up to F v h in energy, and so many random errors heat the mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at
+    h = .1/w.
     """
-    low, high = eqs.stops
-    pressed = max(0.0, -eqs.spring_force(low), eqs.spring_force(high))
-    if eqs.n1 is None or pressed == 0.0:
+    if n1 is None or pressure == 0.0:
         return 0.0
-    return math.sqrt(pressed**3 / (10.0 * eqs.n1 * max(math.sqrt(v2), eqs.n1 / pressed)))
-
-
-def stable_step(eqs: Equations, h: float) -> bool:
-    """Whether a step of length h shrinks small motions of the unloaded linear system (Jury's criterion).
-
-    The matrix of one step, ((1, h), (-b, a - b h)) on (x, x') with a = 1/q, b = h w^2 (1 + y/2)/q,
-    q = 1 + y + y^2/2 and y = -c1 h, has its eigenvalues inside the unit circle for b h < 2 (1 + a).
-    """
-    y = -(eqs.c1 or 0.0) * h
-    return (h * typical_frequency(eqs, 0.0)) ** 2 * (1.0 + 0.5 * y) < 2.0 * (2.0 + y + 0.5 * y * y)
+    return math.sqrt(pressure**3 / (10.0 * n1 * max(math.sqrt(v2), n1 / pressure)))
 
 
 def remedy(eqs: Equations, h: float) -> str:
-    """What to do about a response that grew without bound at step h."""
-    if not stable_step(eqs, h):
-        return f"the step itself feeds energy: give a `dt` below {2.0 / typical_frequency(eqs, 0.0):.3g}/w0"
+    """What to do about a response that grew without bound at step h.
+
+    A shorter step is asked for unless h shrinks small motions of the unloaded linear system (Jury's criterion): the
+    matrix of one step, ((1, h), (-b, a - b h)) on (x, x') with a = 1/q, b = h w^2 (1 + y/2)/q,
+    q = 1 + y + y^2/2 and y = -c1 h, has its eigenvalues inside the unit circle for b h < 2 (1 + a).
+    """
+    y, frequency = -(eqs.c1 or 0.0) * h, typical_frequency(eqs, 0.0)
+    if not (h * frequency) ** 2 * (1.0 + 0.5 * y) < 2.0 * (2.0 + y + 0.5 * y * y):
+        return f"the step itself feeds energy: give a `dt` below {2.0 / frequency:.3g}/w0"
     return "add damping that bounds it, or try a smaller `dt` if the scene is known to be bounded"

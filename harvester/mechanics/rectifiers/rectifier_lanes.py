@@ -54,7 +54,7 @@ def advance_ideal(
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
     added to.  Noise and shaking are those of `harvester.mechanics.kernels.lanes.advance`.  controls, added to: shape
-    (`martingales_of`, LANES), of `harvester.mechanics.kernels.circuit_features`; None: nothing of it is compiled.
+    (`martingales`, LANES), of `harvester.mechanics.kernels.circuit_features`; None: nothing of it is compiled.
     """
     scratch, mid, filtered = np.zeros((4, LANES)), np.zeros((5, LANES)), np.zeros((2, LANES))
     noise, accelerations, steps = np.zeros((2, LANES)), np.zeros((2, LANES)), 1 if coarse else 2

@@ -4,7 +4,6 @@ import math
 
 from harvester.engines import Ideal, Spice
 from harvester.engines.protocol import served
-from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
 from harvester.netlists.probes import STORE, Probe
@@ -56,14 +55,6 @@ def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
         return with_prefix(to.strip(), kind) if isinstance(to, str) else kind.read(to)
     except ValueError as error:
         raise refused("`to`", error, to) from None
-
-
-def step_from_rest(eqs: Equations) -> float:
-    """The nondimensional step of runs from rest, also for what a hardening spring does at an amplitude of 1."""
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
-
-    far = max(x * x for x in eqs.resting_places)
-    return whole_steps(eqs, default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
 
 
 def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:

@@ -10,7 +10,6 @@ from harvester.arrays import Floats
 from harvester.engines.ensemble import FEWEST_DRAWN
 from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
-from harvester.studies.charging.asked import step_from_rest
 from harvester.studies.charging.passages import SAMPLES, Passages
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ def charge_ideal(
     from harvester.circuit.idealised import ideal_circuit
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
+    from harvester.mechanics.kernels.step_size import step_from_rest
 
     assert problem.circuit is not None, "the engine's refusal checks this"
     s = problem.scales

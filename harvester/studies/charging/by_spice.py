@@ -12,7 +12,6 @@ from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
 from harvester.netlists.probes import Probe
 from harvester.studies.charging.afterwards import Afterwards, afterwards
-from harvester.studies.charging.asked import step_from_rest
 from harvester.studies.charging.passages import SAMPLES, Passages
 from harvester.studies.smaller_step import at_smaller_steps
 
@@ -47,6 +46,7 @@ def charge_in_ngspice(
     Raises as `harvester.circuit.runs.measure_in_workers`.
     """
     from harvester.circuit.runs import warm_up_workers
+    from harvester.mechanics.kernels.step_size import step_from_rest
 
     end = duration * problem.scales.frequency
 
@@ -95,7 +95,7 @@ def _device(problem: Problem, probe: Probe | None, h: float) -> "CoupledDevice":
     eqs = problem.equations
     assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
-    step = whole_steps(eqs, h)
+    step = whole_steps(h, eqs.shaking_period)
     probes = () if probe is None else (probe,)
     return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
 

@@ -48,11 +48,10 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     """
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.kernels.step_size import default_step, whole_steps
+    from harvester.mechanics.kernels.step_size import step_from_rest
 
     check_bounded(eqs)
-    far = max(x * x for x in eqs.resting_places)
-    h = whole_steps(eqs, default_step(eqs, max(far, 1.0 if eqs.alpha else far)))
+    h = step_from_rest(eqs)
     stride = max(1, round(READ / h))
     whole = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # kicks of a block
     piece = max(LONGEST // whole, 1)

@@ -82,15 +82,16 @@ def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "Rich
     """Go on from the motion at another frequency: steady means there, and beside them those of twice the step."""
     from harvester.mechanics.ensemble.burn_in import until_steady
     from harvester.mechanics.ensemble.richardson import RichardsonPair
-    from harvester.mechanics.kernels.step_size import default_step, shorter_step
+    from harvester.mechanics.kernels.step_size import STEP, shorter_step, typical_frequency
 
     eqs = engine.model(problem).eqs
     x, v, _ = before.snapshot()
-    h: float | None = default_step(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
+    h: float | None = STEP / typical_frequency(eqs, float(np.mean(x * x)), float(np.mean(v * v)))
     while h is not None:
         trajectories = before.continued(eqs, h)
         moments, _ = until_steady(trajectories)
-        h = shorter_step(eqs, trajectories.h, moments.mean("x2")[0], moments.mean("v2")[0])
+        frequency = typical_frequency(eqs, moments.mean("x2")[0], moments.mean("v2")[0])
+        h = shorter_step(trajectories.h, frequency)
     return RichardsonPair(trajectories, trajectories.time)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.noise import coarsened, three_point_grid
-from harvester.mechanics.kernels.shaken_features import martingales_of, shaken_path_controls
+from harvester.mechanics.kernels.shaken_features import martingales, shaken_path_controls
 from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing, shaker
 
 H, STEPS = 0.2, 4000
@@ -49,8 +49,6 @@ def test_columns_of_a_path():
     theta, size = np.arctan2(v, x), np.hypot(x, v)
     g = x, v, V, size, size * np.cos(2 * theta), size * np.sin(2 * theta), p, q
     np.testing.assert_allclose(shaken_path_controls(states, parts), [(one * new).sum(axis=1) for one in g], rtol=1e-12)
-    assert [martingales_of(eqs) for eqs in (SLOW, Equations(n1=1.0), Equations(drive=1.0, drive_frequency=1.0))] == [
-        17,
-        9,
-        0,
-    ]
+    assert (martingales(coloured=True), martingales(coloured=False)) == (17, 9)
+    several = SLOW, Equations(n1=1.0), Equations(n2=1.0), Equations(drive=1.0, drive_frequency=1.0)
+    assert [eqs.has_new_noise for eqs in several] == [True, True, True, False]

@@ -296,11 +296,11 @@ def test_bad_excitation_is_one_line(keys, line):
 @pytest.mark.parametrize("frequency", [0.01, 1.0, 7.7])
 def test_steps_divide_the_period(h, frequency):
     eqs = changed(DRIVEN, drive_frequency=frequency)
-    found = whole_steps(eqs, h)
+    found = whole_steps(h, eqs.shaking_period)
     parts = eqs.shaking_period / found
     assert found <= h
     assert parts == pytest.approx(64 * round(parts / 64), rel=1e-12)
-    assert whole_steps(eqs, 2.0 * found) == 2.0 * found  # of the coarse ensemble of a pair
+    assert whole_steps(2.0 * found, eqs.shaking_period) == 2.0 * found  # of the coarse ensemble of a pair
     many = Trajectories(eqs, 1, SEED, h)
     assert round(parts) % many.stride == 0
     assert many.stride * 16 <= parts * (1 + 1e-9)
