@@ -4,10 +4,12 @@
 
 Runs ``harvester run SCENE --engine spice --within 1%`` in this process under a profiler.  A function of the package is
 listed when a scene is handed to it in any form: the scene, its load, its equations and scales, the problem, the parsed
-circuit, the device that ngspice shares.  What a form does with itself (its own methods) does not count.
+circuit, the device that ngspice shares.  What a form does with itself (its own methods) does not count; what is done
+in threads does, and in the worker processes of ngspice not.
 """
 
 import sys
+import threading
 from collections import Counter
 from pathlib import Path
 
@@ -35,11 +37,13 @@ def main():
     sys.argv = ["harvester", "run", scene, "--engine", "spice", "--within", "1%", "--json"]
     from harvester import cli
 
+    threading.setprofile(look)
     sys.setprofile(look)
     try:
         status = cli.exit_status(sys.argv[1:])
     finally:
         sys.setprofile(None)
+        threading.setprofile(None)
     for name, times in sorted(passed.items()):
         print(f"{name}  {times}", file=sys.stderr)
     print(f"{len(passed)} functions, {sum(passed.values())} calls", file=sys.stderr)

@@ -12,9 +12,9 @@ from harvester.arrays import Floats
 from harvester.circuit.probes import probes_at, values_of
 from harvester.circuit.runs import CoupledDevice, Start, new_drive, run_in_this_process
 from harvester.circuit.worker_pool import map_in_workers
-from harvester.mechanics.kernels.noise import HALF_ROOT, child, gaussian_grid
+from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid
 from harvester.mechanics.kernels.path import Path
-from harvester.mechanics.kernels.shaking import deviation, forcing
+from harvester.mechanics.kernels.shaking import coarse_forcing, forcing
 
 COARSER = 10.0  # tolerance of ngspice beside twice the step
 
@@ -93,11 +93,11 @@ def _charge(
     eqs = device.eqs
     drawn = anywhere or eqs.coloured is not None or eqs.density is not None
     rng = np.random.default_rng(child(seed, 1)) if drawn else None
-    noise, shaking = gaussian_grid(seed, kicks), forcing(eqs, device.h, kicks, rng)
+    noise = gaussian_grid(seed, kicks)
     if coarse:
-        noise = HALF_ROOT * (noise[::2] + noise[1::2])
-        shaking = None if shaking is None else shaking[::2] * _gain(device)
+        noise = coarsened(noise)
         device = dataclasses.replace(device, h=2.0 * device.h, reltol=COARSER * device.reltol)
+    shaking = (coarse_forcing if coarse else forcing)(eqs, device.h, len(noise), rng)
     drive = run_in_this_process(device, new_drive(device, noise, shaking=shaking, start=start), deadline)
     if device.probes:
         t, u = drive.series["time"], values_of(device.probes[0], drive)
@@ -106,12 +106,6 @@ def _charge(
         t, u = np.append(0.0, readings), np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
     return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].steps), drive.smoothing)
-
-
-def _gain(device: CoupledDevice) -> float:
-    """What samples of coloured noise are multiplied by at twice the step, as `shaker` does; 1 of other shaking."""
-    eqs, h = device.eqs, device.h
-    return 1.0 if eqs.correlation_time is None else deviation(eqs, 2.0 * h) / deviation(eqs, h)
 
 
 def probed_path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None) -> tuple[Path, Floats]:
