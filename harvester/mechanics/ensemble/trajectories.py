@@ -146,13 +146,13 @@ class Trajectories:
         self.samples: list[Floats | None] = [None] * self.blocks
         self.shakers: list[tuple[Any, ...] | None] = [None] * self.blocks  # as the kernels take them
         if self.eqs.is_shaken_otherwise:
-            grid = 0.5 * h if self._coarse else h
+            grid, known = 0.5 * h if self._coarse else h, shaker(self.eqs, h, self._coarse)
             for k, states in enumerate(self.filter):
                 rng = np.random.default_rng(child(self.seed, 2, k))
                 drawn = k == 0 or self.eqs.density is not None
                 self.samples[k] = samples_of(self.eqs, grid, rng) if drawn else self.samples[0]
                 states[:] = shaker_start(self.eqs, grid, LANES, rng, self.samples[k])
-                self.shakers[k] = (*states, *self.words[k], *shaker(self.eqs, h, self._coarse, self.samples[k]))
+                self.shakers[k] = (*states, *self.words[k], *known, self.samples[k])
         if self._origin is not None:
             self.state[:], self.filter[:], self.words[:] = self._origin
 

@@ -16,7 +16,6 @@ as tau -> 0 the kicks become those of white noise of intensity D, as h -> 0 the 
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -64,29 +63,28 @@ def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
-def shaker(eqs: Equations, h: float, coarse: bool = False, samples: Floats | None = None) -> tuple[Any, ...]:
-    """The filter of a shaking other than white noise, as `shaken` takes it.
+def shaker(eqs: Equations, h: float, coarse: bool = False) -> tuple[float | None, ...]:
+    """The filter (a11, a12, a21, a22, l11, l21, l22, gain) of a shaking other than white noise, each None where absent.
 
-    That is (a11, a12, a21, a22, l11, l21, l22, gain, samples), each None where absent.  With ``samples`` of
-    `samples_of`, at the steps that the filter makes, p is the present one and q its place.  ``coarse``: the filter
-    makes two steps of h/2 in each step, on the noise of both, so that the trajectories of a Richardson pair are shaken
-    alike.
+    Of a record nothing is filtered: p is the present one of its `samples_of`, at the steps that the filter makes, and q
+    its place.  ``coarse``: the filter makes two steps of h/2 in each step, on the noise of both, so that the
+    trajectories of a Richardson pair are shaken alike.
     """
     whole, h = h, 0.5 * h if coarse else h
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
         c, s = math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h)
-        return c, -s, s, c, None, None, None, None, None
-    if samples is not None:
-        return (0.0, *7 * [None], samples)
+        return c, -s, s, c, None, None, None, None
+    if eqs.coloured is None:
+        return 0.0, *7 * [None]
     if eqs.correlation_time is not None:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
         gain = deviation(eqs, whole) / spread  # 1, unless coarse
         innovation = spread * math.sqrt(-math.expm1(-2.0 * fading))
-        return math.exp(-fading), None, None, None, innovation, None, None, gain, None
+        return math.exp(-fading), None, None, None, innovation, None, None, gain
     a, lower = _noise_filter(eqs, h)
-    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None, None
+    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None
 
 
 def shaker_start(
@@ -111,8 +109,8 @@ def shaker_start(
 def shake(accelerations, coarse, shaker):
     """Advance the filters of all lanes by a step: the accelerations' means over its drift, and values at its kick.
 
-    ``shaker`` is None, then nothing is done, or (p, q, s0, s1, *`shaker`) with states and generator of shape (lanes,);
-    ``accelerations`` has shape (2, lanes).
+    ``shaker`` is None, then nothing is done, or (p, q, s0, s1, *`shaker`, samples) with states and generator of
+    shape (lanes,); ``accelerations`` has shape (2, lanes).
     """
     if shaker is not None:
         shake_filter(accelerations, coarse, *shaker)
@@ -201,7 +199,7 @@ def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> 
     out = np.empty((3, steps + 1))
     p, q = shaker_start(eqs, h, 1, rng)[:, 0]
     xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
-    _filter_path(xi, p, q, *shaker(eqs, h), out)  # type: ignore[call-arg]
+    _filter_path(xi, p, q, *shaker(eqs, h), None, out)  # type: ignore[call-arg]
     return out
 
 
