@@ -15,9 +15,8 @@ from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
 from harvester.engines.search import may_have_several, steady_responses
-from harvester.engines.shocks import resolve_shocks
+from harvester.engines.settling import BETWEEN, HALF, settle
 from harvester.engines.tails import existence
-from harvester.engines.wells import BETWEEN, HALF, rare_hops
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code
@@ -74,7 +73,6 @@ class Ensemble(Sampled):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Burn in until the start is forgotten, then average over time and trajectories."""
-        from harvester.mechanics.ensemble.burn_in import burn_in
         from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.compiled import compilation
@@ -97,11 +95,7 @@ class Ensemble(Sampled):
         only_loaded = 0 < code == machine_code()  # nothing was compiled
         begin = time.perf_counter()
         loaded = begin - first.seconds * only_loaded  # from when the budget counts
-        if problem.events is not None and problem.events.briefest is not None and h is None:
-            resolve_shocks(trajectories, problem.events.briefest * unit)
-        warnings = exists.warnings + burn_in(trajectories, number(self.budget))
-        if trajectories.hopping is not None:
-            warnings.append(rare_hops(trajectories.hopping, trajectories.h, problem))
+        warnings = exists.warnings + settle(trajectories, problem, number(self.budget))
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and settling took says nothing of the rest
         spent = time.perf_counter() - loaded

@@ -10,8 +10,7 @@ import numpy as np
 from harvester.engines.ensemble import DRAWN, FINE, KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import NOT_WHITE
-from harvester.engines.shocks import resolve_shocks
-from harvester.engines.wells import rare_hops
+from harvester.engines.settling import settle
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import invalid
@@ -130,7 +129,7 @@ def prepare(
     from harvester.circuit.idealised import ideal_circuit
     from harvester.circuit.ngspice.library import find_library
     from harvester.circuit.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in, memory
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, memory
     from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -149,11 +148,7 @@ def prepare(
     with compilation():
         compile_pair(pilot)
     begin = time.perf_counter()
-    if problem.events is not None and problem.events.briefest is not None and h is None:
-        resolve_shocks(pilot, problem.events.briefest * unit)
-    warnings = burn_in(pilot, number(options.budget))
-    if pilot.hopping is not None:
-        warnings.append(rare_hops(pilot.hopping, pilot.h, problem))
+    warnings = settle(pilot, problem, number(options.budget))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         warnings.append(
