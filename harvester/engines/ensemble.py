@@ -85,7 +85,7 @@ class Ensemble(Sampled):
         unit = problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else (number(self.dt) or 0.0) * unit
-        code = machine_code()
+        code, begin = machine_code(), time.perf_counter()
         count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
         if eqs.density is not None:
             count = max(count, FEWEST_DRAWN if self.trajectories else DRAWN)
@@ -93,7 +93,7 @@ class Ensemble(Sampled):
         with compilation() as first:
             compile_pair(trajectories)
         only_loaded = 0 < code == machine_code()  # nothing was compiled
-        begin = time.perf_counter()
+        begin += first.seconds  # which are not counted
         loaded = begin - first.seconds * only_loaded  # from when the budget counts
         warnings = exists.warnings + settle(trajectories, problem, number(self.budget))
         if progress is not None:

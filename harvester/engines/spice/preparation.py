@@ -142,12 +142,13 @@ def prepare(
     ideal = ideal_circuit(circuit, s) if charging <= LONGEST_CHARGING else None
     ngspice_rule = NOT_RULED.isdisjoint(problem.effects) and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
+    begin = time.perf_counter()
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
-    with compilation():
+    with compilation() as compiling:
         compile_pair(pilot)
-    begin = time.perf_counter()
+    begin += compiling.seconds  # which are not counted
     warnings = settle(pilot, problem, number(options.budget))
     time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
