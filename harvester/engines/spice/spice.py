@@ -112,12 +112,12 @@ class Spice(Sampled):
         Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
         trajectories or a duration are given.
         """
-        begin = time.perf_counter()
+        begin, problem = time.perf_counter(), Problem.of(scene)
         try:
-            answer, steady = self.follow(scene, None, progress)
-            return with_others(self, answer, Problem.of(scene), self.reltol, steady)
+            answer, steady = self.follow(problem, None, progress)
+            return with_others(self, answer, problem, self.reltol, steady) if problem.equations.is_steady else answer
         except OutOfTimeError as error:
-            return unfinished(self.NAME, Problem.of(scene), error, time.perf_counter() - begin)
+            return unfinished(self.NAME, problem, error, time.perf_counter() - begin)
 
     def follows(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
