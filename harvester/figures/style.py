@@ -60,6 +60,7 @@ MARKERS = {"exact": "*", "published": "X", "averaged": "P", "ensemble": "s", "id
 MARKERS["spice alone"] = "^"
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
+_ONE_PLACE = 1e-9  # a width of an axis, relative to its end, that is rounding alone
 _IGNORED = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
 
 
@@ -68,6 +69,8 @@ class Plot(Figure):
 
     def draw(self, renderer: Any) -> None:
         """Draw the figure as `matplotlib.figure.Figure.draw` does, in this look."""
+        for here in self.axes:
+            _widen(here)
         with styled():
             super().draw(renderer)
 
@@ -79,6 +82,13 @@ class Plot(Figure):
 
     def _repr_png_(self) -> bytes:
         return image(self, "png")
+
+
+def _widen(here: Axes) -> None:
+    """Widen the x axis where all points have one place, which rounding may leave a width of nearly nothing."""
+    low, high = sorted(here.get_xlim())
+    if high - low < _ONE_PLACE * abs(high):
+        here.set_xlim(low / 2.0, 2.0 * high) if low > 0.0 else here.set_xlim(2.0 * low, high / 2.0)
 
 
 @contextmanager

@@ -293,3 +293,15 @@ def test_an_optimum_of_one_evaluation():
     figure = dataclasses.replace(best, keys=(key,), points=(place,)).plot()
     figures.image(figure, "png")  # a layout that collapses is a warning, and so an error here
     assert np.divide(*figure.axes[0].get_xlim()) == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("place", [0.31622776601683783, -2.0])
+def test_an_axis_of_one_place_has_a_width(place):
+    """Found where AVX-512 rounds a logarithm by one unit: the layout divided by the width of nothing."""
+    with style.styled():
+        figure, here = style.new(1, 1, (4.0, 3.0))
+        here.plot([place, place], [1.0, 2.0])
+        here.set_xlim(place, np.nextafter(place, 9.0))
+    assert style.image(figure, "png").startswith(b"\x89PNG")
+    low, high = here.get_xlim()
+    assert low < place < high

@@ -36,7 +36,7 @@ def test_the_cheap_model_stands_in():
     problem = Problem.of(hv.load(PLATE))
     eqs, units = problem.equations, problem.units
     pair = SimpleNamespace(mean=lambda name: (2.0, 0.02), bias=lambda name: (0.003, 0.0), burn_in=1.0, duration=9.0)
-    pair.trajectories, pair.steps = SimpleNamespace(count=256, hopping=None), 1000
+    pair.trajectories, pair.steps = SimpleNamespace(count=256, hopping=None, together=1), 1000
     ready = Prepared(SimpleNamespace(eqs=eqs, h=0.1), 10.0, ["a doubt"], pair, 1.0)
     answer = unfinished("spice", problem, out_of_time((1.0, 1.0, 1.0)), 7.0, ready)
     assert answer.mean_power.value == pytest.approx(2.0 * eqs.beta * eqs.mu * units.watts, rel=1e-12)
