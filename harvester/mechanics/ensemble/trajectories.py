@@ -20,6 +20,7 @@ from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.kernels.circuit_features import circuit_boundary, interleaved
 from harvester.mechanics.kernels.features import boundary
+from harvester.mechanics.kernels.impact_voltage import lines
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
@@ -182,7 +183,7 @@ class Trajectories:
             elif self.ngspice_rule:
                 advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
             else:
-                advance(*state, *grid, *known, *others)  # type: ignore[call-arg]
+                advance(*state, *grid, *known, *others, *lines(eqs, self.h))  # type: ignore[call-arg]
             if progress is not None:
                 progress(readings * reading * LANES)
 

@@ -26,6 +26,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
+from harvester.mechanics.kernels import vector_width
 from harvester.mechanics.kernels.kept_files import FilesOfThisPackage, KeptFiles
 
 config: Any = numba_config
@@ -36,6 +37,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
+COMPILER: dict[str, Any] = {"pipeline_class": vector_width.Chosen} if vector_width.may_be_wide() else {}
 
 
 DECORATED = re.compile(rb"^ *@(kernel|inlined|forced|c_function)\b", re.MULTILINE)
@@ -43,10 +45,14 @@ DECORATED = re.compile(rb"^ *@(kernel|inlined|forced|c_function)\b", re.MULTILIN
 
 @cache
 def compiled_sources() -> tuple[Path, ...]:
-    """The files of this package that machine code is made of: those with a decorator of this module, and this one."""
+    """The files of this package that machine code is made of: those with a decorator, this one, and `vector_width`."""
     package = Path(__file__).parents[2]
     files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("circuit/**/*.py")])
-    return (Path(__file__), *(file for file in files if DECORATED.search(file.read_bytes())))
+    return (
+        Path(__file__),
+        Path(vector_width.__file__),
+        *(file for file in files if DECORATED.search(file.read_bytes())),
+    )
 
 
 @cache
@@ -118,7 +124,7 @@ def _alone(function: Callable[..., Any]) -> Any:
 
 def _part(function: F, **options: Any) -> F:
     """Compile a function as a part of kernels."""
-    made = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **FLAGS)(function)
+    made = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **COMPILER, **FLAGS)(function)
     made.__class__ = _Part
     return made  # type: ignore[no-any-return]
 
@@ -140,7 +146,7 @@ def forced(function: F) -> F:
 def kernel(function: F) -> F:
     """Compile a function called from Python: cached on disk, free of the interpreter's lock."""
     with _own_cache(function) as cached:
-        return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **FLAGS)(function)  # type: ignore[no-any-return]
+        return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **COMPILER, **FLAGS)(function)  # type: ignore[no-any-return]
 
 
 def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -50,7 +50,7 @@ def decayed(z):
 
 
 @inlined
-def drift(x, v, V, h, e, g, mu, r):
+def drift(x, v, V, h, e, g, mu, r, line=None):
     """Move for a time h at constant velocity, reflect at the stop, and carry the voltage along.
 
     With ``e = exp(-mu h)`` and ``g = (1 - e)/mu`` (see `relaxation`) the voltage is
@@ -58,7 +58,8 @@ def drift(x, v, V, h, e, g, mu, r):
         V(h) = e V + g v                                   no impact
         V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a still to go
 
-    and without a load (mu None) V - x is conserved.  Returns (x, v, V, speed of the impact or 0).
+    and without a load (mu None) V - x is conserved.  A ``line`` stands for (1 - exp(-mu a))/mu without a division
+    (`harvester.mechanics.kernels.impact_voltage`).  Returns (x, v, V, speed of the impact or 0).
     """
     x1 = x + h * v
     if r is None:
@@ -69,6 +70,8 @@ def drift(x, v, V, h, e, g, mu, r):
     x2 = -r * x1 if hit else x1
     if mu is None:
         V1 = V + (x2 - x)
+    elif line is not None:
+        V1 = e * V + g * v - (1.0 + r) * (line[0] * v + line[1] * x1 if hit else 0.0)
     else:
         after = x1 / v if hit else 0.0
         V1 = e * V + v * (g - (1.0 + r) * decayed(mu * after) / mu)
@@ -89,7 +92,7 @@ def carried(V, way, t, mu):
 def push(x, V, beta, n1, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's share, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
+    ``pull`` is the spring's line, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
     """
     total = 0.0
     if n1 is None:
@@ -115,7 +118,7 @@ def meeting(x, v, h, a):
 
 
 @inlined
-def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None):
+def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None, line=None):
     """Drift by the first t of a step h a mass that may come to rest on the stop.
 
     A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
@@ -127,7 +130,7 @@ def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None)
     Without a stop, with external noise, or without a force at the stop, this is `drift`.
     """
     if r is None or n1 is not None or (beta is None and pull is None and shaking is None):
-        return drift(x, v, V, t, e, g, mu, r)
+        return drift(x, v, V, t, e, g, mu, r, line)
     a = push(x, V, beta, n1, pull, shaking)
     stuck = x == 0.0 and v == 0.0
     if stuck or x + t * (v - 0.5 * a * (h - t)) >= 0.0:
@@ -186,8 +189,27 @@ def spring(x, alpha, linear=None, alpha2=None):
 
 
 @inlined
-def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
-    """The velocity after a kick of length h at fixed x, V and shaking a; xi is a variate of mean 0 and variance 1.
+def impulse(x, xi, h, n1, n2, n12, other=None):
+    """The velocity sqrt(2 h N(x)) xi that white noise gives in a kick; xi is a variate of mean 0 and variance 1.
+
+    With an ``other`` variate, independent of xi, both noises have one of their own, and no step takes a root:
+
+        sqrt(2 h) [(sqrt(N1) + x N12/sqrt(N1)) xi + x sqrt(N2 - N12^2/N1) other]
+
+    which has the same mean and variance at every x.
+    """
+    if other is not None and n1 is not None and n2 is not None:
+        dv, alone = math.sqrt(2.0 * h * n1) * xi, n2
+        if n12 is not None:
+            dv += n12 / n1 * x * dv
+            alone -= n12 * n12 / n1
+        return dv + math.sqrt(2.0 * h * max(alone, 0.0)) * x * other
+    return xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12))
+
+
+@inlined
+def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None, other=None):
+    """The velocity after a kick of length h at fixed x, V and shaking a; xi and other are as of `impulse`.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
@@ -200,7 +222,7 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alph
         force += a
     dv = h * force
     if n1 is not None or n2 is not None:
-        dv += xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12))
+        dv += impulse(x, xi, h, n1, n2, n12, other)
     if c1 is None and c2 is None and c3 is None:
         return v + dv
     y = h * friction(x, c1, c2, c3)
@@ -208,11 +230,11 @@ def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alph
 
 
 @inlined
-def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None):
+def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None, other=None):
     """Kick a mass, but leave one that is stuck on the stop there until the force on it points away from the stop."""
     pressed = beta is not None or a is not None
     stuck = r is not None and pressed and n1 is None and x == 0.0 and v == 0.0
-    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a, other)
     return max(v1, 0.0) if stuck else v1
 
 

@@ -19,7 +19,6 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.mechanics.kernels.compiled import forced
-from harvester.mechanics.kernels.equation_of_motion import intensity
 
 MARTINGALES = 9
 
@@ -38,20 +37,16 @@ def energy(x, v, alpha, linear, alpha2):
 
 
 @forced
-def add_features(i, before, kicks, controls, mu, alpha, n1, n2, n12, linear, alpha2):
+def add_features(i, before, kicks, controls, mu, alpha, linear, alpha2):
     """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
 
-    before: states x, v, V ahead of both, shape (3, LANES).  kicks: sums over both of v xi, with the v just before each
-    kick, and of xi, shape (2, LANES).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a kick's own v, because the
-    stop turns it round, and what varies less but once for both.
+    before: states x, v, V ahead of both, shape (3, LANES).  kicks: sums over both of v sqrt(N) xi, with the v just
+    before each kick, and of sqrt(N) xi, shape (2, LANES).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
+    kick's own v, because the stop turns it round, and what varies less but once for both.
     """
     x, V, p, q = before[0, i], before[2, i], kicks[0, i], kicks[1, i]
     E = energy(x, before[1, i], alpha, linear, alpha2)
     root = math.sqrt(abs(E))
-    if n2 is not None or n12 is not None:
-        size = math.sqrt(intensity(x, n1, n2, n12))
-        p *= size
-        q *= size
     controls[0, i] += p
     controls[1, i] += p * root
     controls[2, i] += p * E

@@ -6,18 +6,15 @@ machine code compile it.  Here a process that begins to compile locks the machin
 wait; and one at a time writes.
 """
 
-import fcntl
 import hashlib
 import pickle
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
 from numba.core import caching as numba_caching
 
-LONGEST_TURN = 60.0  # seconds that others wait for a process, which may have been stopped while it compiles
+from harvester.machine.locks import alone, locked, unlock
+from harvester.mechanics.kernels.vector_width import width
 
 
 class KeptFiles(numba_caching.IndexDataCacheFile):
@@ -31,17 +28,17 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
         """The machine code of a key; None where this process must compile it, and no other does so meanwhile."""
         found = super().load(key)
         if found is None and key not in self._turns:
-            self._turns[key] = _locked(self._place(f"turn-{hashlib.sha256(str(key).encode()).hexdigest()[:2]}"))
+            self._turns[key] = locked(self._place(f"turn-{hashlib.sha256(str(key).encode()).hexdigest()[:2]}"))
             found = super().load(key)
             if found is not None:
-                _unlock(self._turns.pop(key))
+                unlock(self._turns.pop(key))
         return found
 
     def save(self, key: Any, data: Any) -> None:
         """Keep the machine code of a key, and give its turn away."""
-        with _alone(self._place("written")):
+        with alone(self._place("written")):
             super().save(key, data)
-        _unlock(self._turns.pop(key, None))
+        unlock(self._turns.pop(key, None))
 
     def _place(self, name: str) -> Path:
         """A file beside those of the function to lock."""
@@ -69,39 +66,10 @@ class FilesOfThisPackage(KeptFiles):
         room.mkdir(parents=True, exist_ok=True)
         super().__init__(str(room), filename_base, None)
 
+    def load(self, key: Any) -> Any:
+        """The machine code of a key with vectors of the present width, as of `KeptFiles.load`."""
+        return super().load((key, width()))
 
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Hold the lock of a file."""
-    held = _locked(path)
-    try:
-        yield
-    finally:
-        _unlock(held)
-
-
-def _locked(path: Path) -> IO[bytes] | None:
-    """A file, locked as soon as no other process has it locked, which ends with that process.
-
-    None where files cannot be locked, or the other process has not done with it in `LONGEST_TURN`.
-    """
-    end = time.monotonic() + LONGEST_TURN
-    try:
-        file = path.open("ab")
-        while time.monotonic() < end:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                time.sleep(0.02)
-            else:
-                return file
-        file.close()
-    except OSError:
-        pass
-    return None
-
-
-def _unlock(file: IO[bytes] | None) -> None:
-    """Let the next process have a file."""
-    if file is not None:
-        file.close()
+    def save(self, key: Any, data: Any) -> None:
+        """Keep it."""
+        super().save((key, width()), data)

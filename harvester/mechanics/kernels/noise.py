@@ -74,16 +74,32 @@ def two_variates(bits):
     return three_point(uint32(bits >> uint64(32))), three_point(uint32(bits & uint64(0xFFFFFFFF)))
 
 
-@forced
-def draw_noise(noise, s0, s1, coarse):
-    """Draw the variates of the coming two steps of all lanes, or of one ``coarse`` step: into noise, shape (2, lanes).
+@inlined
+def variates(bits, coarse):
+    """The variates of the coming two steps, or of one ``coarse`` step in the first place.
 
     The sum of both has the moments that weak order 2 uses, as they have: a coarse step is made on the same noise.
     """
+    first, second = two_variates(bits)
+    return (first + second) * HALF_ROOT if coarse else first, second
+
+
+@forced
+def draw_noise(noise, s0, s1, coarse):
+    """Draw the `variates` of all lanes: into noise, shape (2, lanes)."""
     for i in range(noise.shape[1]):
         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-        first, second = two_variates(bits)
-        noise[0, i], noise[1, i] = (first + second) * HALF_ROOT if coarse else first, second
+        noise[0, i], noise[1, i] = variates(bits, coarse)
+
+
+@forced
+def draw_two_noises(noise, other, s0, s1, coarse):
+    """The same for two independent noises, from two draws of bits a lane."""
+    for i in range(noise.shape[1]):
+        bits, a, b = shuffle(s0[i], s1[i])
+        noise[0, i], noise[1, i] = variates(bits, coarse)
+        bits, s0[i], s1[i] = shuffle(a, b)
+        other[0, i], other[1, i] = variates(bits, coarse)
 
 
 @kernel

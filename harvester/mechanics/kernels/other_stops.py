@@ -47,18 +47,18 @@ def loss_unit(r: float | None, stops: tuple[float | None, ...] | None) -> float:
 
 
 @forced
-def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None):
+def move(x, v, V, h, t, e, g, mu, r, beta, n1, stops, a=None, line=None):
     """Drift by the first t of a step h, whatever the stops: ((x, v, V), what the stops did).
 
     The latter is the time of the first impact, the speed just before it, negative at the opposite stop, the number of
-    impacts and the energy that they took.  ``a`` is the shaking's mean over the step.
+    impacts and the energy that they took.  ``a`` is the shaking's mean over the step, ``line`` as of `drift`.
     """
     if stops is None:
-        x1, v1, V1, speed = drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, None, a)
+        x1, v1, V1, speed = drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, None, a, line)
         if r is None:
             return (x1, v1, V1), (0.0, 0.0, 0.0, 0.0)
         return (x1, v1, V1), _single(x, v, V, h, r, beta, n1, None, a, speed)
-    return _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, *stops)
+    return _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, line, *stops)
 
 
 @forced
@@ -92,12 +92,12 @@ def mirrored(way, a):
 
 
 @forced
-def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, gap, pull, high, r_high, pull_high, k, c):
+def _moved(x, v, V, h, t, e, g, mu, r, beta, n1, a, line, gap, pull, high, r_high, pull_high, k, c):
     if r is None:
         return in_contact(x + gap, v, V, t, gap, mu, k, c)
     if high is None:
         y = max(x + gap, 0.0)
-        y1, v1, V1, speed = drift_at_stop(y, v, V, h, t, e, g, mu, r, beta, n1, pull, a)
+        y1, v1, V1, speed = drift_at_stop(y, v, V, h, t, e, g, mu, r, beta, n1, pull, a, line)
         return (y1 - gap, v1, V1), _single(y, v, V, h, r, beta, n1, pull, a, speed)
     if n1 is None:  # the stop ahead, mirrored where it is the opposite one, unless the other one is met too
         way, wall, r_ahead, pull_ahead = 1.0, -gap, r, pull
@@ -187,11 +187,11 @@ def in_contact(y, v, V, t, gap, mu, k, c):
 
 
 @forced
-def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a=None):
+def kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a=None, other=None):
     """Kick a mass, but leave one that is stuck on a rigid stop there: `kick_at_stop` for stops wherever they are."""
     if stops is None:
-        return kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
-    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a)
+        return kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a, other)
+    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a, other)
     return _kept_on_stop(x, v, v1, r, n1, *stops)
 
 

@@ -461,12 +461,25 @@ def test_removing_an_effect_equals_never_having_it(name):
     assert equations(scene(changed(base, **{name: 0.0}))) == equations(scene(base)) == base
 
 
-@pytest.mark.parametrize("names", [("alpha", "c1", "n12"), ("beta", "c2", "c3"), ("c2", "n2")])
+@pytest.mark.parametrize("names", [("alpha", "c1", "n12"), ("beta", "c2", "c3"), ("c2",)])
 def test_absent_effects_are_those_of_no_strength(names):
     """The code without some effects does what the code with them does at strength zero, up to rounding."""
     base = changed(PAPER, **dict.fromkeys(names))
     a, b = (Trajectories(e, 64, SEED, 0.1).run(50.0) for e in (changed(base, **dict.fromkeys(names, 0.0)), base))
     assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a) if k != "controls")
+
+
+def test_an_absent_noise_is_that_of_no_strength():
+    """On a path up to rounding; in an ensemble, where two noises take two draws, in its means."""
+    absent, zero = (changed(PAPER, n2=n2, n12=None) for n2 in (None, 0.0))
+    noise = np.random.default_rng(2).standard_normal(2000)
+    assert trace(zero, noise, 0.1).readings == pytest.approx(trace(absent, noise, 0.1).readings, rel=1e-10, abs=1e-12)
+    a, b = (Trajectories(eqs, 4096, SEED, 0.1) for eqs in (zero, absent))
+    for many in (a, b):
+        many.run(100.0)
+    a, b = a.run(100.0), b.run(100.0)
+    for name in ("V2", "x2", "v2", "xV", "impacts"):
+        assert abs(z(a.mean(name), *b.mean(name))) < 4.0, name
 
 
 def test_a_stop_never_reached_is_no_stop():

@@ -57,7 +57,7 @@ def test_files_that_are_cut_off_are_made_anew(tmp_path, monkeypatch, room):
         whole = file.stat().st_size
         os.truncate(file, room % whole)
         assert kernel(twice)(2.0) == 4.0
-        assert file.stat().st_size == whole
+        assert file.stat().st_size >= whole  # names of functions have running numbers
 
 
 def test_constants_of_machine_code_are_in_its_cache_s_name():
@@ -114,5 +114,5 @@ def test_a_kernel_waits_for_the_process_that_compiles_it(tmp_path, monkeypatch):
         assert writing.result(timeout=60) == 2.0
         fcntl.flock(of_turn, fcntl.LOCK_EX)
         index.unlink()
-        monkeypatch.setattr("harvester.mechanics.kernels.kept_files.LONGEST_TURN", 0.1)
+        monkeypatch.setattr("harvester.machine.locks.LONGEST_TURN", 0.1)
         assert kernel(half)(3.0) == 1.5

@@ -14,6 +14,7 @@ from harvester.mechanics.kernels.equation_of_motion import (
     drift,
     drift_at_stop,
     friction,
+    impulse,
     intensity,
     kick,
     kick_at_stop,
@@ -88,6 +89,28 @@ def test_stiff_damping_stops_the_mass_at_any_step(x, h):
 def test_noise_intensity_is_that_of_the_correlated_sum():
     """Var(eps1 xi1 + x eps2 xi2) / 2 for correlated noises."""
     assert intensity(0.3, 0.01, 0.04, 0.005) == pytest.approx(0.01 + 2 * 0.3 * 0.005 + 0.09 * 0.04)
+
+
+@pytest.mark.parametrize("n12", [None, 0.003, -0.02])
+@pytest.mark.parametrize("x", [-2.0, 0.0, 0.3])
+def test_one_variate_a_noise_has_the_law_of_the_correlated_sum(n12, x):
+    """Over all nine pairs of three-point variates: odd moments 0, variance 2 h N(x), fourth moment that of a Gaussian.
+
+    Correlation at its bound, n12^2 = n1 n2, leaves a single noise.
+    """
+    h, n1, n2 = 0.1, 0.01, 0.04
+    points = ((-math.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (math.sqrt(3.0), 1 / 6))
+    moments = [
+        sum(p * q * impulse(x, xi, h, n1, n2, n12, other) ** k for xi, p in points for other, q in points)
+        for k in (1, 2, 3, 4)
+    ]
+    variance = 2.0 * h * intensity(x, n1, n2, n12)
+    assert moments == pytest.approx([0.0, variance, 0.0, 3.0 * variance**2], rel=1e-12, abs=1e-15)
+
+
+def test_a_lone_noise_needs_no_other_variate():
+    assert impulse(0.3, 1.2, 0.1, 0.01, None, None, 9.0) == impulse(0.3, 1.2, 0.1, 0.01, None, None)
+    assert impulse(0.3, 1.2, 0.1, None, 0.04, None, 9.0) == impulse(0.3, 1.2, 0.1, None, 0.04, None)
 
 
 def test_compiled_and_interpreted_step_agree():
