@@ -160,10 +160,7 @@ class Trajectories:
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole readings, and periods of a drive) and average.
 
-        Raises
-        ------
-        UnboundedResponseError
-            when a trajectory leaves the finite numbers.
+        Raises UnboundedResponseError when a trajectory leaves the finite numbers.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
