@@ -19,6 +19,7 @@ def kernel(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c2
     e2 = math.exp(-0.5 * mu * h)                                        #: load
     g2 = (1.0 - e2) / mu                                                #: load
     later = np.zeros(64)                                                #: noise
+    others = np.zeros(64)                                               #: external parametric
     for _ in range(readings):
         for _ in range(pairs):
             for i in range(64):
@@ -31,8 +32,8 @@ b ^= a                                                                  #: noise
 s0[i] = ((a << u64(24)) | (a >> u64(40))) ^ b ^ (b << u64(16))          #: noise
 s1[i] = (b << u64(37)) | (b >> u64(27))                                 #: noise
 high, low = u32(bits >> u64(32)), u32(bits & u64(0xFFFFFFFF))           #: noise
-xi1 = (-ROOT3 if high < SIXTH else 0.0) + (ROOT3 if high >= REST else 0.0)  #: noise
-xi2 = (-ROOT3 if low < SIXTH else 0.0) + (ROOT3 if low >= REST else 0.0)    #: noise
+NOW = (-ROOT3 if high < SIXTH else 0.0) + (ROOT3 if high >= REST else 0.0)  #: noise
+THEN = (-ROOT3 if low < SIXTH else 0.0) + (ROOT3 if low >= REST else 0.0)    #: noise
 """
 
 LOAD = "p, q, U = x[i], v[i], V[i]"
@@ -69,7 +70,7 @@ F -= beta * Un                                                          #: back
 F *= h
 F += XI * math.sqrt(2.0 * h * n1)                                       #: external !parametric
 F += XI * math.sqrt(2.0 * h * n2 * pn * pn)                             #: !external parametric
-F += XI * math.sqrt(2.0 * h * (n1 + n2 * pn * pn))                      #: external parametric
+F += XI * math.sqrt(2.0 * h * n1) + XO * math.sqrt(2.0 * h * n2) * pn   #: external parametric
 y = -h * c1                                                             #: linear !nonlinear
 y = h * (c3 * pn * pn * pn * pn - c2 * pn * pn)                         #: !linear nonlinear
 y = h * (c3 * pn * pn * pn * pn - c2 * pn * pn - c1)                    #: linear nonlinear
@@ -117,13 +118,18 @@ def source(e, split):
                 lines.append(" " * indent + code.rstrip())
         return "\n".join(lines)
 
-    def step(xi):
-        return chosen(DRIFT + KICK, 16, H="h", E="e", G="g", XI=xi)
+    def step(xi, other):
+        return chosen(DRIFT + KICK, 16, H="h", E="e", G="g", XI=xi, XO=other)
 
     load, store = " " * 16 + LOAD, " " * 16 + STORE
     loop = " " * 12 + "for i in range(64):"
-    first = [chosen(HEAD, 0), load, chosen(DRAW, 16), step("xi1")]
-    second = [chosen("later[i] = xi2  #: noise", 16), store, loop, load, step("later[i]")] if split else [step("xi2")]
+    drawn = chosen(DRAW, 16, NOW="xi1", THEN="xi2")
+    if {"external", "parametric"} <= found:  # a variate for each
+        drawn += "\n" + chosen(DRAW, 16, NOW="other1", THEN="other2")
+    first = [chosen(HEAD, 0), load, drawn, step("xi1", "other1")]
+    kept = chosen("later[i] = xi2  #: noise\nothers[i] = other2  #: external parametric", 16)
+    then = [kept, store, loop, load, step("later[i]", "others[i]")]
+    second = then if split else [step("xi2", "other2")]
     half = [chosen(DRIFT, 12, H="0.5 * h", E="e2", G="g2"), chosen(READ, 12)]
     return "\n".join([*first, *second, store, loop[4:], load[4:], *half]) + "\n"
 

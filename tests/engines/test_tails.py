@@ -1,6 +1,7 @@
 """Means that noise of the stiffness takes away: said before the run, by every engine alike."""
 
 import dataclasses
+import statistics
 import time
 
 import pytest
@@ -74,10 +75,13 @@ def test_what_may_be_missing():
 
 @pytest.mark.statistics
 def test_a_mean_without_a_variance_has_no_stated_error():
-    """`within` is not pursued there, and error95 is null: a finite mean, whose sampling error nothing tells."""
-    answer = hv.Ensemble(within="1%").run(device(0.07, restitution=0.95))
-    assert answer.mean_power.whole_error95 is None
-    assert any("`within` 0.01 cannot be promised" in one for one in answer.warnings)
-    assert answer.mean_power.value == pytest.approx(
-        hv.Averaged().run(device(0.07, restitution=0.95)).mean_power.value, rel=0.3
-    )
+    """`within` is not pursued there, and error95 is null: a finite mean, whose sampling error nothing tells.
+
+    One seed may be half as much again off; the median of five scatters little.
+    """
+    one = device(0.07, restitution=0.95)
+    answers = [hv.Ensemble(within="1%", seed=seed).run(one) for seed in range(5)]
+    assert all(answer.mean_power.whole_error95 is None for answer in answers)
+    assert all(any("`within` 0.01 cannot be promised" in said for said in answer.warnings) for answer in answers)
+    middle = statistics.median(answer.mean_power.value for answer in answers)
+    assert middle == pytest.approx(hv.Averaged().run(one).mean_power.value, rel=0.2)
