@@ -10,6 +10,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
+from harvester.engines.spice.effort import FEWEST, LOOSE, fewest_pairs
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.step_bias import largest_step_bias
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.moments import Moments
 
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
-FEWEST = 8  # pairs, of which each half weighs the other
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Runs:
     def more(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.
 
-        Fewer than `FEWEST` are no longer paired.  Raises OutOfTimeError where they are fewer than two.
+        Fewer than `fewest_pairs` are no longer paired.  Raises OutOfTimeError where they are fewer than two.
         """
         from harvester.circuit import runs as worker
         from harvester.mechanics.kernels.noise import child
@@ -73,7 +73,7 @@ class Runs:
             if ended < 2:
                 error.args = (f"{error}; {said}, and 2 are needed",)
                 raise
-            if self.paired and ended < FEWEST:
+            if self.paired and ended < fewest_pairs(LOOSE, self.blocks):
                 self.paired = False
                 said += ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
             ready.warnings.append(said)

@@ -14,11 +14,12 @@ from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
+from harvester.engines.spice.effort import FEWEST, fewest_pairs
 from harvester.engines.spice.other_responses import with_others
 from harvester.engines.spice.preparation import Prepared, prepare, stand_in
 from harvester.engines.spice.probes import Watch, watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.pursuit import pursue
-from harvester.engines.spice.runs import FEWEST, Runs
+from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import along, follows, steady_response
@@ -130,10 +131,7 @@ class Spice(Sampled):
     def follow(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """As `run`, and the periodic response where there is one: from rest, or that which a slow change leads to.
-
-        That is from ``near``, the one of a drive a little different.
-        """
+        """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
         from harvester.circuit import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
@@ -234,8 +232,8 @@ class Spice(Sampled):
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
         if ready.has_controls and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
-        count = self.trajectories or (self.TRAJECTORIES if target is None else FEWEST)
-        count = max(count, FEWEST) if paired else count
+        fewest = fewest_pairs(number(self.within), runs.blocks) if paired else FEWEST
+        count = max(self.trajectories or (self.TRAJECTORIES if target is None else fewest), fewest * paired)
         asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
         budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)

@@ -41,8 +41,9 @@ def ngspice_bias(
     converge.
     """
     from harvester.circuit.tolerance import ORDER
+    from harvester.engines.spice.effort import FEWEST
     from harvester.engines.spice.preparation import prepare
-    from harvester.engines.spice.runs import FEWEST, Runs
+    from harvester.engines.spice.runs import Runs
     from harvester.uncertainty.control_variate import controlled
 
     ready = prepare(problem, Spice(seed=seed, dt=h / problem.units.frequency))
