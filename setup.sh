@@ -39,4 +39,7 @@ fi
 
 echo "setup: installing this package into .venv, with the versions of lock.txt"
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint lock.txt --editable '.[test]'
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint lock.txt --editable '.[test]'
+# Bytecode on all cores, and without the tests that other packages bring: pip takes one core, and compiles those too.
+# What does not compile is a template, or for another Python: nobody imports it, and pip leaves it as well.
+.venv/bin/python -W ignore -m compileall -qq -j 0 -x '/tests/' .venv/lib || true
