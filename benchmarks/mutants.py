@@ -128,6 +128,24 @@ coarse-noise: test_trajectories.py -k same_noise
 shaking-of-a-path: test_shaking.py test_records.py test_impact_oscillator.py -k solve_ivp or second_order
 - return 0.5 * (shaking[max(k - 1, 0)] + shaking[k]), shaking[k]
 + return shaking[k], shaking[k]
+correlated-impulse: test_equation_of_motion.py -k one_variate
+- alone -= n12 * n12 / n1
++ alone -= n12 / n1
+one-draw-for-both-noises: test_statistics.py test_gibbs.py -k power_balance
+- bits, s0[i], s1[i] = shuffle(a, b)
++ s0[i], s1[i] = a, b
+line-of-an-impact: test_impact_voltage.py -k no_mean or numerical_fit
+- slope + (12.0 * one - 6.0 * zero)
++ slope + (12.0 * one - 5.0 * zero)
+line-of-half-a-step: test_impact_voltage.py -k might_be_seen
+- fitted(eqs.mu, 0.5 * h)
++ fitted(eqs.mu, h)
+line-without-noise: test_impact_voltage.py -k might_be_seen
+- or eqs.n1 is None or eqs.opposite_restitution is not None
++ or eqs.opposite_restitution is not None
+line-at-strong-coupling: test_impact_voltage.py -k might_be_seen
+- HEAT * (1.0 - eqs.restitution**2)
++ 4.0 * HEAT * (1.0 - eqs.restitution**2)
 three-points: test_noise.py -k weak
 - _SIXTH = 715827883
 + _SIXTH = 613566757

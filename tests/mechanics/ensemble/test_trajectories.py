@@ -178,6 +178,15 @@ def test_a_mean_of_windows_of_different_length():
         assert getattr(first.mixed(second, 2 / 3), name) == pytest.approx(getattr(whole, name), rel=1e-12)
 
 
+def test_a_pair_in_windows_is_one_of_the_whole_time():
+    """One long pair, and the same in pieces: the mean, and the bias of the step."""
+    whole, many = (RichardsonPair(Trajectories(PAPER, 64, SEED, 0.1), duration) for duration in (160.0, 40.0))
+    many.extend(120.0)
+    assert many.duration == pytest.approx(whole.duration, rel=1e-12)
+    assert pytest.approx(whole.moments.V2, rel=1e-12) == many.moments.V2
+    assert many.bias("V2") == pytest.approx(whole.bias("V2"), rel=1e-9)
+
+
 def test_answer_does_not_depend_on_threads(monkeypatch):
     answers = []
     for cores in (1, 2, 3):
