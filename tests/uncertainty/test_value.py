@@ -1,8 +1,11 @@
 """Numbers with their errors: in other units, and over all their errors."""
 
+import math
+
+import numpy as np
 import pytest
 
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, mean_and_error
 
 
 def test_other_units():
@@ -18,6 +21,12 @@ def test_error_is_the_sum_of_all():
     assert value.sampling95 == pytest.approx(2.570582 * 0.1, rel=1e-6)
     assert value.error95 == pytest.approx(value.sampling95 + 0.023, rel=1e-12)
     assert Value(1.0, 0.1).error95 == pytest.approx(0.196, rel=1e-12)
+
+
+def test_error_of_few_entries():
+    """The variance of two is their squared distance over 2; of one nothing is known."""
+    assert mean_and_error(np.array([1.0, 3.0])) == pytest.approx((2.0, 1.0), rel=1e-12)
+    assert mean_and_error(np.array([1.0])) == (1.0, math.inf)
 
 
 def test_a_value_with_rounding_alone_has_six_digits():
