@@ -146,7 +146,7 @@ def test_densities_integrate_to_the_moments(changes, gap):
     """One, E[x^2] and E[x'^2], also where the voltage bends the orbits."""
     eqs = changed(PAPER, **changes)
     law = solve(changed(eqs, gap=gap * np.sqrt(solve(eqs).x2 / 0.4)))
-    x = np.linspace(max(-law.spread.gap, -law.A[-1]), law.A[-1], 401)
+    x = np.linspace(max(-law.spread.gap, -law.A[-1]), law.A[-1], 151)
     v = 6 * np.sqrt(law.v2) * np.linspace(-1, 1, 401)
     for values, p, square in (
         (x, densities.displacement_density(x, law, True), law.x2),

@@ -364,7 +364,7 @@ def test_densities_integrate_to_the_moments(changes):
     """One, E[x^2] and E[x'^2], also where the voltage bends the orbits."""
     eqs = changed(PAPER, **changes)
     law, stop = solve(eqs), eqs.restitution is not None
-    x = law.A[-1] * np.linspace(0 if stop else -1, 1, 801)
+    x = law.A[-1] * np.linspace(0 if stop else -1, 1, 201)
     v = law.A[-1] * law.nu[-1].max() * np.linspace(-1.3, 1.3, 801)
     for values, p, square in (
         (x, densities.displacement_density(x, law, stop), law.x2),
