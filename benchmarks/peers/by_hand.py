@@ -10,10 +10,12 @@ import math
 import numba
 import numpy as np
 
+from harvester.mechanics.kernels.compiled import COMPILER
+
 FLAGS = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
 
 HEAD = """
-def kernel(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c2, c3, n1, n2):
+def kernel(x, v, V, s0, s1, sums, readings, pairs, h, mu, r, alpha, beta, c1, c2, c3, n1, n2, line, line2):
     e = math.exp(-mu * h)                                               #: load
     g = (1.0 - e) / mu                                                  #: load
     e2 = math.exp(-0.5 * mu * h)                                        #: load
@@ -42,20 +44,11 @@ STORE = "x[i], v[i], V[i] = p, q, U"
 DRIFT = """
 pn = p + H * q
 hit = pn < 0.0                                                          #: stop
-z = min(mu * (pn / q if hit else 0.0), 32.0) * 0.0625                   #: stop load
-zz = z * z                                                              #: stop load
-za = (1.0 - z * 0.5) + zz * (1.0 / 6.0 - z * (1.0 / 24.0))              #: stop load
-zb = (1.0 / 120 - z * (1.0 / 720)) + zz * (1.0 / 5040 - z * (1.0 / 40320))  #: stop load
-z *= za + zz * zz * zb                                                  #: stop load
-z *= 2.0 - z                                                            #: stop load
-z *= 2.0 - z                                                            #: stop load
-z *= 2.0 - z                                                            #: stop load
-z *= 2.0 - z                                                            #: stop load
+Un = E * U + G * q                                                      #: load
+Un -= (1.0 + r) * (LINE[0] * q + LINE[1] * pn) if hit else 0.0          #: stop load
 pn = -r * pn if hit else pn                                             #: stop
 Un = U + (pn - p)                                                       #: stop !load
 Un = U + H * q                                                          #: !stop !load
-Un = E * U + G * q                                                      #: !stop load
-Un = E * U + q * (G - (1.0 + r) * z / mu)                               #: stop load
 qn = q                                                                  #: !stop
 qn = -r * q if hit else q                                               #: stop
 """
@@ -95,6 +88,14 @@ sums[9, i] += (c3 * pn * pn * pn * pn - c2 * pn * pn - c1) * qn * qn    #: linea
 """
 
 
+def line(mu, h):
+    """The straight line first + slope a nearest to (1 - exp(-mu a))/mu by least squares, a from 0 to h."""
+    places, weights = np.polynomial.legendre.leggauss(8)
+    a = 0.5 * h * (1.0 + places)
+    slope, first = np.polyfit(a, -np.expm1(-mu * a) / mu, 1, w=np.sqrt(weights))
+    return float(first), float(slope)
+
+
 def effects(e):
     """Names of the effects of a scene; the mass never rests on the stop (external noise, or no back-coupling)."""
     names = {"stop": e.restitution, "load": e.mu, "cubic": e.alpha, "back": e.beta, "linear": e.c1}
@@ -119,7 +120,7 @@ def source(e, split):
         return "\n".join(lines)
 
     def step(xi, other):
-        return chosen(DRIFT + KICK, 16, H="h", E="e", G="g", XI=xi, XO=other)
+        return chosen(DRIFT + KICK, 16, LINE="line", H="h", E="e", G="g", XI=xi, XO=other)
 
     load, store = " " * 16 + LOAD, " " * 16 + STORE
     loop = " " * 12 + "for i in range(64):"
@@ -130,13 +131,13 @@ def source(e, split):
     kept = chosen("later[i] = xi2  #: noise\nothers[i] = other2  #: external parametric", 16)
     then = [kept, store, loop, load, step("later[i]", "others[i]")]
     second = then if split else [step("xi2", "other2")]
-    half = [chosen(DRIFT, 12, H="0.5 * h", E="e2", G="g2"), chosen(READ, 12)]
+    half = [chosen(DRIFT, 12, LINE="line2", H="0.5 * h", E="e2", G="g2"), chosen(READ, 12)]
     return "\n".join([*first, *second, store, loop[4:], load[4:], *half]) + "\n"
 
 
 def kernel(e, split):
-    """The compiled kernel: called like the package's, with every coefficient a number and without n12."""
+    """The compiled kernel: called like the package's, with every coefficient a number, without n12, and two `line`s."""
     names = {"math": math, "np": np, "u64": np.uint64, "u32": np.uint32, "ROOT3": math.sqrt(3.0)}
     names |= {"SIXTH": np.uint32(715827883), "REST": np.uint32(2**32 - 715827883)}
     exec(source(e, split), names)
-    return numba.njit(**FLAGS)(names["kernel"])
+    return numba.njit(**COMPILER, **FLAGS)(names["kernel"])
