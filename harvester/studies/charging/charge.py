@@ -28,7 +28,7 @@ from harvester.studies.charging.asked import (
 )
 from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.by_spice import charge_in_ngspice
-from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages, share_interval
+from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
 from harvester.studies.output_folder import OutputFolder, provenance
 
 
@@ -131,7 +131,6 @@ def _answer(
     entries = passages.independent(curves)
     stderr = None if runs == 1 else entries.std(axis=0, ddof=1) / math.sqrt(len(entries))
     low_curve, high_curve = np.quantile(curves, [LOW, HIGH], axis=0)
-    arrived = round(passages.reached * runs)
     found = levels[-1]
     return Charging(
         engine=engine,
@@ -141,7 +140,7 @@ def _answer(
         duration=passages.end * clock,
         runs=runs,
         reached=passages.reached,
-        reached_between=share_interval(arrived, runs) if runs > 1 else (passages.reached, passages.reached),
+        reached_between=passages.reached_between(),
         time=found.time,
         at_least=passages.at_least().scaled(clock),
         low=found.low,
@@ -195,7 +194,13 @@ def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool
             f"the record lasts {record.period / problem.units.frequency:.4g}{unit} and was played again and again: a "
             "single shock is a `duration` within the record"
         )
-    if 1 < runs < FEW:
+    records = runs // passages.together
+    if records < runs and records < FEW:
+        said.append(
+            f"the runs are on {records} records of the tabulated density, 64 on each, which say little of 5 and 95 %: "
+            "take more `trajectories`"
+        )
+    elif 1 < runs < FEW:
         said.append(f"5 and 95 % of {runs} runs are near the first and the last: take more `trajectories`")
     return said
 

@@ -45,6 +45,28 @@ class Passages:
         """The share of the runs that reach the target."""
         return float(np.isfinite(self.times[:, -1]).mean())
 
+    def reached_between(self) -> tuple[float, float]:
+        """The 95 % interval of the share that reaches the target; of a single run, which nothing random shakes, itself.
+
+        Runs on one record are alike: all are worth as many independent ones as the spread of the records' shares says,
+        less for the uncertainty of that spread (Korn and Graubard, Survey Methodology 24, 193, 1998), and the records
+        where all of them have the same share.
+        """
+        runs, share = len(self.times), self.reached
+        if runs == 1:
+            return share, share
+        if self.together == 1:
+            return share_interval(round(share * runs), runs)
+        from scipy.special import stdtrit
+
+        shares = self.independent(np.isfinite(self.times[:, -1]).astype(float))
+        records, spread = len(shares), mean_and_error(shares)[1]
+        if spread == 0.0:
+            return share_interval(share * records, records)
+        few = float(stdtrit(runs - 1.0, 0.975) / stdtrit(records - 1.0, 0.975))
+        worth = min(few**2 * share * (1.0 - share) / spread**2, runs)
+        return share_interval(share * worth, worth)
+
     def arrived(self) -> Floats:
         """The share of the runs that have reached the target at the times ``at``, shape (samples,)."""
         order = np.sort(self.times[:, -1])
@@ -142,10 +164,13 @@ def over(joules: float, time: Value) -> Value:
     return time.scaled(joules / time.value**2)
 
 
-def share_interval(reached: int, runs: int) -> tuple[float, float]:
-    """The 95 % interval of a share, from how many of so many independent runs (Clopper and Pearson 1934)."""
+def share_interval(reached: float, runs: float) -> tuple[float, float]:
+    """The 95 % interval of a share, from how many of so many independent runs (Clopper and Pearson 1934).
+
+    Both may be no whole numbers: as many as the runs are worth.
+    """
     from scipy.special import betaincinv
 
-    low = 0.0 if reached == 0 else float(betaincinv(reached, runs - reached + 1, 0.025))
-    high = 1.0 if reached == runs else float(betaincinv(reached + 1, runs - reached, 0.975))
+    low = 0.0 if reached <= 0.0 else float(betaincinv(reached, runs - reached + 1.0, 0.025))
+    high = 1.0 if reached >= runs else float(betaincinv(reached + 1.0, runs - reached, 0.975))
     return low, high

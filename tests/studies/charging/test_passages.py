@@ -1,5 +1,6 @@
 """First passages of known paths, and what is said of runs that have none."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -52,3 +53,39 @@ def test_what_never_arrives_has_no_mean():
 def test_interval_of_a_share(reached, runs):
     known = binomtest(reached, runs).proportion_ci(0.95, "exact")
     assert share_interval(reached, runs) == pytest.approx((known.low, known.high))
+
+
+def covered(alike, runs_a_record, records=8, repeats=600, true=0.6):
+    """How many 95 % intervals of the share that arrives hold the true one, over repeats, as z of a binomial count.
+
+    First as stated, then as if all runs were independent; the chance of a record's runs is drawn from a beta law, whose
+    spread is the greater the more ``alike`` they are.
+    """
+    rng, held = np.random.default_rng(1), np.zeros(2)
+    for _ in range(repeats):
+        chance = rng.beta(true / alike, (1.0 - true) / alike, records)
+        there = rng.random((records, runs_a_record)) < chance[:, None]
+        times = np.where(there, 1.0, math.inf).reshape(-1, 1)
+        found = dataclasses.replace(passages(times), together=runs_a_record)
+        naive = share_interval(int(there.sum()), there.size)
+        held += [low <= true <= high for low, high in (found.reached_between(), naive)]
+    return (held - 0.95 * repeats) / math.sqrt(repeats * 0.95 * 0.05)
+
+
+@pytest.mark.parametrize("alike", [0.05, 0.5])
+def test_runs_on_one_record_are_no_independent_ones(alike):
+    """The interval of a share holds the true one as often as it says, where independent runs would claim too much."""
+    stated, naive = covered(alike, 64)
+    assert stated > -4.0
+    assert naive < -4.0
+
+
+def test_records_without_a_likeness_say_as_much_as_their_runs():
+    """Where runs on a record are as independent as others, their interval is not much wider; all alike count as one."""
+    rng = np.random.default_rng(2)
+    times = np.where(rng.random((64 * 64, 1)) < 0.3, 1.0, math.inf)
+    apart, together = passages(times), dataclasses.replace(passages(times), together=64)
+    narrow, wide = (np.diff(one.reached_between())[0] for one in (apart, together))
+    assert narrow <= 1.001 * wide < 1.4 * narrow
+    every = dataclasses.replace(passages(np.ones((128, 1))), together=64)
+    assert every.reached_between() == pytest.approx(share_interval(2, 2))
