@@ -86,10 +86,10 @@ class Ensemble(Sampled):
         seed = np.random.SeedSequence(self.seed)
         h = None if self.dt is None else (number(self.dt) or 0.0) * unit
         code, begin = machine_code(), time.perf_counter()
-        count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within))
+        count = self.trajectories or affordable(eqs.is_steady, circuit, number(self.within) if self.CONTROLS else None)
         if eqs.density is not None:
             count = max(count, FEWEST_DRAWN if self.trajectories else DRAWN)
-        trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=True)
+        trajectories = Trajectories(eqs, count, seed, h, circuit=circuit, controlled=self.CONTROLS)
         with compilation() as first:
             compile_pair(trajectories)
         only_loaded = 0 < code == machine_code()  # nothing was compiled

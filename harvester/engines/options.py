@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any, ClassVar, overload
 
 from harvester.errors import InputError, invalid, refused
 from harvester.scene.units import Seconds, fraction, seconds, time
@@ -79,6 +79,11 @@ class Sampled(Asked):
     trajectories
         independent ones; None: chosen by the engine.
     """
+
+    # What makes means cheaper, where there is any: `harvester cost` measures engines without one of them.
+    CONTROLS: ClassVar[bool] = True  # sums of mean zero explain what they can of a mean's spread
+    PAIRING: ClassVar[bool] = True  # ngspice's runs go beside a cheap model on the same noise
+    SETTLED: ClassVar[bool] = True  # and begin in states of a circuit of ideal elements
 
     duration: NumberOrText = NumberOrText(time)
     trajectories: int | None = None

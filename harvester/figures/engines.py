@@ -11,6 +11,7 @@ from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, 
 
 _SHOWN = 0.4  # of the path, its end
 _LEDGER = "ledger_"
+_FILLED: Any = {"": "full", "no controls": "none", "no pairing": "left", "from rest": "bottom"}  # marks, by what lacks
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
@@ -136,9 +137,11 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
         figure, (here, worth) = new(1, 2, (WIDTH, 4.2))
         for engine in dict.fromkeys(point[0] for point in shown):
             of_engine = [(seconds, error) for name, seconds, error, _ in shown if name == engine]
-            look = {"color": STYLES[engine]["color"], "marker": MARKERS[engine]}
+            whole, _, lacks = engine.partition(", ")
+            look = {"color": STYLES[whole]["color"], "marker": MARKERS[whole], "fillstyle": _FILLED[lacks]}
             look |= {"linestyle": "none", "markersize": 6, "markeredgecolor": INK, "zorder": 3}
-            here.plot(*zip(*of_engine, strict=True), label=STYLES[engine]["label"], **look)
+            label = STYLES[whole]["label"] + (f", {lacks}" if lacks else "")
+            here.plot(*zip(*of_engine, strict=True), label=label, **look)
             worth.plot(*zip(*((error, seconds * error**2) for seconds, error in of_engine), strict=True), **look)
         if best:
             front = {"color": INK, "linewidth": 1, "zorder": 2, "label": "front: none is as fast and as accurate"}

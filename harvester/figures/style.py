@@ -52,10 +52,10 @@ STYLES: dict[str, dict[str, Any]] = {
         "linestyle": "none",
         "marker": "^",
         "zorder": 3.9,
-        "label": "SPICE, not paired",
+        "label": "SPICE alone (ngspice)",
     },
 }
-STYLES["ideal"]["label"], STYLES["spice alone"]["label"] = "ideal circuit (ensemble)", "SPICE, not paired"
+STYLES["ideal"]["label"] = "ideal circuit (ensemble)"
 MARKERS = {"exact": "*", "published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o"}
 MARKERS["spice alone"] = "^"
 INK = "0.15"  # what belongs to no engine

@@ -147,10 +147,10 @@ class Spice(Sampled):
             sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
         searched, code = time.perf_counter() - begin, machine_code()
         eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
-        ready = prepare(problem, self, self.reltol, self.gaussian, settled=not self.alone)
+        ready = prepare(problem, self, self.reltol, self.gaussian, settled=self.SETTLED and not self.alone)
         device = dataclasses.replace(ready.device, probes=watch.all)
         ready = dataclasses.replace(ready, device=device, seconds=ready.seconds + searched)
-        paired = ready.pair is not None and not self.alone and eqs.is_random
+        paired = ready.pair is not None and self.PAIRING and not self.alone and eqs.is_random
         warm = worker.warm_up_workers(ready.device, paired)
         within, budget = number(self.within), number(self.budget)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
@@ -230,7 +230,7 @@ class Spice(Sampled):
             duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
         kicks = ready.kicks(duration)
         runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
-        if ready.has_controls and not self.alone:
+        if ready.has_controls and self.CONTROLS and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
         fewest = fewest_pairs(number(self.within), runs.blocks) if paired else FEWEST
         count = max(self.trajectories or (self.TRAJECTORIES if target is None else fewest), fewest * paired)

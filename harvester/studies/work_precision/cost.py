@@ -27,7 +27,7 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
 from harvester.studies.work_precision.measurement import Measurement, Run, Tick
-from harvester.studies.work_precision.settings import ALONE, label, setting
+from harvester.studies.work_precision.settings import ALONE, label, setting, whole
 from harvester.uncertainty.value import Value
 
 
@@ -63,15 +63,18 @@ def table_of(measurement: Measurement) -> Cost:
     runs, cheap, ngspice = measurement.runs, measurement.cheap, measurement.ngspice
     steps = [_step(measurement, run) for run in runs]
     models: dict[str, Bias] = {}
-    for name in dict.fromkeys(label(run.engine) for run in measurement.runs):
+    for name in dict.fromkeys(whole(label(run.engine)) for run in measurement.runs):
         if name in (reference, ALONE, Exact.NAME):
             models[name] = NONE
         elif ngspice is not None and cheap is not None and name == label(cheap.engine):
             models[name] = ngspice.cheap
         else:
-            of_engine = [(run, step) for run, step in zip(runs, steps, strict=True) if label(run.engine) == name]
+            of_engine = [(run, step) for run, step in zip(runs, steps, strict=True) if whole(label(run.engine)) == name]
             models[name] = model_bias(power, *min(of_engine, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
-    rows = [_row(run, step, models[label(run.engine)], abs(power.value)) for run, step in zip(runs, steps, strict=True)]
+    rows = [
+        _row(run, step, models[whole(label(run.engine))], abs(power.value))
+        for run, step in zip(runs, steps, strict=True)
+    ]
     for place in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
         rows[place] = dataclasses.replace(rows[place], best=True)
     rows += [CostRow(label(engine), setting(engine), error=str(error)) for engine, error in measurement.failed]

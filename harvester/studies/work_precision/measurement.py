@@ -19,7 +19,17 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import STEP_FACTORS, RichardsonLadder, richardson_ladder
-from harvester.studies.work_precision.settings import Sampler, alone, ensembles, first_alone, label, paired, setting
+from harvester.studies.work_precision.settings import (
+    Sampler,
+    alone,
+    ensembles,
+    first_alone,
+    label,
+    lacking,
+    paired,
+    setting,
+    whole,
+)
 
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
@@ -88,6 +98,7 @@ class Measurement:
             self.fill(ensembles(kind, step), 0.25)
             if with_control is not None:
                 self.fill(paired(step, self.netlist), 0.4)
+            self.fill(lacking(kind, with_control is not None, self.problem), 0.5)
         if spice_alone is not None:
             d = spice_alone.answer.details
             self.fill(alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
@@ -147,7 +158,9 @@ class Measurement:
 
     def predicted(self, engine: Sampler) -> float:
         """The seconds of a setting, predicted from what the same engine took at others."""
-        before = [run for run in self.runs if label(run.engine) == label(engine)]
+        known = {label(run.engine) for run in self.runs}
+        name = label(engine) if label(engine) in known else whole(label(engine))
+        before = [run for run in self.runs if label(run.engine) == name]
         within = number(engine.within)
         if within is not None:
             return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)

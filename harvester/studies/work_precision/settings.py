@@ -2,21 +2,52 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import TypeVar, cast
 
 from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import Engine
+from harvester.equations.problem import Problem
 from harvester.studies.work_precision.cost_table import TARGETS
 from harvester.studies.work_precision.ngspice_bias import TOLERANCES
 
 ALONE = "spice alone"
+PARTS = {"CONTROLS": "no controls", "PAIRING": "no pairing", "SETTLED": "from rest"}  # that an engine may lack
 FACTORS = (0.5, 1.0, 2.0, 4.0)  # of the default step
 
 Sampler = Ensemble | Spice
+Kind = TypeVar("Kind", Ensemble, Spice)
 
 
 def label(engine: Engine) -> str:
-    """The name of an engine in the table; ngspice without a control variate has one of its own."""
-    return ALONE if isinstance(engine, Spice) and engine.alone else engine.NAME
+    """The name of an engine in the table; ngspice alone has one of its own, and so has an engine that lacks a part."""
+    if isinstance(engine, Spice) and engine.alone:
+        return ALONE
+    return ", ".join([engine.NAME, *(said for part, said in PARTS.items() if not getattr(engine, part, True))])
+
+
+def whole(name: str) -> str:
+    """The name of the engine that lacks nothing."""
+    return name.partition(", ")[0]
+
+
+def without(kind: type[Kind], part: str) -> type[Kind]:
+    """The engine without one of `PARTS`."""
+    return cast(type[Kind], type(kind.__name__, (kind,), {part: False}))
+
+
+def lacking(kind: type[Ensemble], sampled: bool, problem: Problem) -> list[Sampler]:
+    """The cheap model and, where it was ``sampled``, ngspice, each without one part that makes a mean cheaper.
+
+    Only those that the scene's means have: controls need noise that is new from step to step, settled starts a netlist.
+    """
+    eqs = problem.equations
+    if not eqs.is_random:
+        return []
+    parts = {"CONTROLS": eqs.has_new_noise, "PAIRING": True}
+    parts["SETTLED"] = problem.netlist is not None and not eqs.is_shaken_otherwise
+    kinds: list[type[Sampler]] = [without(kind, "CONTROLS")] if eqs.has_new_noise else []
+    kinds += [without(Spice, part) for part, there in parts.items() if there and sampled]
+    return [one(within=target) for target in TARGETS for one in kinds]
 
 
 def setting(engine: Engine) -> str:
