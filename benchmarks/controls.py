@@ -118,11 +118,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trajectories", type=int, default=2048)
     parser.add_argument("--duration", type=float, default=400.0)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seeds", type=int, default=9)
     options = parser.parse_args()
     whole = [whole_jobs(within, options.seeds) for within in (1e-2, 1e-3)]
-    print(*whole, sep="\n", flush=True)
+    for row in whole:
+        print("  ".join(f"{name} {value:.3g}" for name, value in row.items()), flush=True)
     sizes = options.trajectories, options.duration, options.rounds
     rows = [measured(name, eqs, *sizes) for name, eqs in SCENES.items()]
     rows += [measured(name, eqs, *sizes, circuit) for name, eqs, circuit in circuits()]

@@ -1,0 +1,59 @@
+"""What an accuracy costs without `--engine`: the engine that is taken, and seconds of the processor of all processes.
+
+    python benchmarks/targets.py
+
+Each target is reached with several seeds in one process, after one answer that is not counted: the start of Python,
+compilation, and the start of the processes with ngspice are in none of the seconds.  The median of the seeds counts.
+Those of ngspice's processes are read from /proc (Linux), to a hundredth of a second.
+"""
+
+import argparse
+import os
+import statistics
+import time
+from pathlib import Path
+
+from common import report
+
+import harvester as hv
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SCENES = ("paper_figure3", "plate_with_stop", "plate_bridge")
+TARGETS = (0.1, 0.03, 0.01, 0.003)
+
+
+def children(pid):
+    """Processor seconds of all processes that a process has started, those that have ended included."""
+    ticks = 0
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        for child in (task / "children").read_text().split():
+            fields = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
+            ticks += sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + children(child)
+    return ticks
+
+
+def measured(name, within, seeds):
+    """The row of a scene and a target."""
+    scene, took = hv.load(EXAMPLES / f"{name}.toml"), []
+    for seed in range(seeds + 1):
+        begin, others = time.process_time(), children(os.getpid())
+        found = hv.Cheapest(within=within, seed=seed).run(scene)
+        took.append(time.process_time() - begin + children(os.getpid()) - others)
+    power = found.mean_power
+    row = {"scene": name, "within": within, "engine": found.engine, "step": found.details.get("step")}
+    return row | {"processor s": statistics.median(took[1:]), "error": power.error95 / power.value}
+
+
+def main():
+    """Measure all and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=5)
+    options = parser.parse_args()
+    rows = []
+    for name in SCENES:
+        rows += [measured(name, within, options.seeds) for within in TARGETS]
+    report("targets", rows, ("PySpice",), options=vars(options), load=os.getloadavg()[0])
+
+
+if __name__ == "__main__":
+    main()
