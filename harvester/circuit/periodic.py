@@ -8,80 +8,30 @@ than its node voltages the response does not come back in the unbroken run that 
 
 import dataclasses
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuit.cut_short import Known, later_half
 from harvester.circuit.lockstep.drive import Drive
-from harvester.circuit.lockstep.energy_ledger import EnergyLedger, ledger_of
+from harvester.circuit.lockstep.energy_ledger import ledger_of
 from harvester.circuit.probes import means_of_probes
+from harvester.circuit.responses import Neighbour, PeriodicResponse
 from harvester.circuit.runs import CoupledDevice, run_in_this_process
-from harvester.circuit.sections import CoupledState, Origin, comes_back, flat, quiet_kick, section_of, unkicked
+from harvester.circuit.sections import CoupledState, Origin, comes_back_after, flat, quiet_kick, section_of, unkicked
 from harvester.equations.bounds import linear_growth
 from harvester.errors import CircuitError
-from harvester.linear.harmonics import first_harmonic
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.periodic import ALIKE, MULTIPLES, REACHED, STALE, WORTH, Secants, Settling
 
-FIRST = 4  # periods from rest before the way is shortened
+FIRST = 4  # oscillations from rest before the way is shortened
 LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
 MEASURED = 1  # periods that are averaged, after one that is not
 ROUGHLY = 0.03  # of the state's size: so near a response, the way there is taken to be a straight one
 COMES_BACK = 3e-3  # of the state's size, in the unbroken run
 SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
-AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and periods in which it must come back
-
-
-@dataclass(frozen=True)
-class Neighbour:
-    """All of a periodic response that the way to one of a drive a little different begins with.
-
-    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase`` of a period;
-    ``secants`` are what the way there says of the ways to neighbouring responses, ``farads`` the load's Csmooth, and
-    ``quiet`` how far the section is from turns of the motion, as a part of a period.
-    """
-
-    section: CoupledState
-    phase: float
-    turns: int
-    secants: Secants | None
-    farads: float
-    quiet: float
-
-
-@dataclass(frozen=True)
-class PeriodicResponse(Neighbour):
-    """A response that comes back, and what it does on average.
-
-    ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole periods; ``left`` is
-    the part of power and square that settling further may change; ``periods`` and ``steps`` are those of all ngspice
-    runs on the way.  ``wave``, shape (steps, 2), has x and V (nondimensional) at each kick from the section on, until
-    it comes back.  ``probed`` is as of `harvester.circuit.runs.TrajectoryMeans`, None where the device has no probes.
-    """
-
-    power: float
-    square: float
-    ledger: EnergyLedger
-    left: Floats
-    periods: float
-    steps: int
-    wave: Floats
-    probed: Floats | None = None
-
-    @property
-    def displacement(self) -> float:
-        """The RMS of x about its mean, nondimensional."""
-        return float(np.std(self.wave[:, 0]))
-
-    @property
-    def harmonics(self) -> tuple[complex, complex]:
-        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
-        turn = len(self.wave) // self.turns  # kicks in a period; the first is one after the section
-        angles = 2.0 * math.pi * (self.phase + np.arange(1, len(self.wave) + 1) / turn)
-        return first_harmonic(self.wave[:, 0], angles), first_harmonic(self.wave[:, 1], angles)
+AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and oscillations in which it must come back
 
 
 class _Path:
@@ -120,14 +70,14 @@ class _Path:
             raise
         self.steps, self.kicks = self.steps + int(drive.state[0].steps), self.kicks + kicks
         self.farads = drive.smoothing
-        (power, square), state = self.means(drive), drive.state[0]
+        (power, square, _), state = self.means(drive), drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
         return CoupledState(float(drive.readings[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
-        """Power of Rload (W) and mean square of the terminals' voltage (V^2) in a run."""
-        s = drive.state[0]
-        return np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin)
+        """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
+        s, moved = drive.state[0], (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
+        return np.append(np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved)
 
     def settling(
         self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
@@ -146,8 +96,13 @@ class _Path:
             if (name := outer.get(node, f"xload.{node}")) in names:
                 slow[3, 2 + names.index(name)] += sign
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
-        swing = 1.0 / s.volts**2
+        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
         return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)
+
+    def periods(self, oscillations: float, least: int = 1) -> int:
+        """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
+        natural = 2.0 * math.pi / (self.size * self.device.h)
+        return max(math.ceil(oscillations * min(natural, 1.0)), least)
 
     def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, CoupledState, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
@@ -158,6 +113,11 @@ class _Path:
         end, drive = self.run(section, times * size, size, size)
         x, v = drive.readings[:, 0], drive.readings[:, 3]
         return np.column_stack([x, v, drive.readings[:, 1], drive.charge / self.device.scales.volts]), end, drive
+
+    def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
+        """After how many periods a run of so many comes back at its end, 0 for none, and where it ends."""
+        sections, end, drive = self.unbroken(section, 1, times)
+        return comes_back_after(sections[:, :2], math.sqrt(self.means(drive)[2])), end
 
     def measured(
         self, settled: Settling, names: list[str], turns: int, most: float = COMES_BACK
@@ -173,7 +133,7 @@ class _Path:
         if settled.amiss(residual) + settled.size(settled.slow @ way) > most:
             settled.state = flat(section, scales.volts)
             return None
-        power, square = means = self.means(drive)
+        power, square, _ = means = self.means(drive)
         left = SURE * np.abs(less) / np.maximum(means, 1e-300)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
@@ -185,10 +145,10 @@ class _Path:
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
         begin = section_of(settled.state, names, self.device.scales.volts)
-        way = AWAY * math.hypot(begin.x, begin.v)
+        way = AWAY * max(math.hypot(begin.x, begin.v), math.sqrt(settled.means[2]))
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
         (there, *_), *_ = self.unbroken(begin, turns, 1)  # its velocity is that of half a step later, as below
-        sections, *_ = self.unbroken(aside, turns, TRIED)
+        sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 2))
         return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 
 
@@ -207,22 +167,20 @@ def periodic_response(
     stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
     if near and stays and (found := _settled(path, section, near.turns, linear, known, linear)):
         return found
-    section, drive = path.run(section, (FIRST if near is None else 1) * path.size, stride=1)
+    section, drive = path.run(section, path.periods(FIRST if near is None else 1) * path.size, stride=1)
     quiet, away = quiet_kick(drive.readings[-path.size :, 3])
     if near is None or away < QUIET * path.size:
         section, _ = path.run(section, quiet)
         path.phase, known = (path.phase + quiet / path.size) % 1.0, None
+    longest = path.periods(LONGEST, 2 * MULTIPLES)
     for _ in range(0 if linear else WANDERS):
-        sections, section, _ = path.unbroken(section, 1, LONGEST)
-        if any(comes_back(sections[:, :2], turns) for turns in range(1, MULTIPLES + 1)):
+        again, section = path.wander(section, longest)
+        if again:
             break  # a leap from farther away would lead to any response
     if (found := _settled(path, section, origin.turns, linear, known, linear)) is not None:
         return found
-    sections, *_ = path.unbroken(section, 1, 2 * LONGEST)
-    for turns in range(1, MULTIPLES + 1):  # 1 again: it may have been too far away
-        if comes_back(sections[:, :2], turns):
-            return _settled(path, path.run(section, 2 * LONGEST * path.size)[0], turns, False)
-    return None
+    again, section = path.wander(section, 2 * longest)
+    return _settled(path, section, again, False) if again else None
 
 
 def same_response(

@@ -44,10 +44,14 @@ class Origin:
     turns: int = 1
 
 
-def comes_back(motion: Floats, turns: int) -> bool:
-    """Whether the last of many sections (x, x') are those of ``turns`` before."""
-    away = np.linalg.norm(motion[-MULTIPLES:] - motion[-MULTIPLES - turns : -turns], axis=1)
-    return bool(np.max(away) < NEAR * np.max(np.linalg.norm(motion[-MULTIPLES:], axis=1)))
+def comes_back_after(motion: Floats, size: float) -> int:
+    """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 where they do not."""
+    last = motion[-MULTIPLES:]
+    for turns in range(1, MULTIPLES + 1):
+        away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
+        if np.max(away) < NEAR * size:
+            return turns
+    return 0
 
 
 def quiet_kick(velocity: Floats) -> tuple[int, int]:

@@ -59,8 +59,8 @@ class Settling:
     ``slow``, shape (n, size of a state), picks what counts; ``groups``, shape (n,), numbers what has a size together.
     ``state`` is the last f(y), shape (size,), ``begin`` the y that led there, and ``means`` those of its period;
     ``known`` is what another way found, and ``stale`` the part of it that is not believed.  The last slow part,
-    squared and times ``stored``, is an energy in units of the first mean over a period; the second mean times ``swing``
-    is a square of the last group's size over a period, which at a state near 0 counts in place of that of the state.
+    squared and times ``stored``, is an energy in units of the first mean over a period; ``swing`` @ means, shape (n,),
+    are squares of sizes over a period, which at a state near 0 count in place of those of the state.
     """
 
     turn: Turn
@@ -70,7 +70,7 @@ class Settling:
     known: Secants | None = None
     stored: float = 0.0
     stale: float = STALE
-    swing: float = 0.0
+    swing: Floats | None = None
     means: Floats = field(default_factory=lambda: np.zeros(0))
     begin: Floats = field(default_factory=lambda: np.zeros(0))
     _states: list[Floats] = field(default_factory=list)
@@ -89,9 +89,8 @@ class Settling:
         """One over the size of each slow part's group, or in the last place, over what flows through a store."""
         square = (self.slow @ self.state) ** 2
         sizes = np.sqrt([square[self.groups == one].sum() for one in self.groups])
-        if self.swing and len(self.means):
-            last = self.groups == self.groups[-1]
-            sizes[last] = np.maximum(sizes[last], np.sqrt(self.swing * self.means[1]))
+        if self.swing is not None and len(self.means):
+            sizes = np.maximum(sizes, np.sqrt(self.swing @ self.means))
         if flow and self.stored and len(self.means) and self.means[0] > 0.0:
             sizes[-1] /= max(self.stored * float(square[-1] / self.means[0]), 1.0)
         return np.asarray(1.0 / np.maximum(sizes, 1e-12))

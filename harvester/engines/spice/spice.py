@@ -31,7 +31,7 @@ from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target
 
 if TYPE_CHECKING:
-    from harvester.circuit.periodic import Neighbour
+    from harvester.circuit.responses import Neighbour
 
 BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more

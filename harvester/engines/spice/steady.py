@@ -15,7 +15,7 @@ from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.periodic import Neighbour, PeriodicResponse
+    from harvester.circuit.responses import Neighbour, PeriodicResponse
     from harvester.circuit.runs import CoupledDevice
     from harvester.circuit.sections import CoupledState, Origin
 

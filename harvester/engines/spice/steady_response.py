@@ -22,7 +22,7 @@ from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 
 if TYPE_CHECKING:
-    from harvester.circuit.periodic import Neighbour
+    from harvester.circuit.responses import Neighbour
 
 
 def follows(options: Sampled, problem: Problem) -> bool:
