@@ -22,7 +22,7 @@ from harvester.circuit.sections import CoupledState, Origin, comes_back_after, f
 from harvester.equations.bounds import linear_growth
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.mechanics.periodic import ALIKE, MULTIPLES, REACHED, STALE, WORTH, Secants, Settling
+from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
 
 FIRST = 4  # oscillations from rest before the way is shortened
 LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
@@ -145,10 +145,10 @@ class _Path:
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
         begin = section_of(settled.state, names, self.device.scales.volts)
-        way = AWAY * max(math.hypot(begin.x, begin.v), math.sqrt(settled.means[2]))
+        way = max(AWAY * math.hypot(begin.x, begin.v), 2.0 * NOISY * math.sqrt(settled.means[2]))
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
         (there, *_), *_ = self.unbroken(begin, turns, 1)  # its velocity is that of half a step later, as below
-        sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 2))
+        sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
         return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
 
 

@@ -30,18 +30,24 @@ REFERENCES = {
     "ltc3588 harmonic free": (0.453744, 4.5e-6),
     "bridge coloured gap": (0.15818, 3.9e-4),
     "own harmonic stop": (0.133454, 1.7e-5),
+    "doubler harmonic gap": (0.224971, 1.0e-4),
+    "own harmonic gap": (0.278127, 1.1e-4),
+    "doubler recorded gap": (0.141944, 4.1e-5),
+    "resistor recorded stop": (0.0205933, 2.7e-5),
+    "own recorded gap": (0.182673, 8.8e-5),
+    "parallel_sshi recorded free": (0.351946, 2.7e-5),
+    "bridge coloured free": (0.27431, 2.9e-4),
 }
 LARGEST, SAMPLED = 2e-3, 1.5e-2  # of the power, of both errors together
 FEW = {"trajectories": 8, "duration": 0.25}
+EFFORTS = {"harmonic": {}, "recorded": {"budget": "60s"}, "coloured": FEW}  # a budget: no search for other responses
 
 
 @pytest.mark.parametrize("name", REFERENCES)
 def test_the_answer_holds_the_reference(name, tmp_path):
     """Within what both state, with no warning but that of the record's join, or of a response in either well."""
     circuit, shaking, spring = name.split()
-    found = hv.Spice(**(FEW if shaking == "coloured" else {})).run(
-        products.scene_of(circuit, shaking, spring, tmp_path)
-    )
+    found = hv.Spice(**EFFORTS[shaking]).run(products.scene_of(circuit, shaking, spring, tmp_path))
     power, (expected, doubt) = found.mean_power, REFERENCES[name]
     largest = SAMPLED if shaking == "coloured" else LARGEST
     assert abs(1e3 * power.value - expected) < 1e3 * power.whole_error95 + doubt < largest * expected
