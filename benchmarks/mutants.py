@@ -270,6 +270,12 @@ reverse-currents: test_rectifiers.py -k reverse_currents
 + paths = 2 if name in ("doubler", "sece") else 1
 
 [engines]
+the-longest-step: test_products.py -k recorded
+- values = [float(getattr(one, name)) for one in three]
++ values = 3 * [float(getattr(self.found[0, tenths], name))]
+no-motion-comes-back: test_products.py -k recorded
+- return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
++ return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < 0.0
 target-without-bias: test_target.py -k variance
 - self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
 + self.within * abs(value.value) - (value.model or 0.0)
