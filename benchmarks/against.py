@@ -1,8 +1,8 @@
 """Engine `spice` of this checkout against that of another one: seconds for the same standard error, in one run.
 
-Each checkout has a process of its own, which stays; both answer the same scenes with the same seeds, in turn, after one
-answer that is not counted.  Sampling leaves a variance that falls as one over the time spent, so that the product of
-seconds and squared standard error says what an accuracy costs, whichever of the two went on for longer:
+Each checkout has a process of its own, which stays; both answer the same scenes with the same seeds, in turn, after a
+short answer that is not counted.  Sampling leaves a variance that falls as one over the time spent, so that the product
+of seconds and squared standard error says what an accuracy costs, whichever of the two went on for longer:
 
     cheaper = (seconds * stderr^2) there / (seconds * stderr^2) here,    the sums over the seeds
     z       = (mean power here - there) / the standard error of their difference
@@ -12,7 +12,7 @@ sharper since shows as a difference of the power.
 
     git worktree add ../before 0b3416a
     .venv/bin/python benchmarks/against.py ../before            # the commit before control variates
-    .venv/bin/python benchmarks/against.py ../before --seeds 2 "SECE"
+    .venv/bin/python benchmarks/against.py ../before --seeds 2 "SECE"     # the other rows stay in the table
 """
 
 import argparse
@@ -28,20 +28,20 @@ from common import report
 
 HERE = Path(__file__).parents[1]
 STOP = "\n[stop]\nrestitution = 0.96\n"
-SCENES = {  # name: example, its last lines, target
-    "bridge, no stop": ("plate_bridge", "", 0.01),
-    "bridge, stop": ("plate_bridge", STOP, 0.03),
-    "parallel SSHI, stop": ("plate_parallel_sshi", "", 0.05),
-    "SECE, stop": ("plate_sece", "", 0.05),
-    "own netlist, stop": ("own", STOP, 0.03),
+SCENES = {  # name: example, its last lines, target here and there, for standard errors that are much alike
+    "bridge, no stop": ("plate_bridge", "", 0.01, 0.01),
+    "bridge, stop": ("plate_bridge", STOP, 0.02, 0.02),
+    "parallel SSHI, stop": ("plate_parallel_sshi", "", 0.02, 0.05),
+    "SECE, stop": ("plate_sece", "", 0.02, 0.05),
+    "own netlist, stop": ("own", STOP, 0.02, 0.02),
 }
 PROGRAM = """
 import json, sys, time
 import harvester as hv
 for line in sys.stdin:
-    path, within, seed = json.loads(line)
+    path, options = json.loads(line)
     begin = time.perf_counter()
-    answer = hv.Spice(within=within, seed=seed).run(hv.load(path))
+    answer = hv.Spice(**options).run(hv.load(path))
     power = answer.mean_power
     print(json.dumps([time.perf_counter() - begin, power.value, power.stderr]), flush=True)
 """
@@ -55,9 +55,9 @@ class Checkout:
         program = [sys.executable, "-P", "-c", PROGRAM]
         self.process = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=place)
 
-    def answer(self, path, within, seed):
-        """Seconds, mean power in W, and its standard error."""
-        self.process.stdin.write(json.dumps([str(path), within, seed]) + "\n")
+    def answer(self, path, **options):
+        """Seconds, mean power in W, and its standard error, by engine `spice` with these options."""
+        self.process.stdin.write(json.dumps([str(path), options]) + "\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
         if not line:
@@ -67,7 +67,7 @@ class Checkout:
 
 def scene_file(folder, name):
     """The scene, written to a file that both checkouts can read."""
-    example, more, within = SCENES[name]
+    example, more, *targets = SCENES[name]
     if example == "own":
         netlist = Path(folder) / "limited.cir"
         netlist.write_text((HERE / "examples" / "own_netlist.py").read_text().split('LIMITED = """')[1].split('"""')[0])
@@ -77,7 +77,7 @@ def scene_file(folder, name):
         text = (HERE / "examples" / f"{example}.toml").read_text()
     path = Path(folder) / f"{name}.toml"
     path.write_text(text + more)
-    return path, within
+    return path, targets
 
 
 def weighted(runs):
@@ -90,13 +90,14 @@ def weighted(runs):
 
 def compared(name, here, there, seeds, folder):
     """One row of the table."""
-    path, within = scene_file(folder, name)
+    path, targets = scene_file(folder, name)
     for checkout in (here, there):
-        checkout.answer(path, within, 1_000_000)
-    runs = [(here.answer(path, within, seed), there.answer(path, within, seed)) for seed in range(seeds)]
+        checkout.answer(path, within=0.5, budget=4.0)
+    both = list(zip((here, there), targets, strict=True))
+    runs = [[one.answer(path, within=within, seed=seed) for one, within in both] for seed in range(seeds)]
     ours, theirs = (list(several) for several in zip(*runs, strict=True))
     (mean, error, cost), (other, other_error, other_cost) = weighted(ours), weighted(theirs)
-    row = {"scene": name, "within": within, "seeds": seeds}
+    row = {"scene": name, "within": targets, "seeds": seeds}
     for place, several, value in (("here", ours, mean), ("there", theirs, other)):
         row[f"seconds {place}"] = sum(one[0] for one in several) / seeds
         row[f"stderr {place}"] = sum(one[2] for one in several) / seeds / value
@@ -115,13 +116,13 @@ def main():
         ["git", "rev-parse", "--short", "HEAD"], cwd=options.other, capture_output=True, text=True, check=True
     )
     asked = [name for name in SCENES if not options.scene or any(part in name for part in options.scene)]
-    here, there, rows = Checkout(HERE), Checkout(options.other), []
+    here, there = Checkout(HERE), Checkout(options.other)
+    results = Path(__file__).parent / "results" / "against.json"
+    rows = {one["scene"]: one for one in json.loads(results.read_text())["rows"]} if results.exists() else {}
     with tempfile.TemporaryDirectory() as folder:
         for name in asked:
-            rows.append(compared(name, here, there, options.seeds, folder))
-            print(rows[-1], flush=True)
-    if len(asked) == len(SCENES):
-        report("against", rows, there=commit.stdout.strip())
+            rows[name] = compared(name, here, there, options.seeds, folder)
+    report("against", [rows[name] for name in SCENES if name in rows], there=commit.stdout.strip())
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ REFERENCES = {
 }
 LARGEST, SAMPLED = 2e-3, 1.5e-2  # of the power, of both errors together
 FEW = {"trajectories": 8, "duration": 0.25}
-EFFORTS = {"harmonic": {}, "recorded": {"budget": "60s"}, "coloured": FEW}  # a budget: no search for other responses
+EFFORTS = {"harmonic": {}, "recorded": {"budget": "300s"}, "coloured": FEW}  # a budget: no search for other responses
 
 
 @pytest.mark.parametrize("name", REFERENCES)
