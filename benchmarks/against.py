@@ -122,6 +122,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in asked:
             rows[name] = compared(name, here, there, options.seeds, folder)
+    for checkout in (here, there):
+        checkout.process.communicate()
     report("against", [rows[name] for name in SCENES if name in rows], there=commit.stdout.strip())
 
 
