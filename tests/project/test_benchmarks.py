@@ -47,11 +47,12 @@ def test_code_by_hand_holds_nothing_of_what_is_absent():
         assert word not in bare, word
 
 
-def test_no_noise_no_draw():
+@pytest.mark.parametrize("e", [changed(PAPER, n1=None, n2=None), Equations(alpha=0.5, c1=-0.01)])
+def test_no_noise_no_draw(e):
     """A scene without noise leaves its generators as they were; with noise they all move on."""
     held = effects.arrays()
     before = held[1].copy()
-    effects.prepared(advance, changed(PAPER, n1=None, n2=None), held, readings=5)()
+    effects.prepared(advance, e, held, readings=5)()
     assert (held[1] == before).all()
     effects.prepared(advance, PAPER, held, readings=5)()
     assert (held[1] != before).all()

@@ -233,7 +233,8 @@ class Spice(Sampled):
         if ready.has_controls and self.CONTROLS and not self.alone:
             runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
         fewest = fewest_pairs(number(self.within), runs.blocks) if paired else FEWEST
-        count = max(self.trajectories or (self.TRAJECTORIES if target is None else fewest), fewest * paired)
+        count = self.trajectories or (self.TRAJECTORIES if target is None else fewest)
+        count = max(count, fewest) if paired else count
         asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
         budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
