@@ -197,8 +197,8 @@ def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool
     records = runs // passages.together
     if records < runs and records < FEW:
         said.append(
-            f"the runs are on {records} records of the tabulated density, 64 on each, which say little of 5 and 95 %: "
-            "take more `trajectories`"
+            f"the runs are on {records} records of the tabulated density, {passages.together} on each, which say "
+            "little of 5 and 95 %: take more `trajectories`"
         )
     elif 1 < runs < FEW:
         said.append(f"5 and 95 % of {runs} runs are near the first and the last: take more `trajectories`")
