@@ -27,7 +27,7 @@ from harvester.mechanics.kernels.impact_voltage import lines
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance
 from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.path import coefficients
-from harvester.scene.records import Record
+from harvester.records.records import Record
 
 H, PAIRS, READINGS = 0.1, 2, 1500
 EFFECTS = {

@@ -40,8 +40,8 @@ def alone(name):
     """ngspice through PySpice with a sine of 20 V and not a callback of ours."""
     from PySpice.Spice.NgSpice.Shared import NgSpiceShared
 
-    from harvester.circuit.ngspice.deck import build_deck
-    from harvester.circuit.ngspice.library import find_library
+    from harvester.cosimulation.ngspice.deck import build_deck
+    from harvester.cosimulation.ngspice.locate_libngspice import find_library
 
     text = build_deck(circuit(name), CP, STEP, LOADS[name][1] * STEP).text
     NgSpiceShared.LIBRARY_PATH = find_library()
@@ -56,9 +56,9 @@ def alone(name):
 
 def lockstep(name, compiled, restitution=None):
     """A device of some 20 V, with a restitution coefficient also with its stop."""
-    from harvester.circuit.lockstep.drive import Drive
-    from harvester.circuit.ngspice.deck import build_deck
-    from harvester.circuit.ngspice.instance import ngspice
+    from harvester.cosimulation.lockstep.drive import Drive
+    from harvester.cosimulation.ngspice.deck import build_deck
+    from harvester.cosimulation.ngspice.instance import ngspice
     from harvester.equations.coefficients import Equations
 
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.05, restitution=restitution)
@@ -109,8 +109,8 @@ def costs():
 
 
 def errors():
-    from harvester.circuit import runs as worker
-    from harvester.circuit.worker_pool import map_in_workers
+    from harvester.cosimulation import runs as worker
+    from harvester.cosimulation.worker_pool import map_in_workers
     from harvester.equations.coefficients import Equations
     from harvester.equations.scales import Scales
     from harvester.mechanics.kernels.noise import gaussian_grid, refined

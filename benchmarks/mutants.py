@@ -8,7 +8,7 @@ why (``=``).  Any other mutant that survives is a hole in the tests.
     python benchmarks/mutants.py --only "scaling|^watts"    the mutants whose area or name fits an expression
 
 The exit status is 1 where a mutant survived, and 2 where the table does not fit or tests fail without a mutant.  A
-mutant of `harvester/mechanics` or `harvester/circuit` compiles its kernels anew: some seconds to a minute each.
+mutant of `harvester/mechanics` or `harvester/cosimulation` compiles its kernels anew: some seconds to a minute each.
 """
 
 import argparse

@@ -34,7 +34,7 @@ from harvester.mechanics.kernels.compiled import COMPILER, FLAGS
 from harvester.mechanics.kernels.equation_of_motion import impulse
 from harvester.mechanics.kernels.lanes import advance
 from harvester.mechanics.kernels.noise import HALF_ROOT, draw_noise, draw_two_noises, shuffle, variates
-from harvester.mechanics.kernels.other_stops import kick_at_stops
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 

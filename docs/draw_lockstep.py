@@ -15,8 +15,8 @@ from typing import ClassVar
 import numpy as np
 
 import harvester as hv
-from harvester.circuit import runs as worker
-from harvester.engines.spice.preparation import prepare
+from harvester.cosimulation import runs as worker
+from harvester.engines.spice.setup import prepare
 from harvester.equations.problem import Problem
 from harvester.figures.style import STYLES, image, legend, new, styled
 from harvester.mechanics.kernels.noise import gaussian_grid

@@ -14,6 +14,8 @@ from .errors import MissingProgramError as MissingProgramError
 from .errors import SimulationError as SimulationError
 from .identification.answer import Identified as Identified
 from .identification.identify import identify as identify
+from .quantities.spacing import linspace as linspace
+from .quantities.spacing import logspace as logspace
 from .scene.load import Load as Load
 from .scene.load import Netlist as Netlist
 from .scene.nondimensional import Nondimensional as Nondimensional
@@ -23,8 +25,6 @@ from .scene.physical import Oscillator as Oscillator
 from .scene.physical import Piezo as Piezo
 from .scene.physical import Stop as Stop
 from .scene.scene import Scene as Scene
-from .scene.spacing import linspace as linspace
-from .scene.spacing import logspace as logspace
 from .scene.toml import load as load
 from .scene.toml import loads as loads
 from .studies.charging.answer import Charging as Charging

@@ -6,7 +6,7 @@ plain numbers (`Estimate.details`).
 
 from collections.abc import Mapping
 
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value
 
 LEDGER, RESIDUAL = "ledger_", "ledger_residual"

@@ -10,7 +10,7 @@ from harvester.answers.responses import SteadyResponse
 from harvester.arrays import Floats
 from harvester.equations.repeated_shaking import Events
 from harvester.errors import names_arguments
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.uncertainty.value import Value, number
 
 
@@ -119,7 +119,7 @@ class Estimate:
     __repr__ = __str__  # what Python shows is what a command prints
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
 
         energy = self.energy_per_event
         shown = [

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import Any
 
-from harvester.printing.columns import columns
+from harvester.presentation.columns import columns
 from harvester.uncertainty.value import Value, number
 
 

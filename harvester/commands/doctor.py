@@ -30,7 +30,7 @@ def examine() -> Iterator[str]:
 
 def _ngspice() -> Iterator[str]:
     """The lines on ngspice: the shared library, which is loaded, and the program."""
-    from harvester.circuit.ngspice.library import find_library
+    from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.errors import CircuitError, MissingProgramError
 
     how = "run 'make setup' or 'apt-get install libngspice0 ngspice'"
@@ -39,7 +39,7 @@ def _ngspice() -> Iterator[str]:
     except MissingProgramError:
         yield _line("libngspice", "", how)
     else:
-        from harvester.circuit.runs import ngspice_version
+        from harvester.cosimulation.runs import ngspice_version
 
         try:
             yield _line("libngspice", f"{ngspice_version()} ({library})", how)

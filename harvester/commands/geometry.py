@@ -63,7 +63,7 @@ def take(values: dict[str, Any]) -> Any:
 
 def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:
     from harvester.devices.beam import Beam
-    from harvester.scene.kinds import MASS, Kind, with_prefix
+    from harvester.quantities.kinds import MASS, Kind, with_prefix
 
     sizes = {}
     for name in SIZES:

@@ -21,7 +21,7 @@ def keys(what: str | None, as_json: bool) -> None:
     from harvester.scene import keys as scene_keys
 
     if what in ("profile", "excitation.profile"):
-        from harvester.scene.profiles import catalogue
+        from harvester.records.profiles import catalogue
 
         click.echo(json.dumps(catalogue.listed()) if as_json else catalogue.text())
         return

@@ -75,7 +75,7 @@ def new(
     On a terminal, what is needed and left out is asked for.  Values carry their unit, or are in SI units.
     """
     from harvester.devices.device import missing, scene_tables
-    from harvester.devices.meaning import meaning
+    from harvester.devices.interpretation import meaning
     from harvester.devices.scene_file import check, write
 
     path = Path(file)
@@ -146,7 +146,7 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
 def _optimise(problem: "Problem", file: str) -> str:
     """The command that finds the best load."""
     from harvester.devices.best_load import load_range
-    from harvester.devices.meaning import engines
+    from harvester.devices.interpretation import engines
 
     low, high = load_range(problem)
     engine = " --engine ideal" if "ideal" in engines(problem) else ""

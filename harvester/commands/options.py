@@ -9,7 +9,7 @@ from cloup.constraints import If, require_all
 
 from harvester.commands.completion import scene_files
 from harvester.errors import refused
-from harvester.scene.units import fraction, seconds, time
+from harvester.quantities.units import fraction, seconds, time
 
 
 def percent(text: str) -> float:

@@ -14,7 +14,7 @@ from harvester.errors import InputError, invalid, refused, shown
 
 def _hertz(text: str) -> float:
     """Read a sampling rate such as 1kHz or 500."""
-    from harvester.scene.kinds import FREQUENCY, with_prefix
+    from harvester.quantities.kinds import FREQUENCY, with_prefix
 
     try:
         return with_prefix(text, FREQUENCY)
@@ -46,7 +46,7 @@ def _hertz(text: str) -> float:
 def record(file: str, axis: str | None, rate: float | None, out: str | None, report: str | None, as_json: bool) -> None:
     """Make the record of a logger's FILE clean, and look at it: gaps, drift, clipping, density and rms by octave."""
     from harvester.machine import files
-    from harvester.scene.record_cleaning import clean
+    from harvester.records.cleaning import clean
     from harvester.studies.record import look
 
     path = None if out is None else Path(out)

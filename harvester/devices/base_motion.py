@@ -7,8 +7,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
+from harvester.records.records import Record
 from harvester.scene.physical import Excitation
-from harvester.scene.records import Record
 
 POINTS = 64  # of noise in a period of the response: what lies between is a straight line
 MOST_POINTS = 200_000  # of a source that is written point by point

@@ -10,10 +10,10 @@ from typing import TypeAlias
 
 from harvester.devices.datasheet import FIELDS, TEXTS, arguments
 from harvester.errors import InputError, invalid, refused
+from harvester.quantities.kinds import Kind, any_quantity, with_prefix
+from harvester.quantities.units import prefix_factor, split_unit
+from harvester.records.profiles.catalogue import SHARED
 from harvester.scene.keys import kind_of
-from harvester.scene.kinds import Kind, any_quantity, with_prefix
-from harvester.scene.profiles.catalogue import SHARED
-from harvester.scene.units import prefix_factor, split_unit
 from harvester.uncertainty.value import Value
 
 _QUALITY = Kind("a quality factor", "", "125", above=0.0)

@@ -23,9 +23,9 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused
 from harvester.machine import files
-from harvester.scene.kinds import TIME, with_prefix
+from harvester.quantities.kinds import TIME, with_prefix
+from harvester.quantities.units import SYMBOLS
 from harvester.scene.physical import Stop
-from harvester.scene.units import SYMBOLS
 
 STIFFER = 1e5  # stiffness of a rigid stop over the spring's: a contact of half a period/300
 LEAST_RESTITUTION = 0.01  # a contact that loses all would never end

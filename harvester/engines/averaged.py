@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.formula import SPRINGS, STOPS, Formula
+from harvester.engines.moment_existence import existence
 from harvester.engines.protocol import NOT_WHITE, estimate
-from harvester.engines.tails import existence
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.averaging.stability.tail import PowerTail
+    from harvester.averaging.stability.power_law_tail import PowerTail
     from harvester.averaging.two_scale.law import TwoScale
 
 DOUBTFUL = 0.05  # estimated model error that brings a warning
@@ -91,7 +91,7 @@ def noise_error(eqs: Equations, law: "TwoScale") -> float:
     load's phase, which is 5 % at n2 = 0.12, beta = 1, mu = 2.  A tenth is added for cubic springs and damping, which
     change it by less.  It is 0, for not known, where the linear scene grows without bound.
     """
-    from harvester.averaging.stability.tail import MEAN, moment_growth
+    from harvester.averaging.stability.power_law_tail import MEAN, moment_growth
     from harvester.averaging.two_scale.law import solve
     from harvester.linear.solve import solve as exact
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.agreement import NO_NOISE, disagreement
+from harvester.engines.coexisting_responses import may_have_several, steady_responses
 from harvester.engines.model import Model
+from harvester.engines.moment_existence import existence
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
-from harvester.engines.search import may_have_several, steady_responses
 from harvester.engines.settling import BETWEEN, HALF, settle
-from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code

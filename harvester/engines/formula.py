@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.moment_existence import existence
 from harvester.engines.options import Asked, number
 from harvester.engines.protocol import AnyScene, Progress, needs_resistance, served, unknown_effects
-from harvester.engines.tails import existence
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError

@@ -42,7 +42,7 @@ class Ideal(Ensemble):
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why the engine cannot serve a problem; empty where it can."""
-        from harvester.circuit.idealised import TOPOLOGIES, ideal_circuit
+        from harvester.cosimulation.idealised import TOPOLOGIES, ideal_circuit
 
         if problem.netlist is None:
             return "engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'"
@@ -65,7 +65,7 @@ class Ideal(Ensemble):
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""
-        from harvester.circuit.idealised import ideal_circuit
+        from harvester.cosimulation.idealised import ideal_circuit
 
         assert problem.circuit is not None, "refusal checks this"
         circuit = ideal_circuit(problem.circuit, problem.scales)
@@ -77,7 +77,7 @@ def _slow_switching(problem: Problem) -> list[str]:
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python benchmarks/products.py`).
     """
-    from harvester.circuit.idealised import switching_time
+    from harvester.cosimulation.idealised import switching_time
 
     assert problem.circuit is not None, "the engine serves netlists only"
     frequency = problem.scales.frequency * max(problem.equations.drive_frequency or 1.0, 1.0)

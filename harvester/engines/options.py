@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, overload
 
 from harvester.errors import InputError, invalid, refused
-from harvester.scene.units import Seconds, fraction, seconds, time
+from harvester.quantities.units import Seconds, fraction, seconds, time
 
 
 class NumberOrText:

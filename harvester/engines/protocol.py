@@ -8,8 +8,8 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError
+from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
-from harvester.scene.usual import unusual_values
 from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done

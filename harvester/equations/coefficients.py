@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.scene.records import Record, TabulatedDensity
+from harvester.records.records import Record, TabulatedDensity
 
 
 @dataclass(frozen=True, kw_only=True)

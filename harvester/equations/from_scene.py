@@ -17,10 +17,10 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.repeated_shaking import recorded_shaking
 from harvester.equations.scales import Scales
 from harvester.errors import InputError
+from harvester.quantities.units import LARGEST
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, Stop
 from harvester.scene.scene import Scene
-from harvester.scene.units import LARGEST
 
 TURN = 2.0 * math.pi  # rad
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from harvester.equations.bounds import SLOWEST, growth_near
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError
+from harvester.records.profiles.catalogue import PROFILES
+from harvester.records.profiles.densities import density
+from harvester.records.profiles.lines import STEP_RATE, machine, walking
+from harvester.records.profiles.shocks import SHOCKS, shock
+from harvester.records.record_files import read_density, read_record
+from harvester.records.records import Record, TabulatedDensity
 from harvester.scene.physical import Oscillator
-from harvester.scene.profiles.catalogue import PROFILES
-from harvester.scene.profiles.densities import density
-from harvester.scene.profiles.lines import STEP_RATE, machine, walking
-from harvester.scene.profiles.shocks import SHOCKS, shock
-from harvester.scene.record_files import read_density, read_record
-from harvester.scene.records import Record, TabulatedDensity
 from harvester.scene.scene import Scene
 
 LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is told

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from harvester.equations.repeated_shaking import recorded_shaking
 from harvester.errors import InputError
+from harvester.quantities.units import LARGEST, SMALLEST
 from harvester.scene.physical import Excitation
 from harvester.scene.scene import Scene
-from harvester.scene.units import LARGEST, SMALLEST
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple, Protocol
 from harvester.engines.selection import refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
-from harvester.explore import words
+from harvester.explore import html_text
+from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, PowerCurve, live
-from harvester.explore.newest import Newest
 from harvester.explore.paths import path_elsewhere
 from harvester.explore.runs import without
-from harvester.explore.slides import Slide
+from harvester.explore.slider_scale import Slide
 from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
@@ -120,9 +120,9 @@ class Computing:
         if self._ended.wait(RESTED) or overtaken():
             return
         try:
-            self._soon(functools.partial(self._page.mean, *words.meanings(Problem(asked.scene))))
+            self._soon(functools.partial(self._page.mean, *html_text.meanings(Problem(asked.scene))))
         except HarvesterError as error:
-            self._soon(functools.partial(self._page.mean, words.problem_line(str(error)), []))
+            self._soon(functools.partial(self._page.mean, html_text.problem_line(str(error)), []))
         if overtaken():
             return
         self._soon(

@@ -29,8 +29,8 @@ def main() -> None:
 
 def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
     from harvester.engines import selection
+    from harvester.quantities.units import fraction
     from harvester.scene.scene import Scene
-    from harvester.scene.units import fraction
     from harvester.studies.sweep.rows import answered
 
     last = [0.0]

@@ -8,9 +8,9 @@ import panel as pn
 from harvester.errors import InputError
 from harvester.explore.draft import PROFILE, Draft
 from harvester.explore.looks import FIELD, SLIDER
-from harvester.explore.slides import STEPS, Slide, slide
+from harvester.explore.slider_scale import STEPS, Slide, slide
 from harvester.explore.texts import meaning_of, unit_on_page
-from harvester.scene.profiles.catalogue import PROFILES
+from harvester.records.profiles.catalogue import PROFILES
 
 Changed = Callable[[str], None]  # is called with an error, "" where there is none
 

@@ -12,7 +12,7 @@ from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
 from harvester.explore.effects import Effect, possible
 from harvester.explore.knob import Changed, Knob, WordKnob
 from harvester.explore.looks import CARD, CHECKBOX, PICTURE
-from harvester.explore.slides import Slide
+from harvester.explore.slider_scale import Slide
 from harvester.scene.physical import FILES
 
 _CARDS = {"load": "Load", "oscillator": "Oscillator", "piezo": "Piezo", "stop": "Stop", "excitation": "Excitation"}

@@ -12,7 +12,7 @@ from harvester.engines import Averaged, Exact, Published
 from harvester.engines.formula import Formula
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.explore.slides import Slide
+from harvester.explore.slider_scale import Slide
 from harvester.scene.scene import Scene
 
 FORMULAS: dict[str, type[Formula]] = {engine.NAME: engine for engine in (Exact, Averaged, Published)}

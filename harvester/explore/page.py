@@ -10,8 +10,7 @@ from typing import Any
 import panel as pn
 
 from harvester.errors import HarvesterError, InputError
-from harvester.explore import words
-from harvester.explore.bar import FilesBar, PinBar
+from harvester.explore import html_text
 from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
@@ -19,7 +18,8 @@ from harvester.explore.live import Live, best
 from harvester.explore.looks import WORDS
 from harvester.explore.pictures import PathPlots, PowerPlot
 from harvester.explore.runs import RunPanel
-from harvester.explore.slides import Slide
+from harvester.explore.slider_scale import Slide
+from harvester.explore.toolbar import FilesBar, PinBar
 
 
 class Explorer:
@@ -90,7 +90,7 @@ class Explorer:
             scene = self.draft.scene()
             key, at, slide = self._axis()
         except HarvesterError as wrong:
-            self.error.object = words.problem_line(str(wrong))
+            self.error.object = html_text.problem_line(str(wrong))
             return
         self.error.object = ""
         self._wanted = Wanted(scene, self.draft.tables(), key, at, slide)
@@ -110,11 +110,11 @@ class Explorer:
 
     def fail(self, text: str) -> None:
         """Say that there is no answer, and why."""
-        self.error.object = words.problem_line(text)
+        self.error.object = html_text.problem_line(text)
 
     def say_of_path(self, text: str) -> None:
         """Say how it stands with the path."""
-        self.path_told.object = f'<div class="by">{escape(words.plain(text))}</div>'
+        self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
     def show_path(self, found: dict[str, Any]) -> None:
         """Draw a path."""
@@ -164,17 +164,17 @@ class Explorer:
         if self.live is None:
             return
         runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
-        self.headline.object = words.headline(self.live, runs)
+        self.headline.object = html_text.headline(self.live, runs)
         if not rested:
             return
-        self.answers.object = words.answers(self.live, runs)
-        self.warnings.object = words.warnings(self.live, runs, self._doubts)
+        self.answers.object = html_text.answers(self.live, runs)
+        self.warnings.object = html_text.warnings(self.live, runs, self._doubts)
         if self.pinned is None:
             self.difference.object = ""
         else:
             tables, before = self.pinned
             rows = differences(tables, self._asked.tables)
-            self.difference.object = words.difference(rows, best(before.here), best(self.live.here))
+            self.difference.object = html_text.difference(rows, best(before.here), best(self.live.here))
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
         """The working point for a run in the background: what the knobs say, be it drawn yet or not."""

@@ -9,9 +9,9 @@ from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Leg
 from bokeh.plotting import figure
 
 from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
-from harvester.explore.slides import Slide
+from harvester.explore.slider_scale import Slide
 from harvester.explore.texts import unit_on_page
-from harvester.scene.units import SYMBOLS
+from harvester.quantities.units import SYMBOLS
 
 COLOURS = {  # those of harvester.figures.style, which would load matplotlib
     "exact": "#000000",

@@ -8,8 +8,8 @@ from typing import Any
 import panel as pn
 
 from harvester.explore.background import Background
+from harvester.explore.html_text import plain
 from harvester.explore.looks import BUTTON, WORDS
-from harvester.explore.words import plain
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 ENGINES = ("ensemble", "ideal", "spice")

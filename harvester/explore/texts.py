@@ -2,9 +2,9 @@
 
 import math
 
+from harvester.quantities.kinds import Kind
+from harvester.quantities.units import PREFIXES, SYMBOLS, split_unit
 from harvester.scene.keys import key_kind, keys, read_value, split_key
-from harvester.scene.kinds import Kind
-from harvester.scene.units import PREFIXES, SYMBOLS, split_unit
 
 _PREFIXED = ("ohm", "F", "H", "Hz", "s", "m", "N/m", "N/V")
 _OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H"}  # the first letter of a netlist's parameter, as in SPICE

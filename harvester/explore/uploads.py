@@ -11,8 +11,8 @@ from harvester.explore.draft import PARAMETER, Draft
 from harvester.explore.texts import written
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
+from harvester.records.cleaning import clean
 from harvester.scene.load import Load
-from harvester.scene.record_cleaning import clean
 from harvester.studies.record import look
 
 KINDS = (".toml", ".csv", ".cir")

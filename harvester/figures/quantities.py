@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.ticker import EngFormatter, Formatter
 
+from harvester.quantities.units import SYMBOLS
 from harvester.scene.keys import unit_of
-from harvester.scene.units import SYMBOLS
 
 NONDIMENSIONAL = "nondimensional"
 _PREFIXED = {"W", "V", "A", "ohm", "F", "H", "Hz", "s", "m", "m/s", "N/m", "N/V", "W/g^2", "V/g", "m/g"}

@@ -10,8 +10,8 @@ from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import names_arguments, unknown
 from harvester.identification.fit import DeviceFit
-from harvester.printing.columns import columns
-from harvester.scene.units import SYMBOLS
+from harvester.presentation.columns import columns
+from harvester.quantities.units import SYMBOLS
 
 PREFIXED = ("kg", "N/m", "Hz", "F", "m", "N/V")  # units that are printed with a prefix
 

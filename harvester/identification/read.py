@@ -18,9 +18,9 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, refused, shown
 from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement, finite
-from harvester.scene.csv_table import CsvTable, read_table
-from harvester.scene.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
-from harvester.scene.record_files import is_frequency, is_time, times
+from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
+from harvester.records.csv_table import CsvTable, read_table
+from harvester.records.record_files import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
 _OHM, _SIEMENS = Kind("an impedance (ohm)", "ohm", "'1 kohm'"), Kind("an admittance (S)", "S", "'1 uS'")

@@ -13,7 +13,7 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.linear.response import gains
 from harvester.linear.shaking import lines
-from harvester.scene.records import BRIDGE, Record
+from harvester.records.records import BRIDGE, Record
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
 LEAST_LOSS = 1e-6  # of the linear response, so that it has a size

@@ -16,7 +16,7 @@ from harvester.arrays import Complexes, Floats
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
 from harvester.linear.response import gains
-from harvester.scene.records import Record
+from harvester.records.records import Record
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)  # of each coefficient's relative rounding, with what is made of them
 NODES = (16, 12)  # of a panel, for the integral and for its error

@@ -5,7 +5,7 @@ from collections.abc import Set
 
 from harvester.errors import invalid
 from harvester.netlists.read_lines import Line
-from harvester.scene.units import PREFIXES
+from harvester.quantities.units import PREFIXES
 
 # How many of the first words after an element's name are nodes that its current passes, by the letter of its kind.
 NODES = dict.fromkeys("rclvibdswefgh", 2) | {"j": 3, "q": 3, "m": 4, "t": 4}

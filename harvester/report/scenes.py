@@ -10,7 +10,7 @@ from harvester.report.numbers import amount, signs
 from harvester.report.page import Listing, Page, Section, TextTable
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
-from harvester.scene.written import as_written, written
+from harvester.scene.scene_writer import as_written, written
 
 _COEFFICIENTS = {
     "linear": "linear stiffness (1 where it is not named)",

@@ -7,7 +7,7 @@ import numpy as np
 from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine.provenance import origin
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.report.engines import refusals
 from harvester.report.numbers import amount, share, signs, with_errors
 from harvester.report.page import Page, Section, TextTable, drawing

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from harvester.errors import InputError, refused, unknown
-from harvester.printing.columns import columns
-from harvester.scene.kinds import Kind, any_quantity, with_prefix
+from harvester.presentation.columns import columns
+from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, invalid
-from harvester.scene.kinds import RESISTANCE, VOLTAGE, any_quantity
+from harvester.quantities.kinds import RESISTANCE, VOLTAGE, any_quantity
 from harvester.scene.table import CONFIG, SceneTable
 
 

@@ -5,8 +5,8 @@ from typing import Annotated, ClassVar
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, invalid
+from harvester.quantities.kinds import NUMBER, NUMBER_ABOVE_0, NUMBER_FROM_0, RESTITUTION
 from harvester.scene.checks import check_opposite_stop, check_rigid_or_compliant, check_shaking, check_stop_damping
-from harvester.scene.kinds import NUMBER, NUMBER_ABOVE_0, NUMBER_FROM_0, RESTITUTION
 from harvester.scene.table import CONFIG, SceneTable
 
 

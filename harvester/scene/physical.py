@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, invalid
-from harvester.scene.checks import check_rigid_or_compliant, check_shaking
-from harvester.scene.kinds import (
+from harvester.quantities.kinds import (
     ACCELERATION,
     ACCELERATION_PSD,
     CAPACITANCE,
@@ -31,7 +30,8 @@ from harvester.scene.kinds import (
     STRAIN_OF,
     TIME,
 )
-from harvester.scene.profiles.catalogue import check_profile
+from harvester.records.profiles.catalogue import check_profile
+from harvester.scene.checks import check_rigid_or_compliant, check_shaking
 from harvester.scene.table import CONFIG, SceneTable
 
 FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation that name files
@@ -131,7 +131,7 @@ class Excitation(SceneTable):
     noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
     that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
     white noise may go with; so it may with a record in time, ``acceleration_file``, a table of the density,
-    ``acceleration_psd_file`` (`harvester.scene.records`), or a ``profile`` by name (`harvester.scene.profiles`).
+    ``acceleration_psd_file`` (`harvester.records.records`), or a ``profile`` by name (`harvester.records.profiles`).
 
     >>> import harvester as hv
     >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'

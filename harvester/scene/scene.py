@@ -149,7 +149,7 @@ class Scene(SceneTable):
         return tomli_w.dumps(self.tables())
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
 
         rows = [
             (f"[{table}]", key, str(value), kind.unit if (kind := key_kind(table, key)) else "")

@@ -15,7 +15,7 @@ from harvester.engines import Exact, Ideal, Published, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named, refusals
 from harvester.engines.selection import engines as engines_of
-from harvester.engines.spice.preparation import READING, prepare
+from harvester.engines.spice.setup import READING, prepare
 from harvester.equations.problem import Problem
 from harvester.errors import (
     CannotServeError,
@@ -25,7 +25,7 @@ from harvester.errors import (
     UnboundedResponseError,
     names_arguments,
 )
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.uncertainty.value import z_score
 
 # Of time.
@@ -132,7 +132,7 @@ class Comparison:
         return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
 
         rows = []
         for one in self.estimates:
@@ -209,7 +209,7 @@ def compare(
 def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
     """The voltage by ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
     from harvester.averaging.published.voltage import amplitude_through, decoupled, omega2
-    from harvester.circuit import runs as worker
+    from harvester.cosimulation import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
 

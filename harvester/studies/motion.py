@@ -21,8 +21,8 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.netlists.probes import Probe, read_probes
-from harvester.printing.answer_units import AnswerUnits
-from harvester.scene.usual import unusual_values
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.scene.plausibility import unusual_values
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
 from harvester.studies.smaller_step import at_smaller_steps

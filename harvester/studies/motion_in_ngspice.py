@@ -32,9 +32,9 @@ def path_in_ngspice(
 
     Raises MissingProgramError without ngspice, and CircuitError where the circuit does not converge.
     """
-    from harvester.circuit.charging import probed_path_in_worker
-    from harvester.circuit.ngspice.library import find_library
-    from harvester.circuit.runs import CoupledDevice
+    from harvester.cosimulation.charging import probed_path_in_worker
+    from harvester.cosimulation.ngspice.locate_libngspice import find_library
+    from harvester.cosimulation.runs import CoupledDevice
 
     find_library()
     assert problem.circuit is not None, "the engine refuses an open circuit"

@@ -9,9 +9,9 @@ import numpy as np
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import InputError
-from harvester.printing.columns import columns
-from harvester.scene.csv_table import MOST_BYTES
-from harvester.scene.record_cleaning import CleanRecord
+from harvester.presentation.columns import columns
+from harvester.records.cleaning import CleanRecord
+from harvester.records.csv_table import MOST_BYTES
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
 

@@ -8,7 +8,7 @@ from harvester.errors import CircuitError
 from harvester.uncertainty.value import amount
 
 PARTS, TRIES = 4.0, 3  # each try has a step so many times smaller than the one before
-UNCONVERGED = "did not converge"  # words of `harvester.circuit.ngspice.diagnostics.why_stopped`
+UNCONVERGED = "did not converge"  # words of `harvester.cosimulation.ngspice.diagnostics.why_stopped`
 Found = TypeVar("Found")
 
 

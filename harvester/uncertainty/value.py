@@ -7,7 +7,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import SimulationError, names_arguments
-from harvester.scene.units import SYMBOLS
+from harvester.quantities.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
 ROUNDED = 6  # digits of a value whose only error is rounding

@@ -2,7 +2,7 @@
 
 import harvester as hv
 from harvester.answers.details import rows
-from harvester.printing.answer_units import NONDIMENSIONAL, SI
+from harvester.presentation.answer_units import NONDIMENSIONAL, SI
 
 DETAILS = {
     "step": 0.003337,

@@ -29,7 +29,7 @@ def test_no_ngspice(monkeypatch, library, says):
         def refuse():
             raise OSError("cannot load library")
 
-        monkeypatch.setattr("harvester.circuit.runs.ngspice_version", refuse)
+        monkeypatch.setattr("harvester.cosimulation.runs.ngspice_version", refuse)
     line = lines()["libngspice"]
     assert line.startswith("MISSING")
     assert says in line

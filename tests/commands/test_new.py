@@ -8,7 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.commands.new import next_lines
-from harvester.devices.meaning import meaning
+from harvester.devices.interpretation import meaning
 from tests.support.datasheet import NOISE, SHEET, problem_of
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal

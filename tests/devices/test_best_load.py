@@ -7,7 +7,7 @@ import pytest
 
 import harvester as hv
 from harvester.devices.best_load import best_load
-from harvester.devices.meaning import meaning
+from harvester.devices.interpretation import meaning
 from tests.support.datasheet import NOISE, SHEET, problem_of
 
 

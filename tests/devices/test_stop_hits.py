@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.devices.meaning import meaning
+from harvester.devices.interpretation import meaning
 from harvester.devices.stop_hits import amplitude, variances
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations

@@ -8,7 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.engines.selection import default_engine, default_engines
-from harvester.engines.spice.preparation import prepare
+from harvester.engines.spice.setup import prepare
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
@@ -56,7 +56,7 @@ def test_paper_scene_in_spice():
 @pytest.mark.ngspice
 def test_identities_in_spice():
     """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], path by path, in ngspice."""
-    from harvester.circuit import runs as worker
+    from harvester.cosimulation import runs as worker
     from harvester.uncertainty.value import mean_and_error
 
     for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
@@ -126,7 +126,7 @@ def test_samples_have_the_means_that_are_answered(given):
 @pytest.mark.ngspice
 def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
-    from harvester.circuit import runs as worker
+    from harvester.cosimulation import runs as worker
 
     device = prepare(Problem(PLATE), hv.Spice()).device
     one = next(worker.measure_in_workers(device, [np.random.SeedSequence(4)], 40_000, 300.0))

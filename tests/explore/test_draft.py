@@ -5,7 +5,7 @@ import pytest
 import harvester as hv
 from harvester.explore.draft import Draft, differences, first
 from harvester.explore.effects import effects
-from harvester.explore.slides import STEPS, slide
+from harvester.explore.slider_scale import STEPS, slide
 from harvester.explore.texts import normal, written
 from harvester.scene.keys import keys
 from harvester.scene.toml import loads

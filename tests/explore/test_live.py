@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.explore import downloads, words
+from harvester.explore import downloads, html_text
 from harvester.explore.draft import Draft, first
+from harvester.explore.latest_request import Newest
 from harvester.explore.live import best, engineering, live
-from harvester.explore.newest import Newest
-from harvester.explore.slides import slide
+from harvester.explore.slider_scale import slide
 from tests.support.paths import ROOT
 
 
@@ -59,14 +59,14 @@ def test_words_have_errors_and_no_markup():
     draft.title = "<script>alert(1)</script>"
     found = looked(draft)
     power = found.here["averaged"].mean_power
-    large = words.headline(found, [])
+    large = html_text.headline(found, [])
     number, error = (float(one) * 1e-6 for one in re.search(r"([\d.]+) µW.*± ([\d.]+) µW \(95 %\)", large).groups())
     assert number == pytest.approx(power.value, abs=power.error95)
     assert error == pytest.approx(power.error95, rel=0.05)
-    assert "its error is not known" in words.headline(published_only(found), [])
-    text, _ = words.meanings(found.problem)
+    assert "its error is not known" in html_text.headline(published_only(found), [])
+    text, _ = html_text.meanings(found.problem)
     assert "Coupling: strong" in text
-    assert "<script>" not in text + words.answers(found, []) + words.problem_line("<script>")
+    assert "<script>" not in text + html_text.answers(found, []) + html_text.problem_line("<script>")
 
 
 def published_only(found):

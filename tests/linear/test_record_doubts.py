@@ -5,7 +5,7 @@ import pytest
 
 from harvester.equations.coefficients import Equations
 from harvester.linear.record_doubts import density_doubts, record_doubts
-from harvester.scene.records import Record, TabulatedDensity, bridge
+from harvester.records.records import Record, TabulatedDensity, bridge
 from tests.support.systems import PAPER
 
 HERTZ, SECONDS = 45.6, 20.0

@@ -13,7 +13,7 @@ from harvester.linear.shaking import lines, response_to_shaking
 from harvester.linear.solve import solve
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.scene.records import Record, TabulatedDensity
+from harvester.records.records import Record, TabulatedDensity
 from tests.support.systems import BAND, COLOURED, DRIVEN, changed, linear, lyapunov, z
 
 SEED = np.random.SeedSequence(20261122)

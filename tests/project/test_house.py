@@ -149,7 +149,7 @@ def test_public_names_are_written_once():
 def test_one_file_imports_pyspice():
     assert {
         file for file, tree in parsed(PACKAGE).items() for name in imported(tree) if name.startswith("PySpice")
-    } == {"harvester/circuit/ngspice/instance.py"}
+    } == {"harvester/cosimulation/ngspice/instance.py"}
 
 
 @pytest.mark.slow
@@ -162,7 +162,7 @@ import harvester as hv
 assert hv.Published().run(hv.load({str(PAPER)!r})).mean_power.value > 0.0
 assert hv.run({str(ROOT / "examples" / "plate.toml")!r}).engine == "exact"
 assert hv.Averaged().run(hv.load({str(PAPER)!r})).mean_power.value > 0.0
-print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.mechanics", "harvester.circuit")))
+print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.mechanics", "harvester.cosimulation")))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
     assert (done.stdout, done.stderr) == ("[]\n", "")

@@ -16,7 +16,7 @@ import harvester as hv
 from harvester.averaging.kramers import hopping_rates
 from harvester.averaging.published import ito, stationary, voltage
 from harvester.averaging.stability import exponent as stability
-from harvester.averaging.stability import tail
+from harvester.averaging.stability import power_law_tail as tail
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
 from harvester.equations.coefficients import Equations
@@ -24,7 +24,7 @@ from harvester.equations.scales import scales
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.scene.records import Record
+from harvester.records.records import Record
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
 from tests.support.systems import PAPER, changed, linear_v2
@@ -490,5 +490,5 @@ def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
     text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
     assert set(re.findall(r"^\$\$ \((\w+)\)$", text, re.MULTILINE)) == CHECKED
-    for path in set(re.findall(r"`((?:harvester|circuit|engines)/[\w/]+\.py)`", text)):
+    for path in set(re.findall(r"`((?:harvester|cosimulation|engines)/[\w/]+\.py)`", text)):
         assert (ROOT / path).exists() or (ROOT / "harvester" / path).exists(), path

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from harvester.circuit import runs as worker
-from harvester.circuit.worker_pool import map_in_workers
+from harvester.cosimulation import runs as worker
+from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace

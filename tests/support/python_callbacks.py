@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuit import runs
-from harvester.circuit.lockstep.drive import Drive
-from harvester.circuit.lockstep.transitions import accept_point, proposed_step, source_voltage
+from harvester.cosimulation import runs
+from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.transitions import accept_point, proposed_step, source_voltage
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.path import Path
@@ -76,13 +76,13 @@ class PythonCallbacks:
 
 
 def path_in_python(device: runs.CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
-    """As `harvester.circuit.runs.path_in_this_process`, with these callbacks."""
+    """As `harvester.cosimulation.runs.path_in_this_process`, with these callbacks."""
     return run_in_python(device, runs.new_drive(device, noise, shaking=shaking)).path()
 
 
 def run_in_python(device: runs.CoupledDevice, drive: Drive, kind: type[PythonCallbacks] = PythonCallbacks) -> Drive:
-    """As `harvester.circuit.runs.run_in_this_process`, with these callbacks; raises their first exception."""
-    from harvester.circuit.ngspice.instance import ngspice
+    """As `harvester.cosimulation.runs.run_in_this_process`, with these callbacks; raises their first exception."""
+    from harvester.cosimulation.ngspice.instance import ngspice
 
     callbacks = kind(drive, ngspice().state)
     try:

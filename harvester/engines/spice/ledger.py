@@ -8,14 +8,14 @@ from harvester.errors import SimulationError
 from harvester.uncertainty.value import mean_and_error
 
 if TYPE_CHECKING:
-    from harvester.circuit.lockstep.energy_ledger import EnergyLedger
+    from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 
 GIVEN, STORED, SURE = 0.02, 0.1, 4.0  # shares of the load's power that are told, beyond so many standard errors
 
 
 def ledger_entries(ledgers: "list[EnergyLedger]", watts: float) -> dict[str, float]:
     """Where the energy went, the mean of these, in units of ``watts``; see `energy_ledger`."""
-    from harvester.circuit.lockstep.energy_ledger import mean_ledger
+    from harvester.cosimulation.lockstep.energy_ledger import mean_ledger
 
     whole = mean_ledger(ledgers)
     entries = {f"ledger_{name}": value / watts for name, value in vars(whole).items()}

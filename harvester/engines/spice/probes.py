@@ -85,7 +85,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     """
     from scipy.special import stdtrit
 
-    from harvester.circuit.tolerance import sizes_of_probes
+    from harvester.cosimulation.tolerance import sizes_of_probes
 
     rows = np.array([one.probed for one in runs.done])
     mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
@@ -109,7 +109,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
 
 def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady: "Steady") -> Estimate:
     """An answer with the means of a periodic response, and errors of step, tolerance and settling where known."""
-    from harvester.circuit.periodic import MEASURED
+    from harvester.cosimulation.periodic import MEASURED
 
     columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]
     period = (problem.equations.shaking_period or 0.0) / problem.units.frequency

@@ -12,7 +12,7 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.effort import FEWEST, LOOSE, fewest_pairs
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
-from harvester.engines.spice.preparation import Prepared
+from harvester.engines.spice.setup import Prepared
 from harvester.engines.spice.step_bias import largest_step_bias
 from harvester.errors import CircuitError, OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, explained_and_controlled, split
@@ -21,7 +21,7 @@ from harvester.uncertainty.target import further
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import Start, TrajectoryMeans
+    from harvester.cosimulation.runs import Start, TrajectoryMeans
     from harvester.mechanics.kernels.moments import Moments
 
 TOLERANCE_TIME = 64.0  # nondimensional: ten periods or so
@@ -53,7 +53,7 @@ class Runs:
 
         Fewer than `fewest_pairs` are no longer paired.  Raises OutOfTimeError where they are fewer than two.
         """
-        from harvester.circuit import runs as worker
+        from harvester.cosimulation import runs as worker
         from harvester.mechanics.kernels.noise import child
 
         begin = time.perf_counter()
@@ -82,7 +82,7 @@ class Runs:
 
     def _follow_coarsely(self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None") -> None:
         """The same runs at twice the step, same noise, where no cheap model tells the bias; of probes, a few runs."""
-        from harvester.circuit import runs as worker
+        from harvester.cosimulation import runs as worker
 
         ready = self.ready
         if len(self.coarse) + len(seeds) < len(self.done) or (ready.pair is not None and not ready.device.probes):
@@ -106,7 +106,7 @@ class Runs:
         On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays unknown, with a
         warning, where ngspice does not bear a tenth of its tolerance, or the time is spent before.
         """
-        from harvester.circuit.tolerance import tolerance_in_workers
+        from harvester.cosimulation.tolerance import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
 
         ready, device, begin = self.ready, self.ready.device, time.perf_counter()

@@ -11,27 +11,27 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.agreement import NO_NOISE, disagreement
+from harvester.engines.moment_existence import existence
 from harvester.engines.options import Sampled, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
+from harvester.engines.spice.coexisting_responses import with_others
 from harvester.engines.spice.effort import FEWEST, fewest_pairs
-from harvester.engines.spice.other_responses import with_others
-from harvester.engines.spice.preparation import Prepared, prepare, stand_in
+from harvester.engines.spice.partial_answer import unfinished
 from harvester.engines.spice.probes import Watch, watch_of, with_sampled_probes, with_steady_probes
-from harvester.engines.spice.pursuit import pursue
 from harvester.engines.spice.runs import Runs
+from harvester.engines.spice.sequential_sampling import pursue
+from harvester.engines.spice.setup import Prepared, prepare, stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import along, follows, steady_response
-from harvester.engines.spice.unfinished import unfinished
-from harvester.engines.tails import existence
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, HarvesterError, OutOfTimeError, SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
 from harvester.uncertainty.target import Target
 
 if TYPE_CHECKING:
-    from harvester.circuit.responses import Neighbour
+    from harvester.cosimulation.responses import Neighbour
 
 BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
@@ -46,8 +46,8 @@ class Spice(Sampled):
     A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
     a cheap model on the same noise, whose mean a long ensemble knows, that is the exact update of a load resistor or
     the netlist's circuit made of ideal diodes and switches (`harvester.uncertainty.control_variate`); and under white
-    noise sums of mean zero from ngspice's own states (`harvester.mechanics.kernels.circuit_features`).  With ideal
-    elements the runs begin in settled states of these, else at rest.
+    noise sums of mean zero from ngspice's own states (`harvester.mechanics.kernels.circuit_control_variates`).  With
+    ideal elements the runs begin in settled states of these, else at rest.
 
     >>> import harvester as hv
     >>> hv.Spice(within="1%", budget="30s").budget
@@ -132,7 +132,7 @@ class Spice(Sampled):
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
-        from harvester.circuit import runs as worker
+        from harvester.cosimulation import runs as worker
 
         problem, sought, begin = served(type(self), scene), "", time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()

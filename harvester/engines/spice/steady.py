@@ -15,9 +15,9 @@ from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.responses import Neighbour, PeriodicResponse
-    from harvester.circuit.runs import CoupledDevice
-    from harvester.circuit.sections import CoupledState, Origin
+    from harvester.cosimulation.poincare_sections import CoupledState, Origin
+    from harvester.cosimulation.responses import Neighbour, PeriodicResponse
+    from harvester.cosimulation.runs import CoupledDevice
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
 HALVINGS, TIGHTEST = 4, 0.9e-7  # of the first step at most, and the smallest tolerance
@@ -84,9 +84,9 @@ class Steady:
 
         Raises OutOfTimeError at the deadline.
         """
-        from harvester.circuit.periodic import periodic_response
-        from harvester.circuit.sections import CoupledState, Origin
-        from harvester.circuit.worker_pool import map_in_workers
+        from harvester.cosimulation.periodic import periodic_response
+        from harvester.cosimulation.poincare_sections import CoupledState, Origin
+        from harvester.cosimulation.worker_pool import map_in_workers
 
         origin = origin or Origin(CoupledState(self.first.eqs.resting_places[0]))
         before, ahead, so_far = None if self.near is None else self.near.before, near, None
@@ -112,8 +112,8 @@ class Steady:
 
     def follow(self, places: list[tuple[int, int]]) -> None:
         """Find the response at further (halvings, tenths), side by side."""
-        from harvester.circuit.periodic import same_response
-        from harvester.circuit.worker_pool import map_in_workers
+        from harvester.cosimulation.periodic import same_response
+        from harvester.cosimulation.worker_pool import map_in_workers
 
         jobs = []
         for halvings, tenths in places:

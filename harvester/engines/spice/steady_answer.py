@@ -7,7 +7,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import estimate
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
-from harvester.engines.spice.preparation import stand_in
+from harvester.engines.spice.setup import stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import phase_to_base

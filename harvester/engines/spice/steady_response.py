@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Sampled, number
 from harvester.engines.protocol import AnyScene, Progress
+from harvester.engines.spice.partial_answer import unfinished
 from harvester.engines.spice.steady import FEWEST, HALVINGS, RUNNING, WITHIN, Steady
-from harvester.engines.spice.unfinished import unfinished
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -22,7 +22,7 @@ from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 
 if TYPE_CHECKING:
-    from harvester.circuit.responses import Neighbour
+    from harvester.cosimulation.responses import Neighbour
 
 
 def follows(options: Sampled, problem: Problem) -> bool:
@@ -74,9 +74,9 @@ def steady_response(
     With ``near``, the response of a scene a little different, it is that which a slow change leads to.  It goes on to
     smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
 
-    Raises as `harvester.circuit.runs.run_in_this_process`.
+    Raises as `harvester.cosimulation.runs.run_in_this_process`.
     """
-    from harvester.circuit.runs import warm_up_workers
+    from harvester.cosimulation.runs import warm_up_workers
 
     steady, budget, start = to_be_found(options, problem, reltol, probes), number(options.budget), 0.0
     if near is None:
@@ -95,7 +95,7 @@ def steady_response(
 
 def to_be_found(options: Sampled, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
     """A response that is not yet found, with the device of its longest step."""
-    from harvester.circuit.runs import CoupledDevice
+    from harvester.cosimulation.runs import CoupledDevice
 
     eqs, circuit = problem.equations, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"

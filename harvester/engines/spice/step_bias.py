@@ -10,7 +10,7 @@ from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
-    from harvester.circuit.runs import TrajectoryMeans
+    from harvester.cosimulation.runs import TrajectoryMeans
 
 
 def largest_step_bias(

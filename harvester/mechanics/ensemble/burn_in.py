@@ -19,7 +19,7 @@ from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
-from harvester.scene.records import Record
+from harvester.records.records import Record
 
 FIRST_WINDOW = 32.0  # time units: about five periods
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say

@@ -18,16 +18,16 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
-from harvester.mechanics.kernels.circuit_features import circuit_boundary, interleaved
-from harvester.mechanics.kernels.features import boundary
+from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
+from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.impact_voltage import lines
 from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
-from harvester.mechanics.kernels.other_stops import loss_unit
+from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.path import check_start, coefficients
-from harvester.mechanics.kernels.shaken_features import martingales
+from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import samples_of, shaker, shaker_start
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
@@ -72,7 +72,7 @@ class Trajectories:
         at rest or none.
     controlled
         with the sums of mean zero that make means cheaper, where white or coloured noise has any: see
-        `harvester.mechanics.kernels.features`, `circuit_features` and `shaken_features`.
+        `harvester.mechanics.kernels.control_variates`, `circuit_features` and `shaken_features`.
     origin
         ``state``, ``filter`` and ``words`` of others, to go on from.
 

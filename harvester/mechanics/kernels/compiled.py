@@ -27,7 +27,7 @@ from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
 from harvester.mechanics.kernels import vector_width
-from harvester.mechanics.kernels.kept_files import FilesOfThisPackage, KeptFiles
+from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFiles
 
 config: Any = numba_config
 njit: Any = numba.njit
@@ -47,7 +47,7 @@ DECORATED = re.compile(rb"^ *@(kernel|inlined|forced|c_function)\b", re.MULTILIN
 def compiled_sources() -> tuple[Path, ...]:
     """The files of this package that machine code is made of: those with a decorator, this one, and `vector_width`."""
     package = Path(__file__).parents[2]
-    files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("circuit/**/*.py")])
+    files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("cosimulation/**/*.py")])
     return (
         Path(__file__),
         Path(vector_width.__file__),

@@ -3,7 +3,7 @@
 The equations (paper, Eq. 2; nondimensional) are
 
     x'' + f(x) x' + x + alpha x^3 + beta V = noise,   f(x) = c3 x^4 - c2 x^2 - c1
-    x'+ = -r x'-   at x = 0 (other stops: `harvester.mechanics.kernels.other_stops`)
+    x'+ = -r x'-   at x = 0 (other stops: `harvester.mechanics.kernels.offset_stops`)
     V' + mu V = x'
 
 split into two parts that are each solved in closed form and applied in turn:

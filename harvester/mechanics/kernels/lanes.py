@@ -7,11 +7,11 @@ instructions; each lane keeps its own state and its own random generator.
 import numpy as np
 
 from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.control_variates import add_features
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse, relaxation
-from harvester.mechanics.kernels.features import add_features
 from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
-from harvester.mechanics.kernels.other_stops import kick_at_stops, move
-from harvester.mechanics.kernels.shaken_features import shake_and_add
+from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
+from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
 LANES = 64
@@ -59,7 +59,7 @@ def advance(
     x, v, V, s0, s1: shape (LANES,), state and generator, changed in place (state after a kick).
     sums: shape (len(SUMS), LANES), added to.  Coefficients that are None are absent effects.
     shaker: as of `shaken`, its states changed in place.  controls: shape (`martingales`, LANES), added to
-    (`harvester.mechanics.kernels.features`); None: nothing of it is compiled.
+    (`harvester.mechanics.kernels.control_variates`); None: nothing of it is compiled.
     line, line_half: as `harvester.mechanics.kernels.impact_voltage.lines` gives them.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.  Where

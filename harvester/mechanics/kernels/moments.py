@@ -39,7 +39,8 @@ class Moments:
     impact_loss: Floats  # energy that the stops took in a unit of time
     driven: Floats  # power that other shaking than white noise put in, a x'
     load: Floats  # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
-    # Sums of mean zero over the time, shape (n, columns) (`harvester.mechanics.kernels.features`); None: not asked for.
+    # Sums of mean zero over the time, shape (n, columns) (`harvester.mechanics.kernels.control_variates`); None: not
+    # asked for.
     controls: Floats | None = None
 
     def mean(self, name: str) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import inlined, kernel
 from harvester.mechanics.kernels.equation_of_motion import relaxation
-from harvester.mechanics.kernels.other_stops import kick_at_stops, move, stops_of
+from harvester.mechanics.kernels.offset_stops import kick_at_stops, move, stops_of
 from harvester.mechanics.kernels.shaking import forcing
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.

@@ -3,7 +3,8 @@
     harmonic     a = F cos(Omega t)
     coloured     tau a' = -a + sqrt(2 D) white noise                      (Ornstein and Uhlenbeck)
     band-pass    a' = -B a - W b + B sqrt(2 D) white noise,   b' = W a    (a resonator of frequency W)
-    record       a from a file, repeated for ever (`harvester.scene.records`), or drawn from a density at random phases
+    record       a from a file, repeated for ever (`harvester.records.records`), or drawn from a density at random
+    phases
 
 The first three are a linear filter of two states, a = p, whose step is exact in law:
 
@@ -25,7 +26,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.noise import shuffle, two_variates
-from harvester.scene.records import Record
+from harvester.records.records import Record
 
 
 def _noise_filter(eqs: Equations, h: float) -> tuple[Floats, Floats]:

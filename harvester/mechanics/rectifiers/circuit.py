@@ -26,7 +26,7 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 from harvester.mechanics.kernels.compiled import forced, inlined
-from harvester.mechanics.kernels.other_stops import move, wall_of
+from harvester.mechanics.kernels.offset_stops import move, wall_of
 from harvester.mechanics.rectifiers.diode import lowered, share
 
 
@@ -178,7 +178,7 @@ def until_free(
 ):  # fmt: skip
     """Drift by the first t of a step h, with the circuit advanced to the last impact or switching only.
 
-    The mass flies as `harvester.mechanics.kernels.other_stops.move` says, between kicks and impacts at a constant
+    The mass flies as `harvester.mechanics.kernels.offset_stops.move` says, between kicks and impacts at a constant
     speed.  Returns x and v at the end of the drift; V, U, m, and the speed and the time that V and U still have to go;
     the time and the speed of the first impact, negative at the opposite stop, the number of impacts and what they took.
     """

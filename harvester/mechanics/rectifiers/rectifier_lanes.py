@@ -7,13 +7,13 @@ compiler turns into vector instructions.
 
 import numpy as np
 
-from harvester.mechanics.kernels.circuit_features import add_circuit_features
+from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import friction
 from harvester.mechanics.kernels.lanes import LANES, SUMS
 from harvester.mechanics.kernels.noise import draw_noise
-from harvester.mechanics.kernels.other_stops import kick_at_stops
-from harvester.mechanics.kernels.shaken_features import shake_and_add
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 from harvester.mechanics.rectifiers.circuit import conducted, until_free
 
@@ -54,7 +54,7 @@ def advance_ideal(
 
     x, v, V, U, m, s0, s1: shape (LANES,), changed in place (state after a kick); sums: shape (len(IDEAL_SUMS), LANES),
     added to.  Noise and shaking are those of `harvester.mechanics.kernels.lanes.advance`.  controls, added to: shape
-    (`martingales`, LANES), of `harvester.mechanics.kernels.circuit_features`; None: nothing of it is compiled.
+    (`martingales`, LANES), of `harvester.mechanics.kernels.circuit_control_variates`; None: nothing of it is compiled.
     """
     scratch, mid, filtered = np.zeros((4, LANES)), np.zeros((5, LANES)), np.zeros((2, LANES))
     noise, accelerations, steps = np.zeros((2, LANES)), np.zeros((2, LANES)), 1 if coarse else 2

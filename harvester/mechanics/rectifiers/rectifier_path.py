@@ -9,7 +9,7 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.moments import Moments, from_path
-from harvester.mechanics.kernels.other_stops import kick_at_stops
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, coefficients, room_for_impacts
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.rectifiers.circuit import IdealCircuit, conducted, until_free

@@ -36,7 +36,7 @@ def charge_ideal(
 
     Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.
     """
-    from harvester.circuit.idealised import ideal_circuit
+    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.step_size import step_from_rest

@@ -16,8 +16,8 @@ from harvester.studies.charging.passages import SAMPLES, Passages
 from harvester.studies.smaller_step import at_smaller_steps
 
 if TYPE_CHECKING:
-    from harvester.circuit.charging import ChargeRun
-    from harvester.circuit.runs import CoupledDevice
+    from harvester.cosimulation.charging import ChargeRun
+    from harvester.cosimulation.runs import CoupledDevice
 
 READING = 0.1  # nondimensional time between readings
 FINER = 2000  # looks for one of the curve's, at most, that say how long it stays above the target
@@ -43,9 +43,9 @@ def charge_in_ngspice(
     They go on for the ``duration`` (s); unless they are to do the ``whole`` of it, shorter ones come first, and the
     first that all reach the last level are taken.  Those that do the whole of it also say how long they stay above.
 
-    Raises as `harvester.circuit.runs.measure_in_workers`.
+    Raises as `harvester.cosimulation.runs.measure_in_workers`.
     """
-    from harvester.circuit.runs import warm_up_workers
+    from harvester.cosimulation.runs import warm_up_workers
     from harvester.mechanics.kernels.step_size import step_from_rest
 
     end = duration * problem.scales.frequency
@@ -88,7 +88,7 @@ def _part(progress: Progress, past: float, share: float) -> Progress:
 
 def _device(problem: Problem, probe: Probe | None, h: float) -> "CoupledDevice":
     """The device at a step."""
-    from harvester.circuit.runs import CoupledDevice
+    from harvester.cosimulation.runs import CoupledDevice
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import whole_steps
 
@@ -111,7 +111,7 @@ def _runs(
     progress: Progress | None,
 ) -> Passages:
     """Runs of a nondimensional ``length``; the other arguments as of `charge_in_ngspice`."""
-    from harvester.circuit.charging import charges_in_workers
+    from harvester.cosimulation.charging import charges_in_workers
     from harvester.mechanics.kernels.noise import child
 
     s, unit = device.scales, 2 * device.stride

@@ -16,9 +16,12 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
-from harvester.scene.usual import unusual_values
+from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, Charging, Level
-from harvester.studies.charging.asked import (
+from harvester.studies.charging.by_ideal import charge_ideal
+from harvester.studies.charging.by_spice import charge_in_ngspice
+from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
+from harvester.studies.charging.request import (
     check_anywhere,
     choose_engine,
     count_of_runs,
@@ -26,9 +29,6 @@ from harvester.studies.charging.asked import (
     read_target,
     time_watched,
 )
-from harvester.studies.charging.by_ideal import charge_ideal
-from harvester.studies.charging.by_spice import charge_in_ngspice
-from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
 from harvester.studies.output_folder import OutputFolder, provenance
 
 

@@ -6,9 +6,9 @@ from typing import Any
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, names_arguments, shown
-from harvester.printing.answer_units import AnswerUnits
-from harvester.printing.columns import columns
-from harvester.scene.units import Seconds, time
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.columns import columns
+from harvester.quantities.units import Seconds, time
 from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
 from harvester.uncertainty.value import Value, number
 
@@ -75,8 +75,10 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0, *, counted: 
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
     ``lifetime`` is in seconds (nondimensional scene: 1/w0) or a text such as "5 years".  A linear scene under white
-    noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.peaks`); else the largest values of
-    blocks of a long path are extrapolated (`harvester.studies.extremes.tail`): everywhere, where ``counted``.
+    noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.level_crossings`); else the largest
+    values of
+    blocks of a long path are extrapolated (`harvester.studies.extremes.extreme_value_fit`): everywhere, where
+    ``counted``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))

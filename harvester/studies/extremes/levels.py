@@ -1,8 +1,9 @@
 """The levels that the largest values of a device stay below over a lifetime: by Rice's formula, or counted.
 
-Rice's formula (`harvester.linear.peaks`) holds where the response is Gaussian: linear equations under white noise of
+Rice's formula (`harvester.linear.level_crossings`) holds where the response is Gaussian: linear equations under white
+noise of
 the base.  Elsewhere the largest values of blocks of a long path are counted (`harvester.studies.extremes.counted`) and
-extrapolated (`harvester.studies.extremes.tail`).
+extrapolated (`harvester.studies.extremes.extreme_value_fit`).
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from harvester.engines.protocol import needs_resistance
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
 from harvester.studies.extremes.counted import BLOCKS, Counted, count
-from harvester.studies.extremes.tail import fit
+from harvester.studies.extremes.extreme_value_fit import fit
 from harvester.uncertainty.value import Value
 
 SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
@@ -50,11 +51,11 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
 
     And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
-    to where every passage counts alone (`harvester.linear.peaks`).
+    to where every passage counts alone (`harvester.linear.level_crossings`).
 
     Raises SimulationError where no stationary response exists.
     """
-    from harvester.linear.peaks import peaks
+    from harvester.linear.level_crossings import peaks
 
     eqs, units = problem.equations, problem.units
     found: dict[str, Value] = {}

@@ -23,7 +23,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuit.responses import Neighbour
+    from harvester.cosimulation.responses import Neighbour
 
 FROM_REST = "from rest"
 Failure = tuple[float, str]  # a frequency and why there is no point
@@ -95,8 +95,8 @@ def _neighbour(state: State) -> "Neighbour":
 
     Raises ValueError for what is none.
     """
-    from harvester.circuit.responses import Neighbour
-    from harvester.circuit.sections import CoupledState
+    from harvester.cosimulation.poincare_sections import CoupledState
+    from harvester.cosimulation.responses import Neighbour
     from harvester.mechanics.periodic import MULTIPLES, Secants
 
     numbers = state["section"]["x"], state["section"]["v"], *(state[one] for one in ("phase", "farads", "quiet"))

@@ -10,7 +10,7 @@ import numpy as np
 from harvester import figures
 from harvester.engines.agreement import UNLIKE
 from harvester.errors import names_arguments
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.studies.frequency_response.point import ResponsePoint, cells, failed_cells, heads
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import number

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from harvester.engines.protocol import NOT_WHITE, unknown_effects
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
+from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
-from harvester.scene.usual import unusual_values
 from harvester.studies.frequency_response.point import GRAVITY
 
 # Shaking that has no frequency to sweep

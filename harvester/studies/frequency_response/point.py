@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from harvester.printing.answer_units import AnswerUnits
-from harvester.scene.units import USUAL_UNITS
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.quantities.units import USUAL_UNITS
 from harvester.studies.output_folder import named
 from harvester.uncertainty.value import Value, number
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from harvester import figures
-from harvester.circuit.ngspice.library import library_digest
+from harvester.cosimulation.ngspice.locate_libngspice import library_digest
 from harvester.engines import Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named

@@ -126,7 +126,7 @@ class Optimum:
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
 
         unit = self.estimate.unit_names.power
         rows = [(key.range.key, str(key)) for key in self.keys]

@@ -12,7 +12,7 @@ from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, SimulationError, names_arguments
 from harvester.netlists.load_circuit import load_circuit
-from harvester.printing.columns import columns
+from harvester.presentation.columns import columns
 from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum

@@ -9,8 +9,8 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid
+from harvester.quantities.preferred_numbers import SERIES, between
 from harvester.scene.keys import read_value, split_key
-from harvester.scene.preferred import SERIES, between
 from harvester.scene.scene import Scene
 
 MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for that

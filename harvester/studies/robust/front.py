@@ -6,8 +6,8 @@ from typing import Any
 
 from harvester import figures
 from harvester.errors import names_arguments
-from harvester.printing.answer_units import AnswerUnits
-from harvester.printing.columns import columns
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.columns import columns
 from harvester.scene.keys import unit_of
 from harvester.studies.output_folder import csv_text
 from harvester.studies.tolerance.limits import QUANTITIES

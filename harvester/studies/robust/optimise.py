@@ -17,8 +17,8 @@ from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
+from harvester.quantities.units import fraction
 from harvester.scene.scene import Scene
-from harvester.scene.units import fraction
 from harvester.studies.extremes.counted import BLOCKS
 from harvester.studies.extremes.levels import limited_peaks, rice_holds
 from harvester.studies.optimum.answer import Optimum

@@ -9,8 +9,8 @@ import numpy as np
 from harvester.engines.protocol import AnyScene, unknown_effects
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, names_arguments
-from harvester.printing.answer_units import AnswerUnits
-from harvester.scene.usual import unusual_values
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.scene.plausibility import unusual_values
 from harvester.uncertainty.value import Value
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic

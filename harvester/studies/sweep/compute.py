@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from harvester import figures
-from harvester.circuit.ngspice.library import library_digest
+from harvester.cosimulation.ngspice.locate_libngspice import library_digest
 from harvester.engines import Cheapest, Spice
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, InputError, invalid

@@ -6,8 +6,8 @@ The mean square voltages and all digits are in sweep.csv.
 import itertools
 
 from harvester.engines import Ideal
-from harvester.printing.answer_units import AnswerUnits
-from harvester.printing.columns import columns
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.columns import columns
 from harvester.scene.keys import unit_of
 from harvester.uncertainty.value import NORMAL_QUANTILE, amount, percent
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from harvester import figures
 from harvester.errors import names_arguments
-from harvester.printing.answer_units import AnswerUnits
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import COLUMNS, TEXTS, Row, lines
 
@@ -76,7 +76,7 @@ class Table:
         return frame
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
         from harvester.studies.sweep import printed_rows
 
         head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.unit_names)

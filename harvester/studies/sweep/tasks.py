@@ -112,7 +112,7 @@ def compute_alone(task: Task) -> tuple[list[Answer], bool]:
     """
     if not task.goes_along or task.tries or getattr(task.engine, "budget", None) is not None:
         return compute(task), True
-    from harvester.circuit.worker_pool import ngspice_here
+    from harvester.cosimulation.worker_pool import ngspice_here
 
     with ngspice_here() as here:
         return compute(task), here.trusted

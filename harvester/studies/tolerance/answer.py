@@ -9,8 +9,8 @@ import numpy as np
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import names_arguments
-from harvester.printing.answer_units import AnswerUnits
-from harvester.printing.columns import columns
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.columns import columns
 from harvester.scene.keys import unit_of
 from harvester.studies.output_folder import csv_text, named
 from harvester.studies.tolerance.distribution import Interval, Quantile
@@ -152,7 +152,7 @@ class Tolerance:
         return columns(rows)
 
     def _repr_html_(self) -> str:
-        from harvester.printing import notebook
+        from harvester.presentation import notebook
 
         return notebook.table(f"tolerances by {self.engine}", (), self.rows(), notebook.warnings(self.warnings))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, shown, unknown
-from harvester.scene.kinds import Kind, with_prefix
+from harvester.quantities.kinds import Kind, with_prefix
 from harvester.studies.extremes.extremes import read_lifetime
 from harvester.studies.extremes.levels import RATE, SPEED, STRAIN, check_served, has_stop, strain_factor
 

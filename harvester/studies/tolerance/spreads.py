@@ -17,10 +17,10 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
+from harvester.quantities.preferred_numbers import SERIES, nearest
+from harvester.quantities.units import fraction
 from harvester.scene.keys import read_value, split_key
-from harvester.scene.preferred import SERIES, nearest
 from harvester.scene.scene import Scene
-from harvester.scene.units import fraction
 
 FORMS = "10%, LOW:HIGH, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
 CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.006 % of it lies

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harvester import figures
-from harvester.printing.columns import columns
+from harvester.presentation.columns import columns
 from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import harvester as hv
-from harvester.engines.spice.preparation import prepare
+from harvester.engines.spice.setup import prepare
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
 

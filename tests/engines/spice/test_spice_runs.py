@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.circuit import runs as worker
-from harvester.circuit.lockstep.energy_ledger import EnergyLedger
+from harvester.cosimulation import runs as worker
+from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.engines.spice import spice
-from harvester.engines.spice.preparation import Prepared
 from harvester.engines.spice.runs import Runs
+from harvester.engines.spice.setup import Prepared
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
@@ -176,7 +176,7 @@ def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
 
 def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
     """ngspice may not bear a tenth of its tolerance, or the time may be spent: the answer stays, and says so."""
-    from harvester.circuit import tolerance
+    from harvester.cosimulation import tolerance
 
     def refused(device, seeds, kicks, burn_in, deadline, starts):
         assert deadline == runs.deadline

@@ -8,7 +8,7 @@ from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.lanes import LANES
-from harvester.scene.records import TabulatedDensity
+from harvester.records.records import TabulatedDensity
 from tests.support.systems import PAPER, changed, linear, linear_v2
 
 LEVEL = TabulatedDensity(np.array([0.02, 1.0]), np.array([0.04, 0.04]))

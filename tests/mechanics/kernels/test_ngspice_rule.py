@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from harvester.circuit import runs as worker
-from harvester.circuit.ngspice.deck import integration_options
+from harvester.cosimulation import runs as worker
+from harvester.cosimulation.ngspice.deck import integration_options
 from harvester.engines import Spice
-from harvester.engines.spice.preparation import prepare
+from harvester.engines.spice.setup import prepare
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.richardson import RichardsonPair

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import harvester as hv
-from harvester.circuit import runs as worker
+from harvester.cosimulation import runs as worker
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError, SimulationError
@@ -19,8 +19,8 @@ from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import samples_of
-from harvester.scene.record_files import read_density, read_record
-from harvester.scene.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge
+from harvester.records.record_files import read_density, read_record
+from harvester.records.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge
 from tests.support.lockstep import device, rms_difference
 from tests.support.systems import PAPER, changed, linear_v2, z
 from tests.support.to_scene import equations

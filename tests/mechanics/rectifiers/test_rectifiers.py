@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from harvester.circuit import runs as worker
-from harvester.circuit.idealised import THERMAL, TOPOLOGIES, ideal_circuit
-from harvester.circuit.worker_pool import map_in_workers
+from harvester.cosimulation import runs as worker
+from harvester.cosimulation.idealised import THERMAL, TOPOLOGIES, ideal_circuit
+from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales, scales
 from harvester.errors import InputError

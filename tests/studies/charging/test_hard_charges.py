@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.circuit.ngspice.deck import integration_options
+from harvester.cosimulation.ngspice.deck import integration_options
 from tests.support.bimorph import bimorph
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]

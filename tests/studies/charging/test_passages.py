@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from harvester.circuit.charging import first_passages
+from harvester.cosimulation.charging import first_passages
 from harvester.studies.charging.passages import Passages, share_interval
 
 LEVELS = np.array([1.0, 2.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.scene import preferred
+from harvester.quantities import preferred_numbers as preferred
 from harvester.studies.optimum.ranges import parse
 from harvester.studies.robust.engine import Robust
 from tests.support import systems

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harvester.printing.answer_units import SI
+from harvester.presentation.answer_units import SI
 from harvester.studies.sweep.printed_rows import MOST_ROWS, cells, failures, grid, warnings
 from harvester.studies.sweep.rows import COLUMNS
 

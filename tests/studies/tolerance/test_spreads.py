@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 import harvester as hv
-from harvester.scene import preferred
+from harvester.quantities import preferred_numbers as preferred
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.spreads import CUT, parse, spreads
 from tests.support.paths import ROOT

@@ -1,0 +1,129 @@
+"""Where the energy goes: works on the mass kick by kick, energies at the piezo's terminals and in the load.
+
+    input = damping + impacts + circuit + load + stored
+
+    kick        v0 -> v1 by an impulse J at fixed x: work J (v0 + v1)/2, so that all of a kick's works add up to
+                the change of v^2/2; noise, spring and voltage have their own J, damping has the rest
+    impact      (1 - r^2) v^2/2
+    terminals   integral of v i, and of the power of Rload, over ngspice's accepted points
+    stored      v^2/2 and the spring's energy of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
+
+What the terminals delivered, less the load's and Csmooth's share, is the circuit's loss (diodes, switches, coils); a
+plain load resistor has none.  So the sum is a check: of the force -beta V on the mass against v i in ngspice,
+and of the works of the spring against its energy; both differ by the second order in the step.
+"""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any
+
+from harvester.cosimulation.lockstep.state import AFTER, BEFORE, DURING
+from harvester.equations.scales import Scales
+from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.equation_of_motion import intensity, spring
+
+
+@inlined
+def add_terminal_flow(s, t, v, power, current):
+    """Add the energy (J) that passed the terminals and that the load took, and the square of the voltage (V^2 s)."""
+    if s.measuring == DURING:
+        half = 0.5 * (t - s.t)
+        s.load += half * (s.power + power)
+        s.delivered += half * (s.voltage * s.current + v * current)
+        s.square += half * (s.voltage * s.voltage + v * v)
+    s.power = power
+    s.voltage = v
+    s.current = current
+
+
+@inlined
+def add_works_of_kick(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None, a=None):
+    """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1.
+
+    The work of other shaking counts as that of the noise.
+    """
+    noise = xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12)) if n1 is not None or n2 is not None else 0.0
+    if a is not None:
+        noise += h * a
+    pull = h * spring(x, alpha, linear, alpha2)
+    voltage = 0.0 if beta is None else -h * beta * volts
+    mean = 0.5 * (v0 + v1)
+    s.noise_work += mean * noise
+    s.spring_work += mean * pull
+    s.voltage_work += mean * voltage
+    s.damping_work += mean * (v1 - v0 - noise - pull - voltage)
+
+
+@inlined
+def note_stored_energy(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
+    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends.
+
+    ``contact`` is the energy that a compliant stop stores.
+    """
+    begins = s.measuring == BEFORE and t >= s.since
+    if not begins and not (s.measuring == DURING and s.kicks == s.noise_size):
+        return
+    energy = contact + 0.5 * s.v * s.v + (0.5 if linear is None else 0.5 * linear) * s.x * s.x
+    if alpha2 is not None:
+        energy += alpha2 / 3.0 * s.x * s.x * s.x
+    if alpha is not None:
+        energy += 0.25 * alpha * s.x * s.x * s.x * s.x
+    if begins:
+        s.measuring = DURING
+        s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = t, energy, v, smooth
+    else:
+        s.measuring = AFTER
+        s.end, s.energy_end, s.voltage_end, s.smooth_end = t, energy, v, smooth
+
+
+@dataclass(frozen=True)
+class EnergyLedger:
+    """Mean powers (W) after the burn-in by where the energy goes; negative where energy comes from there.
+
+    ``stored`` is the growth of what mass, Cp and Csmooth hold.  Where the voltage has no force on the mass (beta
+    None) the circuit's energy comes from nowhere, and counts as input.
+    """
+
+    input: float = 0.0
+    damping: float = 0.0
+    impacts: float = 0.0
+    circuit: float = 0.0
+    load: float = 0.0
+    stored: float = 0.0
+
+    @property
+    def residual(self) -> float:
+        """The part of the energy that the ledger does not account for, relative to its largest entry."""
+        out = self.damping + self.impacts + self.circuit + self.load + self.stored
+        size = max(abs(getattr(self, one.name)) for one in fields(self))
+        return (self.input - out) / size if size > 0.0 else 0.0
+
+
+def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyLedger:
+    """The energy ledger of a finished run.
+
+    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear`` says that the load is a
+    plain resistor, whose circuit loses nothing.
+    """
+    time = float(s.end - s.begin)
+    if s.measuring != AFTER or time <= 0.0:
+        return EnergyLedger()
+    joules = scales.mass * (scales.frequency * scales.length) ** 2
+    piezo = 0.5 * scales.capacitance * float(s.voltage_end**2 - s.voltage_begin**2)
+    smooth = 0.5 * smoothing * float(s.smooth_end**2 - s.smooth_begin**2)
+    supplied = joules * float(s.noise_work) + (0.0 if s.has_beta else float(s.delivered) + piezo)
+    return EnergyLedger(
+        input=supplied / time,
+        damping=-joules * float(s.damping_work) / time,
+        impacts=joules * float(s.impact_work) / time,
+        circuit=0.0 if linear else (float(s.delivered - s.load) - smooth) / time,
+        load=float(s.load) / time,
+        stored=(joules * float(s.energy_end - s.energy_begin) + piezo + smooth) / time,
+    )
+
+
+def mean_ledger(ledgers: list[EnergyLedger]) -> EnergyLedger:
+    """The mean ledger of equally long runs."""
+    return EnergyLedger(
+        *(math.fsum(getattr(one, f.name) for one in ledgers) / len(ledgers) for f in fields(EnergyLedger))
+    )

@@ -1,0 +1,127 @@
+"""Impacts in lock-step of a mass that no white noise moves, which may come to rest on a stop.
+
+They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`: on the parabola of the force that
+presses the mass on the stop, known at the kick, and a rest where the next flight is shorter than a step.  Between
+targets ngspice sees chords of it.
+
+    plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
+    chord                velocity of the leg to the next target
+    impact               at the stop: x'+ = -r x'-
+    velocity_in_flight   velocity at a reading or a kick
+"""
+
+import math
+
+from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, lower_stop, note_impact
+from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.equation_of_motion import meeting, push, spring
+
+
+@inlined
+def stop_at(side, gap, high):
+    """Where the stop of a side is: 1 for the stop, -1 for the opposite one."""
+    if high is not None and side < 0.0:
+        return high
+    return lower_stop(gap)
+
+
+@inlined
+def plan_impact(s, V, a, r, gap, high, r_high, alpha, beta, linear, alpha2):
+    """Plan the impact of the drift that begins now.
+
+    The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the stop.
+    """
+    s.flown, s.meet, s.side, s.before = 0, math.inf, 1.0, s.v
+    ratio = r
+    if high is not None and r_high is not None and s.v > 0.0:
+        s.side, ratio = -1.0, r_high
+    place = stop_at(s.side, gap, high)
+    y, u = max(s.side * (s.x - place), 0.0), s.side * s.v
+    pull = 0.0 if gap is None and high is None else s.side * spring(place, alpha, linear, alpha2)
+    shaking = 0.0 if a is None else s.side * a
+    force = push(y, s.side * V, beta, None, pull, shaking)
+    if (y == 0.0 and u == 0.0) or y + s.h * u >= 0.0:
+        return
+    s.meet, s.speed = meeting(y, u, s.h, force)
+    s.up, s.pressing, s.again = ratio * s.speed, force, math.inf
+    s.share = shaking / force if force != 0.0 else 0.0
+    if 2.0 * s.up <= -force * s.h:  # back within a step
+        if ratio < 1.0 or s.up == 0.0:
+            s.up = s.pressing = 0.0
+        else:
+            s.again = 2.0 * s.up / -force
+
+
+@inlined
+def since_impact(s, phase):
+    """Time from the last bounce to a phase of the drift."""
+    left = phase - s.meet
+    return left % s.again if s.again < math.inf else left
+
+
+@inlined
+def chord(s, target, gap, high):
+    """Mean velocity from here to a target: to the stop where that is next, and along the parabola after it."""
+    if s.flown == 0:
+        if target != s.meet:
+            return s.before
+        return (stop_at(s.side, gap, high) - s.x) / (target - s.phase)
+    left = since_impact(s, target)
+    x = stop_at(s.side, gap, high) + s.side * max(left * (s.up + 0.5 * s.pressing * left), 0.0)
+    return (x - s.x) / (target - s.phase)
+
+
+@inlined
+def velocity_in_flight(s, phase, back):
+    """Velocity a time ``back`` before a phase of the drift: on the parabola after an impact, else the drift's own."""
+    if s.flown == 0:
+        return s.before
+    return s.side * (s.up + s.pressing * (since_impact(s, phase) - back))
+
+
+@inlined
+def impact(s, impacts, gap, high):
+    """Make the planned impact: the mass is at the stop, and the impact on record and in the ledger."""
+    s.x = stop_at(s.side, gap, high)
+    note_impact(s, impacts, s.kicks * s.h + s.meet, s.side * s.speed)
+    s.flown = 1
+    if s.measuring == DURING:
+        s.impact_work += 0.5 * (s.speed * s.speed - s.up * s.up)
+        s.noise_work += 0.5 * s.share * (s.speed * s.speed - s.before * s.before)
+
+
+@inlined
+def arrive(s, x, impacts, gap, high):
+    """Return where the mass is at a target; make the impact, or set the velocity that a reading or a kick sees."""
+    if s.goal == IMPACT:
+        impact(s, impacts, gap, high)
+        return s.x
+    s.v = velocity_at_kick(s) if s.goal == KICK else velocity_in_flight(s, s.phase, 0.0)
+    return between_stops(x, gap, high)
+
+
+@inlined
+def velocity_at_kick(s):
+    """Velocity at the end of the drift; add the shaking's work since the impact to the ledger."""
+    v = velocity_in_flight(s, s.h, 0.5 * s.h)
+    if s.flown == 1 and s.measuring == DURING:
+        s.noise_work += 0.5 * s.share * (v * v - s.up * s.up)
+    return v
+
+
+@inlined
+def between_stops(x, gap, high):
+    """Return x, or the place of the stop behind which rounding, or a narrow gap, has put it."""
+    x = max(x, stop_at(1.0, gap, high))
+    return x if high is None else min(x, high)
+
+
+@inlined
+def velocity_off_stop(x, before, v, r, n1, gap, high):
+    """Return the velocity v after a kick, or 0 where it would push a mass that lies on a stop into it."""
+    if r is not None and n1 is None and before == 0.0:
+        if x == stop_at(1.0, gap, high):
+            return max(v, 0.0)
+        if high is not None and x == high:
+            return min(v, 0.0)
+    return v

@@ -1,0 +1,142 @@
+"""The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
+
+Where a run's state holds the addresses of other C functions, such as those of the tests, these are asked instead.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import carray, from_dtype, types  # type: ignore[attr-defined]
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from harvester.cosimulation.lockstep import transitions
+from harvester.cosimulation.lockstep.state import STATE
+from harvester.mechanics.kernels.compiled import c_function, inlined, strict
+
+source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
+accept_point = strict(transitions.accept_point)
+
+
+@intrinsic
+def _pointer(typingctx, address):
+    """Turn an address into a pointer, for `carray`."""
+
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.uintp), codegen
+
+
+@intrinsic
+def _call(typingctx, address, state, t, v, power, current, smooth):
+    """Call the C function ``int (*)(state, t, v, power, current, smooth)`` at an address."""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.IntType(32), [arg.type for arg in args[1:]])
+        return builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+
+    return types.int32(types.int64, _STATE_POINTER, *5 * [types.float64]), codegen
+
+
+@intrinsic
+def _ask(typingctx, address, t, delta):
+    """Call the C function ``double (*)(t, delta)`` at an address."""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.DoubleType(), [arg.type for arg in args[1:]])
+        return builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+
+    return types.float64(types.int64, types.float64, types.float64), codegen
+
+
+_STATE_POINTER = types.CPointer(from_dtype(STATE))
+_F8, _I4 = types.float64, types.int32
+
+
+@inlined
+def _real(values, index):
+    """Value of a vector at the accepted point; 0 for one that is not there."""
+    return carray(_pointer(values[index]), 2, np.float64)[1] if index >= 0 else 0.0
+
+
+@c_function(_I4(types.CPointer(_F8), _F8, types.voidptr, _I4, _STATE_POINTER))
+def source_callback(value, t, node, ident, user):
+    """Answer ngspice's GetVSRCData: the source's voltage at a candidate time."""
+    s = carray(user, 1)[0]
+    carray(value, 1)[0] = _ask(s.source_at, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
+    return 0
+
+
+@c_function(_I4(_F8, types.CPointer(_F8), _F8, _I4, _I4, _I4, _STATE_POINTER))
+def sync_callback(t, delta, old_delta, redo, ident, location, user):
+    """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
+    if location == 0:
+        s, step = carray(user, 1)[0], carray(delta, 1)
+        step[0] = _ask(s.step_at, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
+    return redo
+
+
+@c_function(_I4(types.uintp, _I4, _I4, _STATE_POINTER))
+def data_callback(vectors, count, ident, user):
+    """Take ngspice's SendData of an accepted point.
+
+    ``vectors`` is the address of {int, int, pointer to pointers to {name, real, imaginary, ...}}.
+    """
+    s = carray(user, 1)[0]
+    table = carray(_pointer(vectors), 2, np.uintp)[1]
+    values = carray(_pointer(table), count, np.uintp)
+    t, v, power = _real(values, s.time_index), _real(values, s.voltage_index), _real(values, s.power_index)
+    smooth = _real(values, s.smooth_index) - _real(values, s.smooth_minus_index)
+    current = -_real(values, s.current_index)  # out of the piezo; ngspice counts it into the source
+    return _call(s.accepted_at, user, t, v, power, current, smooth)
+
+
+@cache
+def point_function(present: tuple[bool, ...], shaken: bool) -> Any:
+    """`accept_point` as a C function, compiled for the coefficients present (see `COEFFICIENTS`).
+
+    ``shaken`` says whether there is shaking other than white noise.
+    """
+    has_r, has_gap, has_high, has_r_high, has_k, has_c, *others = present
+    has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
+
+    @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
+    def act(state, t, v, power, current, smooth):
+        """Accept a point, with None for each coefficient that is absent."""
+        s = carray(state, 1)[0]
+        accept_point(
+            s,
+            t,
+            v,
+            power,
+            current,
+            smooth,
+            carray(_pointer(s.noise_at), s.noise_size, np.float64),
+            carray(_pointer(s.shaking_at), s.noise_size + 1, np.float64) if shaken else None,
+            carray(_pointer(s.readings_at), (s.noise_size // s.stride, 5), np.float64),
+            carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
+            carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
+            carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
+            s.r if has_r else None,
+            s.gap if has_gap else None,
+            s.high if has_high else None,
+            s.r_high if has_r_high else None,
+            s.k if has_k else None,
+            s.c if has_c else None,
+            s.alpha if has_alpha else None,
+            s.beta if has_beta else None,
+            s.c1 if has_c1 else None,
+            s.c2 if has_c2 else None,
+            s.c3 if has_c3 else None,
+            s.n1 if has_n1 else None,
+            s.n2 if has_n2 else None,
+            s.n12 if has_n12 else None,
+            s.linear if has_linear else None,
+            s.alpha2 if has_alpha2 else None,
+        )
+        return 0
+
+    return act

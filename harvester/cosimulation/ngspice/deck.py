@@ -1,0 +1,115 @@
+"""The whole circuit that ngspice runs: the piezo, the load, the integration rule, and the vectors that are saved."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from harvester.cosimulation.lockstep.state import VECTORS
+from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.ngspice_rule import rule_weight
+from harvester.netlists.load_circuit import LoadCircuit
+
+REST = (0.0, 0.0, 0.0)
+ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A whole circuit as ngspice takes it, and its vectors' names in the order of `VECTORS` ("" for none)."""
+
+    text: str
+    vectors: tuple[str, ...]
+    keeps: bool = False  # whether all node voltages are saved, to begin another run with
+    probes: tuple[str, ...] = ()  # further vectors, whose values at all accepted points are kept
+
+    @property
+    def smoothing(self) -> bool:
+        """Whether the load has a capacitor Csmooth."""
+        return any(self.vectors[VECTORS.index("smooth") :])
+
+
+def build_deck(
+    load: LoadCircuit,
+    capacitance: float,
+    step: float,
+    duration: float,
+    start: tuple[float, float, float] = REST,
+    norton: bool = False,
+    volts: float = 1.0,
+    reltol: float = 1e-4,
+    nodes: Mapping[str, float] | None = None,
+    probes: Sequence[str] = (),
+    trapezoidal: bool = False,
+) -> Deck:
+    """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
+
+    capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
+    voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
+    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved; ``probes`` are
+    the names of further vectors that are.
+    The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
+    with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
+    x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same
+    equations; Thevenin has fewer of them.
+
+    The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
+    its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to
+    ngspice.
+    """
+    numbers = (capacitance, step, duration, volts, *start)
+    # A NumPy scalar prints its type.
+    capacitance, step, duration, volts, open_circuit, terminals, charge = map(float, numbers)
+    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
+    across = open_circuit - (nodes or {}).get("p", terminals)
+    piezo, current = [f"Cp drive p {capacitance!r} ic={across!r}"], "vdrive"
+    if norton:
+        piezo = [
+            f"Ccopy drive 0 {capacitance!r} ic={open_circuit!r}",
+            "Fpiezo 0 m Vdrive -1",
+            f"Cp m 0 {capacitance!r} ic={terminals!r}",
+            "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
+        ]
+        current = "vmeter"
+    elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
+    time_constant = None if load.resistance is None else load.resistance * capacitance
+    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing or 0.0)
+    outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
+    smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
+    vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
+    if nodes:
+        elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
+    saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
+    if nodes is not None:
+        saved = ["all", "@r.xload.rload[p]"]
+    saved += [one for name in probes if (one := name if name.startswith("@") else f"v({name})") not in saved]
+    text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
+    cards = [text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
+    return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None, tuple(probes))
+
+
+def integration_options(
+    step: float,
+    time_constant: float | None,
+    volts: float,
+    capacitance: float,
+    reltol: float,
+    trapezoidal: bool = False,
+    smoothing: float = 0.0,
+) -> str:
+    """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
+
+    ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale with the signal's
+    size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50 nF they are ngspice's defaults.
+    That of a charge is no less than what rounding leaves on the capacitor ``smoothing`` (F): beside one of a farad
+    ngspice would take shorter and shorter steps.
+
+    Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal`` rule damps nothing,
+    and with a seventh of ngspice's usual ``trtol`` comes nearer in as many steps.
+    """
+    if time_constant is None:
+        charge = 1e-8 * volts * capacitance
+        least = max(charge, ROUNDING * volts * smoothing)
+        sizes = f"vntol={5e-8 * volts!r} chgtol={least!r} abstol={0.5 * charge / step!r}"
+        method = "trap trtol=1" if trapezoidal else "gear maxord=2"
+        return f".options method={method} reltol={reltol!r} {sizes}"
+    return f".options method=trap xmu={interpreted(rule_weight)(step / time_constant)!r} trtol=1e6 chgtol=1"

@@ -1,0 +1,209 @@
+"""The ngspice library in this process, through PySpice's handle on it: the one file that imports PySpice.
+
+A process has one ngspice, with global state; `harvester.cosimulation.runs` keeps it out of the user's process.
+Time and the source come from the lock-step, compiled or in Python.  PySpice's own callbacks, which find their object
+through the one user pointer that ngspice keeps for all, are replaced by methods that do not use it.
+"""
+
+import logging
+import math
+import os
+import threading
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
+from harvester.cosimulation.ngspice.compiled_callbacks import (
+    data_callback,
+    point_function,
+    source_callback,
+    sync_callback,
+)
+from harvester.cosimulation.ngspice.deck import Deck
+from harvester.cosimulation.ngspice.diagnostics import why_given_up, why_out_of_time, why_refused, why_stopped
+from harvester.cosimulation.ngspice.locate_libngspice import find_library
+from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
+logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
+
+from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8  # noqa: E402
+
+SLOWEST = 1.0  # kicks a second of a run that gets anywhere
+
+
+class Ngspice(NgSpiceShared):  # type: ignore[misc]
+    """PySpice's handle on the ngspice library, with callbacks that need no user pointer."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+        self.loaded = False  # whether the present netlist was taken
+        self.lost = False  # whether ngspice failed in a way that it does not recover from
+        self.failure = ""  # the last one, in words
+        self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
+        self.smoothing = 0.0  # its capacitance Csmooth, F
+        self.names: list[str] = []  # of its nodes
+        self.nodes: dict[str, float] = {}  # their voltages at its last kick, V
+        self.series: dict[str, Floats] = {}  # the time (s) and the probes' vectors at its accepted points
+        super().__init__(send_data=True)
+
+    # The six callbacks of PySpice, as methods: cffi takes the bound method.
+    def _send_char(self, message: Any, ident: int, user: Any) -> int:
+        """Keep a line that ngspice prints."""
+        text = ffi_string_utf8(message).partition(" ")[2]  # after the name of the stream
+        self.messages.append(text)
+        self._stdout.append(text)
+        return 0
+
+    def _send_stat(self, message: Any, ident: int, user: Any) -> int:
+        """Ignore how far ngspice says it has come."""
+        return 0
+
+    def _exit(self, status: int, immediate: bool, quitting: bool, ident: int, user: Any) -> int:
+        """Note that ngspice wants to end its process, after a fatal error."""
+        self.lost = True
+        return status
+
+    def _background_thread_running(self, running: bool, ident: int, user: Any) -> int:
+        """Ignore ngspice's own thread, which is not used."""
+        return 0
+
+    def _send_data(self, *arguments: Any) -> int:
+        """Ignore an accepted point, which goes to the lock-step's own callback."""
+        return 0
+
+    def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
+        """Note where the vectors that the lock-step reads stand among those of the coming run."""
+        names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
+        self.names = [one for one in names if one != "time" and not one.startswith("@") and not one.endswith("#branch")]
+        for what, name in zip(VECTORS, self.vectors, strict=True):
+            self.state[f"{what}_index"] = names.index(name) if name in names else -1
+        return 0
+
+    def _init_ngspice(self, send_data: bool) -> None:
+        """Initialise ngspice as PySpice does, then give it the lock-step's functions; once a process."""
+        super()._init_ngspice(send_data)
+        self.state = np.zeros(1, STATE)
+        pointer = ffi.cast("void *", self.state.ctypes.data)
+        self._ngspice_shared.ngSpice_Init(
+            self._send_char_c,
+            self._send_stat_c,
+            self._exit_c,
+            ffi.cast("SendData *", data_callback.address),
+            self._send_init_data_c,
+            self._background_thread_running_c,
+            pointer,
+        )
+        source = ffi.cast("GetVSRCData *", source_callback.address)
+        sync = ffi.cast("GetSyncData *", sync_callback.address)
+        self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
+
+    def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf, deadline: float = math.inf) -> None:
+        """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
+
+        ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a second over
+        ``patience`` seconds, or has not ended at the ``deadline`` of `time.monotonic`, can be given up; it cannot be
+        stopped.  After that, and after a fatal error, no other circuit runs in this process.
+
+        Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist, stops before the end
+        or comes no further; OutOfTimeError, which says how far it came, at the deadline.
+        """
+        if self.lost:
+            raise CircuitError(f"ngspice failed earlier in this process and cannot run another circuit: {self.failure}")
+        try:
+            self._follow(deck, drive, patience, deadline)
+        except CircuitError as error:
+            self.failure = str(error)
+            raise
+
+    def _follow(self, deck: Deck, drive: Drive, patience: float, deadline: float) -> None:
+        """Run a circuit as `run_driven` says."""
+        self.state[:] = drive.state
+        if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
+            present = tuple(one is not None for one in drive.coefficients)
+            self.state["accepted_at"] = point_function(present, drive.shaking is not None).address
+        self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
+        self.series = {}
+        self.messages.clear()
+        self._stdout.clear()  # PySpice's own list, which grows for ever
+        run = threading.Thread(target=self._run, args=(deck,), daemon=True)
+        left = seconds = deadline - time.monotonic()
+        run.start()
+        before, now = {"kicks": -math.inf}, self._progress()
+        while run.is_alive() and left > 0.0 and now["kicks"] - before["kicks"] >= SLOWEST * min(patience, 1e9):
+            before = now
+            run.join(min(patience, left, threading.TIMEOUT_MAX))
+            now, left = self._progress(), deadline - time.monotonic()
+        end, stuck = now["t"], run.is_alive()
+        self.lost = self.lost or stuck
+        if stuck and left <= 0.0:
+            error = OutOfTimeError(why_out_of_time(end, drive.duration, seconds))
+            error.so_far = self._so_far()
+            raise error
+        if stuck:
+            step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
+            raise CircuitError(why_given_up(end, drive.duration, step, patience))
+        drive.state[:] = self.state
+        drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
+        if not self.loaded:
+            raise CircuitError(why_refused(self.messages))
+        if end < drive.duration * (1 - 1e-6):
+            raise CircuitError(why_stopped(self.messages, end, drive.duration))
+
+    def _progress(self) -> dict[str, float]:
+        """How far the present run has come: time (s), kicks, and accepted steps."""
+        return {name: float(self.state[name][0]) for name in ("t", "kicks", "steps")}
+
+    def _so_far(self) -> tuple[float, float, float] | None:
+        """The means of the present run as of `CircuitError`, over what it has come to measure."""
+        now = self.state[0].copy()
+        covered = float(now["t"] - now["begin"])
+        if now["measuring"] != DURING or not covered > 0.0:
+            return None
+        return float(now["load"]) / covered, float(now["square"]) / covered, covered
+
+    def _run(self, deck: Deck) -> None:
+        """Give ngspice the circuit, run it, and make ngspice forget it."""
+        api = self._ngspice_shared
+        lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
+        self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
+        if self.loaded and not self.lost:
+            api.ngSpice_Command(b"run")
+        if self.loaded and not self.lost and deck.smoothing:
+            found = api.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
+            self.smoothing = float(found.v_realdata[0]) if found and found.v_length else 0.0
+        last = float(self.state["noise_size"][0] * self.state["h"][0] / self.state["w0"][0])
+        if self.loaded and not self.lost and deck.keeps and self.state["t"][0] > last:
+            at = int(np.argmin(np.abs(self._vector("time") - last)))
+            self.nodes = {name: float(self._vector(name)[at]) for name in self.names}
+        if self.loaded and not self.lost and deck.probes and self.state["t"][0] > 0.0:
+            self.series = {name: self._vector(name).copy() for name in ("time", *deck.probes)}
+        for command in (b"destroy all", b"remcirc"):
+            if self.loaded and not self.lost:
+                api.ngSpice_Command(command)
+
+    def _vector(self, name: str) -> Floats:
+        """A vector of the present run, which ngspice keeps until the run is forgotten."""
+        found = self._ngspice_shared.ngGet_Vec_Info(name.encode())
+        return np.frombuffer(ffi.buffer(found.v_realdata, 8 * found.v_length))
+
+
+@cache
+def ngspice() -> Ngspice:
+    """The one ngspice of this process, loaded at the first call.
+
+    Raises MissingProgramError when the library cannot be loaded.
+    """
+    NgSpiceShared.LIBRARY_PATH = find_library()
+    try:
+        return Ngspice()
+    except (OSError, AttributeError) as error:
+        raise MissingProgramError(
+            f"engine 'spice' must have ngspice installed, but {NgSpiceShared.LIBRARY_PATH} is no such library "
+            f"({str(error).splitlines()[0]}): run 'make setup' or 'apt-get install libngspice0 ngspice'"
+        ) from None

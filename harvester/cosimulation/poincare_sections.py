@@ -1,0 +1,91 @@
+"""Sections of a motion and its circuit, once a period: where one run of ngspice ends and the next one begins."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.state import COEFFICIENTS, STOPS
+from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.periodic import MULTIPLES
+
+NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
+
+
+@dataclass(frozen=True)
+class CoupledState:
+    """Where mass and circuit are in the middle of a kick: x, x', and the node voltages (V) by name.
+
+    Where these are not known, there are none, and ``across`` has the voltages of the terminals and of Csmooth (V).
+    """
+
+    x: float = 0.0
+    v: float = 0.0
+    nodes: dict[str, float] = field(default_factory=dict)
+    across: tuple[float, float] = (0.0, 0.0)
+
+    def moved(self, since: "CoupledState", now: "CoupledState") -> "CoupledState":
+        """Go the way of another one of the same nodes, from ``since`` to ``now``."""
+        nodes = {name: one + now.nodes[name] - since.nodes[name] for name, one in self.nodes.items()}
+        return CoupledState(self.x + now.x - since.x, self.v + now.v - since.v, nodes)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the way to a response begins: at the part ``phase`` of a period of the drive.
+
+    It is looked for as one that comes back after so many ``turns`` of the drive, before others.
+    """
+
+    section: CoupledState
+    phase: float = 0.0
+    turns: int = 1
+
+
+def comes_back_after(motion: Floats, size: float) -> int:
+    """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 where they do not."""
+    last = motion[-MULTIPLES:]
+    for turns in range(1, MULTIPLES + 1):
+        away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
+        if np.max(away) < NEAR * size:
+            return turns
+    return 0
+
+
+def quiet_kick(velocity: Floats) -> tuple[int, int]:
+    """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts.
+
+    Beside it is how many kicks the last one is from the nearest of these.
+    """
+    size = len(velocity)
+    changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))
+    if len(changes) == 0:
+        return size, size
+    gaps = np.diff(np.append(changes, changes[0] + size))
+    longest = int(np.argmax(gaps))
+    away = min(int(changes[0]) + 1, size - int(changes[-1]))
+    return int(changes[longest] + gaps[longest] // 2) % size or size, away
+
+
+def unkicked(drive: Drive, a: float) -> float:
+    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
+    state = drive.state[0]
+    present = dict(zip(COEFFICIENTS[STOPS:], drive.coefficients[STOPS:], strict=True))
+    x, voltage, v = drive.readings[-1, [0, 1, 3]]
+    at_rest, at_speed = (
+        interpreted(kick)(x, one, voltage, 0.0, 0.5 * float(state.h), **present, a=a) for one in (0.0, 1.0)
+    )
+    return float((v - at_rest) / (at_speed - at_rest))
+
+
+def flat(section: CoupledState, volts: float) -> Floats:
+    """The section as one array of shape (2 + nodes,): x, x' and the node voltages in units of ``volts``."""
+    return np.array([section.x, section.v, *(one / volts for one in section.nodes.values())])
+
+
+def section_of(y: Floats, names: list[str], volts: float) -> CoupledState:
+    """The section of the numbers of `flat`, whose nodes have these names."""
+    voltages = {name: float(one) * volts for name, one in zip(names, y[2:], strict=True)}
+    return CoupledState(float(y[0]), float(y[1]), voltages)

@@ -1,0 +1,251 @@
+"""Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only."""
+
+import dataclasses
+import itertools
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
+from harvester.cosimulation.ngspice.locate_libngspice import find_library
+from harvester.cosimulation.probes import means_of_probes, vectors_of
+from harvester.cosimulation.worker_pool import map_in_workers, worker_count
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales
+from harvester.errors import UnboundedResponseError
+from harvester.mechanics.kernels.circuit_control_variates import path_controls
+from harvester.mechanics.kernels.moments import Moments, from_path
+from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
+from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
+from harvester.mechanics.kernels.path import Path, trace
+from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing
+from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.netlists.probes import Probe
+from harvester.scene.load import Load
+
+# x, x', V and the voltage of Csmooth
+Start = tuple[float, float, float, float]
+
+if TYPE_CHECKING:
+    from harvester.cosimulation.lockstep.drive import Drive
+    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+
+
+@dataclass(frozen=True)
+class CoupledDevice:
+    """A mass and a load circuit that the piezo couples, and how their runs are made.
+
+    ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit; ``h`` is the
+    nondimensional step, ``stride`` the kicks between readings. A run that makes less than a kick a second over
+    ``patience`` seconds is given up; ``norton`` see `harvester.cosimulation.ngspice.deck.build_deck`; ``reltol`` is
+    ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
+    do. ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that the load
+    resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
+    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on the noise of steps of
+    h/2.
+    """
+
+    eqs: Equations
+    scales: Scales
+    load: LoadCircuit
+    h: float
+    stride: int
+    patience: float = 30.0
+    norton: bool = False
+    reltol: float = 1e-4
+    gaussian: bool = False
+    ideal: "IdealCircuit | None" = None
+    ngspice_rule: bool = False
+    probes: tuple[Probe, ...] = ()
+    trapezoidal: bool = False
+    coarse: bool = False
+
+    def coarser(self) -> "CoupledDevice":
+        """The same device at twice the step on the same noise: they differ by three times the bias of h."""
+        return dataclasses.replace(self, h=2.0 * self.h, stride=max(self.stride // 2, 1), coarse=True)
+
+
+@dataclass(frozen=True)
+class TrajectoryMeans:
+    """Time averages of one trajectory after the burn-in, over each of its blocks.
+
+    ``load_power`` (W), shape (blocks,), is that of Rload; ``steps`` counts those of ngspice; ``control`` is the control
+    variate: the same moments without ngspice, on the same noise.  ``probed``, shape (probes, 4), has the mean, the mean
+    square, the least and the largest of each of the device's probes, in units of V, A or W.
+    """
+
+    moments: Moments
+    load_power: Floats
+    steps: int
+    ledger: EnergyLedger
+    control: Moments | None = None
+    probed: Floats | None = None
+
+
+def path_in_this_process(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
+    """The path of one run on a noise grid, computed in this process; see `run_in_this_process`."""
+    return run_in_this_process(device, new_drive(device, noise, shaking=shaking)).path()
+
+
+def new_drive(
+    device: CoupledDevice,
+    noise: Floats,
+    burn_in: float = math.inf,
+    shaking: Floats | None = None,
+    start: Start | None = None,
+) -> "Drive":
+    """The mass of one run on a noise grid, from ``start``; None: at rest in the scene's first resting place.
+
+    The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
+    """
+    from harvester.cosimulation.lockstep.drive import Drive
+
+    scales, free = device.scales, not device.load.linear
+    step = device.h, device.stride
+    return Drive(device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking)
+
+
+def run_in_this_process(
+    device: CoupledDevice, drive: "Drive", deadline: float = math.inf, nodes: Mapping[str, float] | None = None
+) -> "Drive":
+    """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
+
+    ``nodes`` are voltages at the beginning (V) by name; with them, or with none of them, the drive keeps the last ones.
+
+    Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further; OutOfTimeError where it
+    has not ended at the ``deadline`` of `time.monotonic`; UnboundedResponseError when the motion left the finite
+    numbers.
+    """
+    from harvester.cosimulation.ngspice.deck import build_deck
+    from harvester.cosimulation.ngspice.instance import ngspice
+
+    scales, vectors = device.scales, vectors_of(device.probes)
+    x, _, voltage, charge = (scales.volts * one for one in drive.start)
+    whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
+    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors, device.trapezoidal)
+    ngspice().run_driven(deck, drive, device.patience, deadline)
+    if not np.isfinite(drive.readings).all():
+        raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
+    return drive
+
+
+def _measure(
+    device: CoupledDevice,
+    seed: np.random.SeedSequence,
+    kicks: int,
+    burn_in: float,
+    with_control: bool,
+    deadline: float,
+    blocks: int,
+    start: Start,
+) -> TrajectoryMeans:
+    """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
+    grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
+    noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
+    shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
+    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline)
+    moments = from_path(device.eqs, drive.path(), burn_in, blocks)
+    ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
+    load = np.array([ledger.load])
+    if blocks > 1:
+        coloured = device.eqs.coloured is not None and not device.coarse
+        new = filtered(*shaken, np.random.default_rng(child(seed, 1))) if coloured else None
+        load, controls = _blocks(drive, burn_in, blocks, new)
+        moments = dataclasses.replace(moments, controls=controls)
+    control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
+    probed = means_of_probes(device.probes, drive) if device.probes else None
+    return TrajectoryMeans(moments, load, int(drive.state[0].steps), ledger, control, probed)
+
+
+def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:
+    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: of `filtered`."""
+    state = drive.state[0]
+    h, stride = float(state.h), int(state.stride)
+    first = math.ceil(burn_in / (h * stride) - 1e-6)
+    kicks = (len(drive.readings) - first) // blocks * stride
+    edges = first * stride - 1 + kicks * np.arange(blocks + 1)
+    load = np.diff(drive.kicked[edges, 4]) / (kicks * h / float(state.w0))
+    rows = edges[:-1, None] + np.arange(kicks + 1)
+    states = np.moveaxis(drive.kicked[rows, :4], -1, 0)
+    begun = None if new is None else new[:, rows[:, 1:]]  # kick k is at the time (k + 1) h
+    return load, path_controls(drive.eqs, states, drive.noise[rows[:, :-1]], kicks * h, begun)
+
+
+def _control(
+    device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: Start, blocks: int
+) -> Moments:
+    """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
+    eqs, h, stride = device.eqs, device.h, device.stride
+    if device.ngspice_rule:
+        return from_path(eqs, trace_by_ngspice_rule(eqs, noise, h, stride), burn_in, blocks)
+    if device.ideal is None:
+        return from_path(eqs, trace(eqs, noise, h, stride, start[:3], shaking), burn_in, blocks)
+    from harvester.mechanics.rectifiers.rectifier_path import ideal_moments
+
+    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in, blocks, start, shaking)
+
+
+def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
+    """Start the workers and compile what this device's runs need; returns the seconds that took.
+
+    The load is a resistor here: a netlist is nothing to compile, and may be slow.
+
+    Raises MissingProgramError when ngspice is not installed.
+    """
+    begin = time.perf_counter()
+    find_library()
+    device = dataclasses.replace(
+        device,
+        load=load_circuit(Load(resistance=1.0 / (device.scales.capacitance * device.scales.frequency))),
+        probes=(),
+    )
+    seeds = [np.random.SeedSequence(0)] * worker_count()
+    list(measure_in_workers(device, seeds, 4 * device.stride, 0.0, with_control))
+    return time.perf_counter() - begin
+
+
+def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
+    """The path of one run on a noise grid, computed in a worker process."""
+    find_library()
+    return next(map_in_workers(path_in_this_process, [(device, noise, shaking)]))
+
+
+def measure_in_workers(
+    device: CoupledDevice,
+    seeds: Sequence[np.random.SeedSequence],
+    kicks: int,
+    burn_in: float,
+    with_control: bool = False,
+    deadline: float = math.inf,
+    blocks: int = 1,
+    starts: Sequence[Start] | None = None,
+) -> Iterator[TrajectoryMeans]:
+    """Run one trajectory of ``kicks`` steps (an even number) for each seed in the workers; yields means in order.
+
+    Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls where these are
+    more than one; ``with_control`` adds the control variate.  Trajectories begin in ``starts``, one for each seed, or
+    at rest in each of the scene's resting places in turn.
+
+    Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for ``device.patience``
+    seconds, or dies; OutOfTimeError for the first run that has not ended at the ``deadline`` of `time.monotonic`.
+    """
+    places = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
+    same = kicks, burn_in, with_control, deadline, blocks
+    jobs = zip(seeds, places if starts is None else starts, strict=False)
+    yield from map_in_workers(_measure, [(device, seed, *same, start) for seed, start in jobs])
+
+
+def ngspice_version() -> str:
+    """Version of the ngspice library, as a worker process finds it."""
+    return next(map_in_workers(_version, [()]))
+
+
+def _version() -> str:
+    from harvester.cosimulation.ngspice.instance import ngspice
+
+    return str(ngspice().ngspice_version)

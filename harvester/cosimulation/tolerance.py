@@ -1,0 +1,62 @@
+"""What ngspice's tolerance does to the moments: runs repeated with a tenth of it, on the very same motion."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.probes import means_of_probes
+from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, run_in_this_process
+from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.mechanics.kernels.noise import child, three_point_grid
+from harvester.mechanics.kernels.shaking import forcing
+
+ORDER = 0.4  # of the error against reltol, as SSHI shows it from 1e-4 to 1e-6; a second-order integrator alone: 2/3
+
+
+def tolerance_in_workers(
+    device: CoupledDevice,
+    seeds: Sequence[np.random.SeedSequence],
+    kicks: int,
+    burn_in: float,
+    deadline: float,
+    starts: Sequence[Start],
+) -> Iterator[tuple[dict[str, float], Floats]]:
+    """The relative errors of E[V^2] and of the load's power that ngspice's tolerance makes, for each seed.
+
+    Beside them are those of the device's probes (`means_of_probes`), relative to the RMS or its square.
+
+    A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so that the two differ in
+    nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  Arguments and errors
+    as of `measure_in_workers`.
+    """
+    jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
+    yield from map_in_workers(_tolerance, jobs)
+
+
+def _tolerance(
+    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
+) -> tuple[dict[str, float], Floats]:
+    """`tolerance_in_workers` of one seed, in this process."""
+    noise = three_point_grid(seed, kicks)
+    shaking = forcing(device.eqs, device.h, kicks, np.random.default_rng(child(seed, 1)))
+    first, second = (new_drive(device, noise, burn_in, shaking, start) for _ in range(2))
+    run_in_this_process(device, first, deadline)
+    second.kicked[:] = first.kicked
+    second.state["follows"] = 1
+    run_in_this_process(dataclasses.replace(device, reltol=0.1 * device.reltol), second, deadline)
+    since = math.ceil(burn_in / (device.h * device.stride) - 1e-6)
+    means = [(float((one.readings[since:, 4] ** 2).mean()), float(one.state[0].load)) for one in (first, second)]
+    found = zip(("V2", "load"), *means, strict=True)
+    moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in found}
+    rough, fine = (means_of_probes(device.probes, one) for one in (first, second))
+    return moments, (rough - fine) / sizes_of_probes(fine) / (1.0 - 0.1**ORDER)
+
+
+def sizes_of_probes(means: Floats) -> Floats:
+    """What an error of each of the means of probes is relative to, of the same shape (probes, 4); never 0."""
+    square = means[:, 1:2]
+    size = np.hstack([np.sqrt(square), square, np.sqrt(square), np.sqrt(square)])
+    return np.where(size > 0.0, size, 1.0)

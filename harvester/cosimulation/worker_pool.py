@@ -1,0 +1,131 @@
+"""Worker processes that run ngspice: what fails or dies in one is an error of that job only.
+
+A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice stays in
+pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new one.
+"""
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import loky
+
+from harvester.errors import CircuitError
+from harvester.machine import folders, processes
+from harvester.machine.cores import cores
+
+T = TypeVar("T")
+
+BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
+IDLE = 60.0  # seconds after which a process without a job ends
+_idle: deque[loky.ProcessPoolExecutor] = deque()
+
+
+@dataclass
+class Here:
+    """That ngspice runs in this process, as long as none of its runs has failed."""
+
+    trusted: bool = True
+
+
+_here: ContextVar[Here | None] = ContextVar("_here", default=None)
+
+
+@contextmanager
+def ngspice_here() -> Iterator[Here]:
+    """Let `map_in_workers` run its jobs in this process, which is itself a worker that may die with one of them.
+
+    After the first that fails the others go to workers of their own, as elsewhere, and this process should end.
+
+    Raises MissingProgramError when ngspice is not installed; InputError as `harvester.machine.folders.bare`.
+    """
+    from harvester.cosimulation.ngspice.instance import ngspice
+
+    with folders.at_home(folders.bare(*BARE)):  # where it looks for commands as it loads
+        ngspice()
+    here = Here()
+    token = _here.set(here)
+    try:
+        yield here
+    finally:
+        _here.reset(token)
+
+
+def worker_count() -> int:
+    """How many ngspice run at a time: one a core."""
+    return cores()
+
+
+def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
+    """Call ``function(*one)`` for each of the arguments in worker processes, and yield the results in their order.
+
+    `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
+    still run when the iteration ends, by an error or because its reader stops, are killed.
+
+    Raises CircuitError of a job, or when its process dies.
+    """
+    here = _here.get()
+    if here is not None and here.trusted:
+        yield from _in_this_process(function, arguments, here)
+        return
+    waiting = deque(enumerate(arguments))
+    done: dict[int, Future[T]] = {}
+    following = 0
+
+    def start() -> tuple[int, Future[T], loky.ProcessPoolExecutor] | None:
+        """Start the next job in an idle process that still lives, else in a new one."""
+        if not waiting:
+            return None
+        number, one = waiting.popleft()
+        return number, *processes.submit_to_one(_idle, _new, function, one)
+
+    for number, job, process in processes.completed(start, worker_count()):
+        done[number] = job
+        _free_or_kill(process, job.exception())
+        if job.exception() is not None:
+            waiting.clear()
+        while following in done:
+            yield _result(done.pop(following))
+            following += 1
+
+
+def _in_this_process(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here) -> Iterator[T]:
+    """The results of `map_in_workers`, one after the other."""
+    for one in arguments:
+        try:
+            result = function(*one)
+        except CircuitError:
+            here.trusted = False
+            raise
+        yield result
+
+
+def _new() -> loky.ProcessPoolExecutor:
+    """A new process, where ngspice finds an empty file of commands for its start, and looks for no other."""
+    kernels = folders.cache_folder() or os.devnull  # which no folder can be in: no cache
+    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare(*BARE))
+
+
+def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:
+    """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice."""
+    if isinstance(error, BrokenProcessPool | CircuitError) or len(_idle) >= worker_count():
+        processes.kill(process)
+    else:
+        _idle.append(process)
+
+
+def _result(job: Future[T]) -> T:
+    """The result of a job that ended; raises its error, that of a dead process as a `CircuitError`."""
+    try:
+        return job.result()
+    except BrokenProcessPool:
+        raise CircuitError(
+            "ngspice ended abruptly (crash or out of memory) in its worker process: "
+            "try a shorter `duration` or fewer `trajectories`, and check the netlist"
+        ) from None

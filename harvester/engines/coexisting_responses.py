@@ -1,0 +1,78 @@
+"""The responses to a steady drive that a search from many starts finds, where the mass is not linear.
+
+It is made by the model without ngspice: the equations with a load resistor, or with a circuit of ideal elements.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.answers.responses import SteadyResponse
+from harvester.equations.bounds import linear_growth
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+
+if TYPE_CHECKING:
+    from harvester.engines.model import Model
+    from harvester.mechanics.ensemble.coexisting_responses import Attractor
+
+AGAIN = 0.25  # of the time that the search took: for what moves to half the step
+
+
+def may_have_several(problem: Problem) -> bool:
+    """Whether a steady drive may have several responses, which a linear mass has not."""
+    return problem.equations.is_steady and linear_growth(problem.equations) is None
+
+
+@dataclass(frozen=True)
+class SearchedResponse:
+    """A response, and one of its states, at the part ``phase`` of a period: x, x', V, and the voltage of Csmooth."""
+
+    response: SteadyResponse
+    state: tuple[float, float, float, float]
+    phase: float
+
+
+def steady_responses(
+    problem: Problem, model: "Model", seed: int, engine: str, unknown: str = ""
+) -> tuple[SearchedResponse, ...]:
+    """The responses of the ``engine``'s model, the most frequent first; none where the search does not settle.
+
+    They are those that stay at half the step of the search.  A mean has the error of its step, from the same response
+    before, and of sampling: of the drive's phase on the grid of steps where it comes back, else of the motion.  What
+    the longer step does not have, and what the model leaves out (``unknown``), is not known.
+    """
+    from harvester.mechanics.ensemble.coexisting_responses import attractors, from_many_starts, sections
+
+    try:
+        trajectories = from_many_starts(model.eqs, np.random.SeedSequence(seed), model.circuit)
+        rough = attractors(trajectories)
+        finer = trajectories.continued(model.eqs, 0.5 * trajectories.h)
+        finer.run(AGAIN * trajectories.time)
+        fine = attractors(finer)
+    except SimulationError:
+        return ()
+    scale, places, found = model.factor * problem.units.watts, sections(finer), []
+    for one in fine:
+        power = _power(one, rough, model.name).scaled(scale).lacking(unknown)
+        middle = one.members[np.argsort(one.entries(model.name))[len(one.members) // 2]]
+        x, v, voltage, stored, phase = map(float, places[:, middle])
+        response = SteadyResponse(power, len(one.members) / finer.count, one.turns, one.chaotic, engine)
+        found.append(SearchedResponse(response, (x, v, voltage, stored), phase))
+    return tuple(found)
+
+
+def _power(one: "Attractor", rough: "list[Attractor]", name: str) -> Value:
+    """The mean of a response, with its errors; ``rough`` are the responses at twice the step."""
+    entries = one.entries(name)
+    sampled = float(entries.std(ddof=1)) / math.sqrt(len(entries)) if len(entries) > 1 else 0.0
+    stderr = None if one.turns else sampled
+    same = next((other for other in rough if other.like(one)), None)
+    mean = float(entries.mean())
+    if same is None:
+        return Value(mean, stderr, unknown="the step")
+    spread = NORMAL_QUANTILE * sampled if one.turns else 0.0  # that of the places of impacts in a step
+    return Value(mean, stderr, abs(float(same.entries(name).mean()) - mean) / 3.0 + spread)

@@ -1,0 +1,143 @@
+"""The buttons that pin a design, open files and save what the page shows."""
+
+import io
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+from typing import Any, Protocol
+
+import panel as pn
+
+from harvester.errors import HarvesterError, InputError, named
+from harvester.explore import downloads, uploads
+from harvester.explore.draft import Draft
+from harvester.explore.html_text import problem_line
+from harvester.explore.live import Live
+from harvester.explore.looks import BUTTON, FIELD, WORDS
+
+ARROW = (  # Panel's own would be fetched from another server
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="currentColor" stroke-width="2">'
+    '<path d="M12 4V15M7 11L12 16L17 11M5 20H19"/></svg>'
+)
+
+
+class PageShape(Protocol):
+    """What the files' buttons use of a page."""
+
+    draft: Draft
+    live: Live | None
+
+    def replace(self, draft: Draft) -> None:
+        """Work on another draft."""
+        ...
+
+    def shown_runs(self) -> list[dict[str, Any]]:
+        """The runs over the key of the axis."""
+        ...
+
+
+def button(name: str, kind: str, action: Callable[[], None]) -> Any:
+    """A button that does something."""
+    made = pn.widgets.Button(name=name, margin=(0, 8, 4, 0), css_classes=[kind], stylesheets=[BUTTON])
+    made.on_click(lambda _: action())
+    return made
+
+
+class PinBar:
+    """The buttons to pin the present design and to take the pin out."""
+
+    def __init__(self, pin: Callable[[], None], unpin: Callable[[], None]) -> None:
+        self.view = pn.Row(button("Pin this design", "pin", pin), button("Take the pin out", "unpin", unpin), margin=0)
+
+
+class FilesBar:
+    """What opens files (``open``) and what saves them (``save``)."""
+
+    def __init__(self, folder: Path, page: PageShape) -> None:
+        self._folder, self._page = folder, page
+        self.chooser = pn.widgets.FileInput(
+            accept=",".join(uploads.KINDS),
+            multiple=True,
+            sizing_mode="stretch_width",
+            margin=(0, 0, 4, 0),
+            css_classes=["open"],
+            stylesheets=[FIELD],
+        )
+        self.axis = pn.widgets.TextInput(
+            name="axis of a record with several",
+            placeholder="x, y, z or a column",
+            width=190,
+            margin=(0, 0, 6, 0),
+            css_classes=["record-axis"],
+            stylesheets=[FIELD],
+        )
+        self.told = pn.pane.HTML(
+            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=["open-told"]
+        )
+        self.chooser.param.watch(lambda _: self._opened(), "value")
+        title = pn.pane.HTML("Open a scene (.toml), a record (.csv) or a netlist (.cir)", stylesheets=[WORDS], margin=0)
+        self.open = pn.Column(
+            title, self.chooser, self.axis, self.told, sizing_mode="stretch_width", margin=(0, 0, 10, 0)
+        )
+        self.failed = pn.pane.HTML(
+            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=0, css_classes=["save-told"]
+        )
+        files = {
+            "scene.toml": ("Scene (TOML)", lambda: self._page.draft.toml().encode()),
+            "figure.png": ("Figure (PNG)", lambda: downloads.figure(*self._found(), "png")),
+            "figure.svg": ("Figure (SVG)", lambda: downloads.figure(*self._found(), "svg")),
+            "report.html": ("Report (HTML)", lambda: downloads.page(*self._found()).encode()),
+        }
+        self.buttons = [self._download(name, label, make) for name, (label, make) in files.items()]
+        self.save = pn.Column(
+            pn.FlexBox(*self.buttons, sizing_mode="stretch_width", margin=0),
+            self.failed,
+            sizing_mode="stretch_width",
+            margin=0,
+        )
+
+    def _found(self) -> tuple[Live, list[dict[str, Any]]]:
+        if self._page.live is None:
+            raise InputError("there is nothing to save yet: the scene has no answer")
+        return self._page.live, self._page.shown_runs()
+
+    def _download(self, name: str, label: str, make: Callable[[], bytes]) -> Any:
+        def content() -> io.BytesIO:
+            self.failed.object = ""
+            try:
+                return io.BytesIO(make())
+            except Exception as error:  # the page says why there is no such file, and the file says it too
+                text = str(named(error))
+                self.failed.object = problem_line(text)
+                return io.BytesIO((text + "\n").encode())
+
+        return pn.widgets.FileDownload(
+            callback=content,
+            filename=name,
+            label=label,
+            auto=True,
+            embed=False,
+            width=130,
+            margin=(0, 8, 6, 0),
+            css_classes=["save-" + name.replace(".", "-")],
+            stylesheets=[BUTTON],
+            icon=ARROW,
+        )
+
+    def _opened(self) -> None:
+        """Take the files that were chosen."""
+        contents, names = self.chooser.value, self.chooser.filename
+        if not contents:
+            return
+        contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
+        try:
+            paths = uploads.keep(self._folder, names, contents)
+            draft, told = uploads.take(self._page.draft, paths, self.axis.value.strip())
+        except HarvesterError as error:
+            self.told.object = problem_line(str(error))
+            return
+        except Exception as error:
+            self.told.object = problem_line(str(named(error)))
+            return
+        self.told.object = "".join(f'<div class="by">{escape(one)}</div>' for one in told)
+        self._page.replace(draft)

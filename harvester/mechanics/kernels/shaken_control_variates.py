@@ -1,0 +1,87 @@
+"""Controls as of `harvester.mechanics.kernels.control_variates`, of coloured noise, whose filter has its own noise.
+
+What is new in a step of the filter's p, which nothing before foretells, makes martingales as the kicks of white noise
+do: sums of g times that, of mean zero at every step, with
+
+    g = x, v, V, A, A cos 2 theta, A sin 2 theta, p, q   of x = A cos theta, v = A sin theta, the filter's (p, q)
+
+all before the step: a force that lasts turns along with the motion, and past a stop twice as often.
+"""
+
+import math
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.mechanics.kernels.compiled import forced
+from harvester.mechanics.kernels.control_variates import MARTINGALES
+from harvester.mechanics.kernels.shaking import shake, shake_filter
+
+SHAKEN = 8
+
+
+def martingales(coloured: bool) -> int:
+    """How many rows of martingales there are where noise is new from step to step: those of white noise come first."""
+    return MARTINGALES + SHAKEN if coloured else MARTINGALES
+
+
+@forced
+def shake_and_add(x, v, V, states, accelerations, coarse, shaker, controls, mu):
+    """Shake as `shake` does, and add what is new in the filter to ``controls``, where both are there.
+
+    x, v, V: states before the step, shape (LANES,); states: room of shape (2, LANES).
+    """
+    if controls is None:
+        shake(accelerations, coarse, shaker)
+    elif shaker is not None:
+        _shake_filter_and_add(x, v, V, states, controls, mu, accelerations, coarse, *shaker)
+
+
+@forced
+def _shake_filter_and_add(
+    x, v, V, states, controls, mu, accelerations, coarse,
+    p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples,
+):  # fmt: skip
+    for i in range(len(p)):  # an assignment of rows would compile the text of its errors, in 2.6 s
+        states[0, i], states[1, i] = p[i], q[i]
+    shake_filter(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples)
+    if l11 is not None:
+        for i in range(len(p)):
+            p0, q0 = states[0, i], states[1, i]
+            _add(i, x[i], v[i], V[i], p0, q0, p[i] - _foreseen(p0, q0, coarse, a11, a12, a21, a22), controls, mu)
+
+
+@forced
+def _foreseen(p, q, coarse, a11, a12, a21, a22):
+    """What p becomes but for noise, after one step of the filter or two ``coarse`` ones."""
+    if a12 is None:
+        return a11 * a11 * p if coarse else a11 * p
+    once = a11 * p + a12 * q
+    return a11 * once + a12 * (a21 * p + a22 * q) if coarse else once
+
+
+@forced
+def _add(i, x, v, V, p, q, new, controls, mu):
+    size = math.sqrt(x * x + v * v) + 1e-300
+    controls[MARTINGALES, i] += x * new
+    controls[MARTINGALES + 1, i] += v * new
+    if mu is not None:
+        controls[MARTINGALES + 2, i] += V * new
+    controls[MARTINGALES + 3, i] += size * new
+    controls[MARTINGALES + 4, i] += (x * x - v * v) / size * new
+    controls[MARTINGALES + 5, i] += 2.0 * x * v / size * new
+    controls[MARTINGALES + 6, i] += p * new
+    controls[MARTINGALES + 7, i] += q * new
+
+
+def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:
+    """The same sums of consecutive blocks of a recorded path, shape (8, blocks).
+
+    ``states``, shape (4, blocks, n), are (x, v, V, ...) before each step, ``filtered``, shape (3, blocks, n), the
+    filter's (p, q) there and what its next step brings that is new (`harvester.mechanics.kernels.shaking.filtered`).
+    """
+    x, v, V = states[:3]
+    p, q, new = filtered
+    size = np.hypot(x, v) + 1e-300
+    weights = (x, v, V, size, (x * x - v * v) / size, 2.0 * x * v / size, p, q)
+    return np.array([(one * new).sum(axis=1) for one in weights])

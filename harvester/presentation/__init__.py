@@ -1,0 +1,1 @@
+"""How results are shown: glossary, messages, text, JSON, tables and HTML, for any result."""

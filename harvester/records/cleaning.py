@@ -1,0 +1,194 @@
+"""A logger's record made clean: one axis at even times, without offset and drift; what was found is told.
+
+What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a cubic), the mean and
+a linear drift.  What would be guessed is refused, with the remedy: long gaps, times that go back, a clipped signal.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown
+from harvester.quantities.kinds import ACCELERATION
+from harvester.records.csv_layout import MISSING
+from harvester.records.csv_table import CsvColumn, CsvTable, read_table
+from harvester.records.record_files import AXES, FEWEST, is_acceleration, is_time, times
+from harvester.records.record_times import ascending, even
+
+MOST_CLIPPED = 0.01  # of all samples
+CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
+STEPS = 2.5  # of the resolution: a run that the signal comes to by less may be its own rounded crest
+NEAR_NYQUIST, LOUD = 0.8, 0.1  # from this share of half the rate on, this share of the power is much
+
+
+@dataclass(frozen=True, eq=False)
+class CleanRecord:
+    """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds; ``axis`` they are of, and what was done."""
+
+    rate: float
+    values: Floats
+    axis: str
+    found: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def times(self) -> Floats:
+        """The times of the samples in s, from 0."""
+        return np.arange(len(self.values)) / self.rate
+
+    @property
+    def rms(self) -> float:
+        """The root mean square in m/s^2."""
+        return float(np.sqrt(np.mean(self.values**2)))
+
+
+def clean(path: str, axis: str | None, rate: float | None) -> CleanRecord:
+    """Read a file and make its record clean; ``rate`` (Hz) as the command's.
+
+    Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
+    """
+    table = read_table(path, "FILE")
+    found, warnings = [table.layout], list[str]()
+    column = _axis(table, axis)
+    values = _in_si(table, column)
+    time = times(table, "FILE")
+    _refuse_words(table, column)
+    if time is None:
+        if rate is None:
+            raise InputError(
+                f"`rate` must be given for a file without times, but is left out, and FILE has {shown(table.heads)}"
+            )
+        time, wanted = np.arange(len(values)) / rate, None
+        found.append(f"no times: taken as {rate:g} samples a second")
+    else:
+        wanted = rate
+        if not (table.find(is_time)[0].stated or table.find(is_time)[0].clock):
+            found.append("the times have no unit: taken as seconds")
+    if len(values) < FEWEST:
+        raise invalid("FILE", f"have at least {FEWEST} rows", len(values))
+    time, values = ascending(time, values, found)
+    _refuse_clipped(values, warnings)
+    spacing, values = even(time, values, found)
+    values = _without_drift(values, spacing, found)
+    if not np.any(np.abs(values) > 0.0):
+        raise invalid("FILE", "have accelerations that change", float(values[0]))
+    _near_nyquist(values, 1.0 / spacing, warnings)
+    if wanted is not None and abs(wanted * spacing - 1.0) > 1e-6:
+        values = _resampled(values, 1.0 / spacing, wanted, found)
+        spacing = 1.0 / wanted
+    return CleanRecord(1.0 / spacing, values, column.name, tuple(found), tuple(warnings))
+
+
+def _axis(table: CsvTable, axis: str | None) -> CsvColumn:
+    """The column of an axis, x, y or z, or of that name; the only acceleration where none is asked for."""
+    columns = table.find(is_acceleration)
+    if axis is not None:
+        named = [column for column in table.columns if column.name.lower() == axis.lower()]
+        short = axis.lower()
+        named += [
+            c for c in columns if short in AXES and {short, "a" + short, "acc" + short, "accel" + short} & set(c.words)
+        ]
+        if not named:
+            raise InputError(f"`axis` must be one of the columns of FILE, {shown(table.heads)}, but is {shown(axis)}")
+        return named[0]
+    if not columns:
+        others = [column for column in table.columns if not is_time(column)]
+        columns = others if len(others) == 1 else []
+    if len(columns) != 1:
+        names = ", ".join(column.name for column in columns) or table.heads
+        raise InputError(f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out")
+    return columns[0]
+
+
+def _in_si(table: CsvTable, column: CsvColumn) -> Floats:
+    values = column.in_si(ACCELERATION)
+    if values is None:
+        was = column.stated or "none"
+        raise invalid(
+            f"FILE column {column.name!r}", "have a unit such as g, mg or m/s^2 behind its name: 'z (g)'", was
+        )
+    return values
+
+
+def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
+    """Refuse cells that are neither a number nor a sign of a missing one."""
+    wrong = [(row, text) for row, place, text in table.bad if place == column.place and text.lower() not in MISSING]
+    if wrong:
+        raise invalid(f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1])
+
+
+def _refuse_clipped(values: Floats, warnings: list[str]) -> None:
+    """Find samples that stand still at an end of the range, which the signal left."""
+    known = values[np.isfinite(values)]
+    if not len(known) or np.ptp(known) == 0.0:
+        return
+    clipped = crests = 0
+    step = STEPS * float(np.diff(np.unique(known)).min())
+    for end in (known.max(), known.min()):
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], (known == end).astype(int), [0]))))
+        for begin, behind in zip(edges[::2], edges[1::2], strict=True):
+            if behind - begin >= CLIPPED_RUN:
+                beside = known[[max(begin - 1, 0), min(behind, len(known) - 1)]]
+                sudden = np.abs(beside - end).max() > step
+                clipped, crests = clipped + sudden * (behind - begin), crests + (not sudden) * (behind - begin)
+    share = clipped / len(known)
+    if crests > MOST_CLIPPED * len(known):
+        warnings.append(
+            f"{crests} samples stand still at the end of the range: the sensor's resolution is too coarse to tell "
+            "whether it was clipped there"
+        )
+    if share > MOST_CLIPPED:
+        raise InputError(
+            f"FILE must not be clipped, but {share:.1%} of its samples stand still at the end of the range, "
+            f"{np.abs(known).max():.4g} m/s^2: record it again with a wider range"
+        )
+    if clipped:
+        warnings.append(f"{clipped} samples stand still at the end of the range: the sensor was clipped there")
+
+
+def _without_drift(values: Floats, spacing: float, found: list[str]) -> Floats:
+    """The values without their mean and a straight line, of which what matters is told."""
+    t = spacing * (np.arange(len(values)) - 0.5 * (len(values) - 1))
+    offset, slope = float(values.mean()), float(t @ values / (t @ t))
+    rest = values - offset - slope * t
+    rms = float(np.sqrt(np.mean(rest**2)))
+    if abs(offset) > 0.01 * rms:
+        found.append(f"offset of {offset:.4g} m/s^2 taken off ({offset / 9.80665:.3g} g)")
+    drift = slope * spacing * len(values)
+    if abs(drift) > 0.05 * rms:
+        found.append(f"drift of {drift:.3g} m/s^2 from beginning to end taken off")
+    return np.asarray(rest)
+
+
+def _near_nyquist(values: Floats, rate: float, warnings: list[str]) -> None:
+    """Warn where much of the power is just below half the rate: more may have been folded down from above."""
+    power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
+    power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
+    power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0
+    share = float(power[round(NEAR_NYQUIST * len(power)) :].sum() / power.sum())
+    if share > LOUD:
+        warnings.append(
+            f"{share:.0%} of the power is above {NEAR_NYQUIST * rate / 2:.4g} Hz, just below half the rate: the rate "
+            "is too low, and what shakes faster may be folded into the record; record it again at a higher rate"
+        )
+
+
+def _resampled(values: Floats, rate: float, wanted: float, found: list[str]) -> Floats:
+    """The values at another rate, without what that cannot carry: a polyphase filter before samples are dropped."""
+    from fractions import Fraction
+
+    from scipy.signal import resample_poly
+
+    ratio = Fraction(wanted / rate).limit_denominator(2000)
+    if not (1e-3 <= float(ratio) <= 100.0) or abs(float(ratio) * rate / wanted - 1.0) > 1e-4:
+        raise invalid("`rate`", f"be between {1e-3 * rate:.3g} and {100 * rate:.3g} Hz for this file", wanted)
+    new = np.asarray(resample_poly(values, ratio.numerator, ratio.denominator))
+    if len(new) < FEWEST:
+        raise invalid("`rate`", f"leave at least {FEWEST} samples", len(new))
+    kept = math.sqrt(float(np.mean(new**2)) / float(np.mean(values**2)))
+    found.append(
+        f"resampled from {rate:.6g} to {wanted:.6g} Hz behind a filter at half of it: {kept:.1%} of the rms is kept"
+    )
+    return new

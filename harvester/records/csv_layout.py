@@ -1,0 +1,131 @@
+"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
+
+Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most lines such rows, and
+whose header has as many cells as they have, is the file's.
+"""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harvester.quantities.units import is_unit
+
+DELIMITERS = ("\t", ";", ",", "|", " ")
+LOOKED_AT = 300  # lines that tell the layout
+LONGEST_NUMBER = 64  # letters of a number, a time or a unit: a longer cell is none of them
+COMMENTS = ("#", "%", "//", "!")
+MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "ovr", "ovl", "#n/a"))
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
+CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty where there is none.
+
+    ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the header.
+    """
+
+    delimiter: str
+    decimal: str
+    heads: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """The layout in words."""
+        names = {"\t": "tab", " ": "space", ";": "semicolon", ",": "comma", "|": "bar"}
+        sign = "comma" if self.decimal == "," else "point"
+        return f"columns parted by {names[self.delimiter]}, decimal {sign}"
+
+
+def layout(text: str) -> Layout | None:
+    """The layout of a text; None where no line is a row of numbers."""
+    lines = [line.rstrip() for line in text.splitlines()]
+    remarks = tuple(line for line in lines if line.lstrip().startswith(COMMENTS))
+    plain = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    looked = plain[:LOOKED_AT]
+    best: tuple[tuple[int, bool, bool, int], str, str] | None = None
+    for order, delimiter in enumerate(DELIMITERS):
+        for decimal in ".,":
+            data = [is_data(cells(line, delimiter), decimal) for line in looked]
+            count = _width(looked, data, delimiter)
+            fits = sum(one and len(cells(line, delimiter)) <= count for one, line in zip(data, looked, strict=True))
+            if not fits:
+                continue
+            first = data.index(True)
+            named = first == 0 or len(cells(looked[first - 1], delimiter)) == count
+            score = (fits, named, count > 1, -2 * order - (decimal == ","))
+            if best is None or score > best[0]:
+                best = score, delimiter, decimal
+    if best is None:
+        return None
+    _, delimiter, decimal = best
+    data = [is_data(cells(line, delimiter), decimal) for line in looked]
+    first = data.index(True)
+    heads, units, above = _header(looked[:first], remarks, delimiter, _width(looked, data, delimiter))
+    return Layout(delimiter, decimal, heads, units, tuple(plain[first:]), (*remarks, *above))
+
+
+def _width(lines: Sequence[str], data: Sequence[bool], delimiter: str) -> int:
+    """The commonest number of cells of the rows of data."""
+    counts = Counter(len(cells(line, delimiter)) for line, one in zip(lines, data, strict=True) if one)
+    return max(counts, key=lambda n: (counts[n], n)) if counts else 0
+
+
+def cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without spaces and quotation marks around them."""
+    if delimiter == " ":
+        return line.split()
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    except csv.Error:
+        return [line]
+
+
+def is_data(row: Sequence[str], decimal: str) -> bool:
+    """Whether a row holds nothing but numbers, times and missing values, and a number or time among them."""
+    numbers = [_is_number(cell, decimal) for cell in row]
+    return any(numbers) and all(one or cell.lower() in MISSING for one, cell in zip(numbers, row, strict=True))
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number or a time."""
+    if len(cell) > LONGEST_NUMBER:
+        return False
+    return bool(_NUMBER.fullmatch(as_number(cell, decimal)) or CLOCK.fullmatch(cell))
+
+
+def as_number(cell: str, decimal: str) -> str:
+    """A cell's number with a decimal point; with a decimal comma a point is no number's."""
+    return cell if decimal == "." else cell.replace(".", "?").replace(",", ".")
+
+
+def _header(
+    lines: Sequence[str], remarks: Sequence[str], delimiter: str, count: int
+) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """The names and units of the columns, and the lines that stand above them."""
+    rows = [cells(line, delimiter) for line in lines]
+    while rows and len(rows[-1]) != count:
+        rows.pop()
+    blank = ("",) * count
+    if not rows:  # NumPy writes its header as a comment
+        commented = [cells(line.lstrip("#%/! "), delimiter) for line in remarks]
+        found = next((tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None)
+        return found or blank, blank, tuple(lines)
+    last = tuple(rows[-1])
+    above = tuple(lines[: len(rows) - 1])
+    if len(rows) > 1 and len(rows[-2]) == count and all(_is_unit_cell(cell) for cell in last):
+        return tuple(rows[-2]), tuple(cell.strip("()[]{} ") for cell in last), above[:-1]
+    return last, blank, above
+
+
+def _is_unit_cell(cell: str) -> bool:
+    bare = cell.strip("()[]{} ")
+    if len(bare) > LONGEST_NUMBER:
+        return False
+    return bare in ("", "-", "1") or is_unit(bare) or bool(re.fullmatch(r"[munµ]?[gG]", bare))

@@ -1,0 +1,55 @@
+"""All profiles by name, what each needs beside its name, and the list that `harvester keys profile` prints."""
+
+from collections.abc import Mapping
+
+from harvester.errors import InputError, invalid, unknown
+from harvester.records.profiles.densities import CURVES
+from harvester.records.profiles.lines import LINES
+from harvester.records.profiles.profile import Profile
+from harvester.records.profiles.shocks import SHOCKS
+
+PROFILES: dict[str, Profile] = {**CURVES, **LINES, **SHOCKS}
+OWN = ("level", "pulse_duration", "event_rate", "harmonics")  # keys that only go with a profile
+SHARED = ("acceleration_amplitude", "frequency")  # keys that a harmonic motion has too
+
+
+def check_profile(keys: Mapping[str, object]) -> None:
+    """Refuse a profile that is unknown, or without a key that it needs, or with one that it would ignore.
+
+    ``keys`` are all of [excitation], None where left out.  Raises InputError.
+    """
+    name = keys.get("profile")
+    if name is None:
+        for key in OWN:
+            if keys.get(key) is not None:
+                raise InputError(f"excitation.profile must be given with {key}, but is left out")
+        return
+    if name not in PROFILES:
+        raise unknown("profile", str(name), PROFILES)
+    profile = PROFILES[str(name)]
+    for key in (*SHARED, *OWN):
+        if key in profile.needs and keys.get(key) is None:
+            raise InputError(f"excitation.{key} must be given with profile {name!r}, but is left out")
+        if key not in (*profile.needs, *profile.takes) and keys.get(key) is not None:
+            raise InputError(f"excitation.{key} must be left out with profile {name!r}, but is given")
+    level = keys.get("level")
+    if level == 0.0 or (profile.random and isinstance(level, float) and level < 0.0):
+        must = "be above 0" if profile.random else "be other than 0"
+        raise invalid(f"excitation.level of profile {name!r}", must, level)
+
+
+def listed() -> list[dict[str, object]]:
+    """Every profile with its keys, as ``--json`` prints it."""
+    return [
+        {"name": one.name, "what": one.what, "source": one.source, "needs": one.needs, "takes": one.takes}
+        for one in PROFILES.values()
+    ]
+
+
+def text() -> str:
+    """Every profile: what it is, its keys and its source."""
+    lines = []
+    for one in PROFILES.values():
+        keys = [*one.needs, *(f"{key} (optional)" for key in one.takes)]
+        lines += [one.name, f"  {one.what}", f"  keys: {', '.join(keys)}", f"  source: {one.source}", ""]
+    return "\n".join(lines[:-1])

@@ -1,0 +1,167 @@
+"""Recorded shaking from CSV files: which columns are the time, the acceleration, the frequency and the density.
+
+The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal steps of time, or
+``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are read too (`harvester.records.csv_table`); what is
+ambiguous or uneven is refused, with the command that mends it.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown
+from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
+from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
+from harvester.records.records import Record, TabulatedDensity, bridge
+
+_T = TypeVar("_T")
+FEWEST = 16  # rows of a record
+UNEVEN = 0.01  # of a step: how far a time may be off an even grid
+AXES = ("x", "y", "z")
+_TIMES = frozenset(("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec"))
+_TIMES |= {"zeit", "uhrzeit", "temps", "relative"}
+_ACCELERATIONS = frozenset(("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker"))
+_ACCELERATIONS |= {"beschleunigung"}
+_FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
+_DENSITIES = frozenset(["psd", "asd", "density", "spectrum", "dichte", "apsd", "gxx", "spd"])
+
+
+def is_time(column: CsvColumn) -> bool:
+    """Whether a column is named as a time, or holds dates or times of day."""
+    return column.clock or (column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES))
+
+
+def is_frequency(column: CsvColumn) -> bool:
+    """Whether a column is named as a frequency."""
+    return bool(_FREQUENCIES & set(column.words))
+
+
+def is_acceleration(column: CsvColumn) -> bool:
+    """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
+    words = set(column.words)
+    axes = {axis + one for axis in ("a", "acc", "accel", "") for one in AXES} | {"ch", "channel", "kanal"}
+    return bool(words & (_ACCELERATIONS | axes)) and not is_time(column)
+
+
+def _is_density(column: CsvColumn) -> bool:
+    return bool(_DENSITIES & set(column.words)) or column.head.strip("[]() ").lower() in ("g2/hz", "g^2/hz")
+
+
+def times(table: CsvTable, key: str) -> Floats | None:
+    """The times of a table in seconds, from its first column of times; None where it has none.
+
+    A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit that is none of time.
+    """
+    found = table.find(is_time)
+    if not found:
+        return None
+    column = found[0]
+    if column.clock:
+        return column.values
+    values = column.in_si(TIME)
+    if values is not None:
+        return values
+    if column.stated:
+        raise invalid(f"{key} column {column.name!r}", "have a unit such as s", column.stated)
+    return column.values
+
+
+def read_record(path: str) -> Record:
+    """Read the record of a CSV file, in SI units, with its `bridge`.
+
+    Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
+    equal steps, values that are no finite numbers, or too few of them.
+    """
+    return _once(_record, path)
+
+
+def _record(path: str) -> Record:
+    key = "excitation.acceleration_file"
+    table = read_table(path, key)
+    time = times(table, key)
+    if time is None:
+        raise _no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
+    check_numbers(table, table.find(is_time)[0], time, key)
+    found = table.find(is_acceleration)
+    if len(found) > 1:
+        names = ", ".join(column.name for column in found)
+        raise InputError(
+            f"{key} must have one acceleration, but has {shown(names)}: "
+            "'harvester record FILE --axis z --out clean.csv' takes one of them"
+        )
+    column, values = _values(table, key, is_acceleration, "acceleration", ACCELERATION)
+    check_numbers(table, column, values, key)
+    steps, mend = np.diff(time), "'harvester record FILE --out clean.csv' mends it"
+    if len(time) < FEWEST:
+        raise invalid(key, f"have at least {FEWEST} rows", len(time))
+    if not (steps > 0.0).all():
+        row = int(np.argmin(steps > 0.0)) + 2
+        raise InputError(f"{key} must have ascending times, but row {row} does not: {mend}")
+    spacing = float(time[-1] - time[0]) / len(steps)
+    off = np.abs(time - time[0] - spacing * np.arange(len(time)))
+    if off.max() > UNEVEN * spacing:
+        raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {mend}")
+    if not values.any():
+        raise invalid(key, "have accelerations other than 0", 0.0)
+    return Record(spacing, np.append(values, bridge(values)))
+
+
+def read_density(path: str) -> TabulatedDensity:
+    """Read the density of a CSV file, in SI units; InputError as for `read_record`."""
+    return _once(_density, path)
+
+
+def _density(path: str) -> TabulatedDensity:
+    key = "excitation.acceleration_psd_file"
+    table = read_table(path, key)
+    frequency, f = _values(table, key, is_frequency, "frequency", FREQUENCY)
+    column, values = _values(table, key, _is_density, "psd", ACCELERATION_PSD)
+    check_numbers(table, frequency, f, key)
+    check_numbers(table, column, values, key)
+    if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
+        raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
+    if not (values >= 0.0).all() or not values.any():
+        raise InputError(f"{key} must have densities of at least 0, and some above, but has not")
+    return TabulatedDensity(f, values)
+
+
+def _values(
+    table: CsvTable, key: str, wanted: Callable[[CsvColumn], bool], name: str, kind: Kind
+) -> tuple[CsvColumn, Floats]:
+    """The first column that is wanted, and its numbers in SI units."""
+    found = table.find(wanted)
+    if not found:
+        raise _no_column(table, key, name, kind)
+    column = found[0]
+    values = column.in_si(kind)
+    if values is not None:
+        return column, values
+    if kind is FREQUENCY and not column.stated:  # a frequency has no other usual unit than Hz
+        return column, column.values
+    if not column.stated:
+        raise InputError(f"{key} column {column.name!r} must have a unit, such as '{name} ({kind.unit})', but has none")
+    raise invalid(f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated)
+
+
+def _no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
+    has = shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
+    return InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}{more}")
+
+
+def _once(read: Callable[[str], _T], path: str) -> _T:
+    """What a file holds; one that did not change is read once."""
+    try:
+        state = Path(path).stat()
+    except (OSError, ValueError):  # the reader says why
+        return read(path)
+    found: _T = _kept(read, path, (state.st_mtime_ns, state.st_size))
+    return found
+
+
+@lru_cache(8)
+def _kept(read: Callable[[str], Any], path: str, _state: tuple[int, int]) -> Any:
+    return read(path)

@@ -1,0 +1,162 @@
+"""Recorded shaking: an acceleration over time, or a table of its density over frequency.
+
+`harvester.records.record_files` reads them.  Between its points a density is a straight line in log-log; beside
+a 0, which has no logarithm, it is one in the density itself.
+
+A record is repeated for ever.  Its end is joined to its beginning by a cubic over `BRIDGE` steps; between its samples
+it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing is folded back.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError
+
+BRIDGE = 4  # steps
+SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
+LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
+MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
+_FINER = 8  # points of a fine grid to one that the content needs, for cubic interpolation
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One period of a record: samples of shape (n,), ``spacing`` apart.
+
+    ``exact``: the shaking is just that Fourier series, as that of a profile, rather than what a sensor read of it.
+    """
+
+    spacing: float
+    values: Floats
+    exact: bool = False
+
+    @property
+    def period(self) -> float:
+        """The time after which the record repeats."""
+        return self.spacing * len(self.values)
+
+    @property
+    def rms(self) -> float:
+        """The root of the mean square of the samples."""
+        return float(np.sqrt(np.mean(self.values**2)))
+
+    def scaled(self, time: float, value: float) -> "Record":
+        """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""
+        return Record(self.spacing * time, self.values * value, self.exact)
+
+    def sampled(self, count: int, cut: float = math.inf) -> Floats:
+        """The Fourier series at ``count`` even times of a period, without frequencies above theirs or above ``cut``."""
+        from scipy.fft import irfft, rfft
+
+        series = rfft(self.values) * (count / len(self.values))
+        highest = min(0.5 * count, cut * self.period / (2.0 * math.pi))
+        series[-1] *= 0.5 if count > len(self.values) and len(self.values) % 2 == 0 else 1.0  # of both signs
+        series[np.arange(len(series)) >= highest] = 0.0
+        return np.asarray(irfft(series[: count // 2 + 1], count))
+
+    def at(self, times: Floats, h: float) -> Floats:
+        """The values at any times, without the frequencies above pi/h that a grid of steps h cannot carry."""
+        from scipy.interpolate import CubicSpline
+
+        needed = min(len(self.values), math.ceil(self.period / h))
+        fine = self.sampled(_FINER * needed, math.pi / h)
+        whole = np.linspace(0.0, self.period, len(fine) + 1)
+        return np.asarray(CubicSpline(whole, np.append(fine, fine[0]), bc_type="periodic")(np.mod(times, self.period)))
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedDensity:
+    """A one-sided density over ascending frequencies: straight lines in log-log between them, zero outside.
+
+    Where one end of a segment is 0 the line is straight in the density itself.
+    """
+
+    frequencies: Floats
+    values: Floats
+
+    @property
+    def rms(self) -> float:
+        """The root of the density's integral."""
+        return math.sqrt(float(self.below(self.frequencies[-1:])[0]))
+
+    @property
+    def width(self) -> float:
+        """The bandwidth (integral of G)^2/(integral of G^2): of several bands about that of the narrowest."""
+        top = self.values.max()
+        square = TabulatedDensity(self.frequencies, (self.values / top) ** 2)
+        return float((self.rms**2 / top / square.rms) ** 2)
+
+    def scaled(self, time: float, value: float) -> "TabulatedDensity":
+        """The density of the acceleration whose times are multiplied by ``time`` and accelerations by ``value``."""
+        return TabulatedDensity(self.frequencies / time, self.values * value**2 * time)
+
+    def at(self, frequencies: Floats) -> Floats:
+        """The density at frequencies between the first and the last, in their shape."""
+        f, g = self.frequencies, self.values
+        k = np.clip(np.searchsorted(f, frequencies, "right") - 1, 0, len(f) - 2)
+        straight, share = g[k] * g[k + 1] == 0.0, np.log(frequencies / f[k]) / np.log(f[k + 1] / f[k])
+        ratio = np.where(straight, 1.0, g[k + 1]) / np.where(straight, 1.0, g[k])
+        return np.asarray(np.where(straight, np.interp(frequencies, f, g), g[k] * ratio**share))
+
+    def below(self, frequencies: Floats) -> Floats:
+        """The density's integral up to any frequencies, in their shape."""
+        f = self.frequencies
+        whole = np.append(0.0, np.cumsum(self._within(np.arange(len(f) - 1), f[1:])))
+        at = np.clip(frequencies, f[0], f[-1])
+        k = np.minimum(np.searchsorted(f, at, "right"), len(f) - 1) - 1
+        return np.asarray(whole[k] + self._within(k, at))
+
+    def _within(self, k: Any, f: Floats) -> Floats:
+        """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line beside a 0."""
+        low, high, left, right = self.frequencies[k], self.frequencies[k + 1], self.values[k], self.values[k + 1]
+        straight = left * right == 0.0
+        way = f - low
+        line = way * (left + 0.5 * (right - left) * way / (high - low))
+        ratio = np.where(straight, 1.0, right) / np.where(straight, 1.0, left)
+        u = np.log(f / low)
+        z = u * (1.0 + np.log(ratio) / np.log(high / low))
+        law = left * low * u * np.where(z == 0.0, 1.0, np.expm1(z) / np.where(z == 0.0, 1.0, z))
+        return np.asarray(np.where(straight, line, law))
+
+    def record(self, h: float, rng: np.random.Generator, width: float = math.inf) -> Record:
+        """Make a record with random phases, for a grid of steps h and a response of the bandwidth ``width``.
+
+        Its lines are 1/period apart, and each has the power of the density half-way to its neighbours: the sum is near
+        Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
+        `LINES` are in the narrowest band.
+
+        Raises InputError where that would be more than `MOST_SAMPLES`, or a step of h carries nothing of the density.
+        """
+        from scipy.fft import irfft
+
+        count = round(max(min(SPAN, MOST_SAMPLES * h), LINES / min(self.width, width)) / h)
+        if count > MOST_SAMPLES:
+            raise InputError(
+                "excitation.acceleration_psd_file must have no band, and the device no resonance, so narrow that "
+                f"{LINES:g} lines in it take more than {MOST_SAMPLES} steps, but these take {count} of {h:.2g}/w0: "
+                "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
+            )
+        period = count * h
+        lines = np.arange(1, (count + 1) // 2)
+        powers = np.diff(self.below(np.append(0.0, lines + 0.5) / period))
+        series = np.zeros(count // 2 + 1, complex)
+        if not powers.any():
+            raise InputError(
+                f"excitation.acceleration_psd_file must have densities below {math.pi / h:.2g} times w0, which a step "
+                f"of {h:.2g}/w0 can carry, but has none there"
+            )
+        series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
+        return Record(h, np.asarray(irfft(series, count)))
+
+
+def bridge(values: Floats) -> Floats:
+    """The samples between the last and the first, `BRIDGE` steps later: a cubic with the slopes of both ends."""
+    before = 1.5 * values[-1] - 2.0 * values[-2] + 0.5 * values[-3]
+    after = -1.5 * values[0] + 2.0 * values[1] - 0.5 * values[2]
+    s = np.arange(1, BRIDGE) / BRIDGE
+    ends = values[-1] * (1 + 2 * s) * (1 - s) ** 2 + values[0] * s**2 * (3 - 2 * s)
+    return np.asarray(ends + BRIDGE * (before * s * (1 - s) ** 2 - after * s**2 * (1 - s)))

@@ -1,0 +1,111 @@
+"""What is asked of a charging study: its options, read and checked, and what stands for those that are left out."""
+
+import math
+
+from harvester.engines import Ideal, Spice
+from harvester.engines.protocol import served
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
+from harvester.netlists.probes import STORE, Probe
+from harvester.quantities.kinds import NUMBER_ABOVE_0, TIME, Kind, with_prefix
+
+ENGINES = {engine.NAME: engine for engine in (Ideal, Spice)}
+RUNS = {Ideal.NAME: 2048, Spice.NAME: 16}
+MOST_RUNS = 100_000
+SHORTEST, LONGEST = 120.0 * math.pi, 2e4  # nondimensional: what is watched by default, at least and at most
+CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
+MOST = 1e6  # nondimensional duration
+SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
+
+
+def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[str, str]:
+    """The engine's name, and why it is that one where it was not chosen."""
+    if engine is not None and engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    if engine is not None:
+        served(ENGINES[engine], problem)
+        if engine == Ideal.NAME and (refusal := _refusal_of_ideal(problem, probe)):
+            raise CannotServeError(f"{refusal}: use engine 'spice'")
+        return engine, ""
+    refusal = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)
+    if not refusal:
+        return Ideal.NAME, ""
+    served(Spice, problem)
+    return Spice.NAME, f"engine 'spice' was taken: {refusal.partition(': use')[0]}"
+
+
+def _refusal_of_ideal(problem: Problem, probe: Probe) -> str:
+    """Why engine `ideal` cannot charge what it serves otherwise; empty where it can."""
+    if probe.name != STORE:
+        return f"engine 'ideal' knows `probe` store alone, but it is {probe.name}"
+    if problem.equations.shaking_period is not None:
+        return "engine 'ideal' begins at no certain place of what repeats, and charges under noise alone"
+    return ""
+
+
+def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
+    """The target in the scene's units."""
+    kind = NUMBER_ABOVE_0
+    if problem.physical:
+        names = {"V": "a voltage (V)", "A": "a current (A)", "W": "a power (W)"}
+        kind = Kind(
+            names[probe.unit], probe.unit, {"V": "'3.3 V'", "A": "'1 mA'", "W": "'5 uW'"}[probe.unit], above=0.0
+        )
+    try:
+        return with_prefix(to.strip(), kind) if isinstance(to, str) else kind.read(to)
+    except ValueError as error:
+        raise refused("`to`", error, to) from None
+
+
+def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:
+    """How many runs there are."""
+    if trajectories is None:
+        return 1 if steady else RUNS[engine]
+    if steady:
+        raise InputError(
+            "`trajectories` must be left out where nothing is random, as all runs are the same, but is given: with "
+            "`anywhere` each begins at another place of the shaking"
+        )
+    if not 2 <= trajectories <= MOST_RUNS:
+        raise invalid("`trajectories`", f"be between 2 and {MOST_RUNS}", trajectories)
+    return trajectories
+
+
+def check_anywhere(anywhere: bool, problem: Problem) -> None:
+    """Refuse to begin anywhere in what has no beginning."""
+    eqs = problem.equations
+    if anywhere and eqs.drive is None and eqs.record is None:
+        raise InputError("`anywhere` must go with a record or a harmonic drive, which noise is not, but is given")
+
+
+def time_watched(duration: str | float | None, problem: Problem) -> tuple[float, bool]:
+    """How long runs are watched at most, in the scene's unit, and whether that was asked for."""
+    unit, least = problem.units.frequency, 1.0
+    if duration is None:
+        storage = (problem.circuit.storage if problem.circuit else None) or math.inf
+        charged = CHARGED * storage * problem.scales.frequency
+        return min(max(charged, SHORTEST), LONGEST) / unit, False
+    found = read_time("duration", duration, problem)
+    if not least <= found * unit <= MOST:
+        raise invalid("`duration`", f"be between {least / unit:.3g} and {MOST / unit:.3g}", duration)
+    return found, True
+
+
+def read_step(dt: str | float | None, problem: Problem) -> float | None:
+    """The nondimensional step; None for that of the scene."""
+    if dt is None:
+        return None
+    unit = problem.units.frequency
+    h = read_time("dt", dt, problem) * unit
+    if not SMALLEST_STEP <= h <= LARGEST_STEP:
+        raise invalid("`dt`", f"be between {SMALLEST_STEP / unit:.3g} and {LARGEST_STEP / unit:.3g}", dt)
+    return h
+
+
+def read_time(name: str, value: str | float, problem: Problem) -> float:
+    """A time in the scene's unit: s, or a number of 1/w0."""
+    kind = TIME if problem.physical else NUMBER_ABOVE_0
+    try:
+        return with_prefix(value.strip(), kind) if isinstance(value, str) else kind.read(value)
+    except ValueError as error:
+        raise refused(f"`{name}`", error, value) from None

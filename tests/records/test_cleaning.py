@@ -1,0 +1,184 @@
+"""`harvester record`: what loggers do wrong is mended and told, or refused with the remedy; nothing is guessed."""
+
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.records.record_files import read_record
+
+G = 9.80665
+N, RATE = 2000, 500.0
+T = np.arange(N) / RATE
+SHAKING = np.sin(2 * np.pi * 20 * T) + 0.5 * np.sin(2 * np.pi * 3 * T + 1)
+
+
+def written(path, heads, *columns, keep=None):
+    rows = [",".join("" if np.isnan(v) else f"{v:.6f}" for v in row) for row in zip(*columns, strict=True)]
+    rows = rows if keep is None else [row for row, one in zip(rows, keep, strict=True) if one]
+    path.write_text("\n".join([heads, *rows]) + "\n")
+    return path
+
+
+def test_three_axes_with_offset_and_drift(harvester, tmp_path):
+    """The z axis in mg with gravity on it: at even times, without gravity and drift, as a scene reads it."""
+    z = 1000.0 * (SHAKING + 1.0 + 0.05 * T)
+    path = written(tmp_path / "a.csv", "Time (s),X (mg),Y (mg),Z (mg)", T, z + 5, z - 7, z)
+    status, out, err = harvester("record", path, "--axis", "z", "--out", tmp_path / "c.csv", "--report")
+    assert (status, err) == (0, "")
+    assert "found: offset of 10.79 m/s^2 taken off (1.1 g)" in out
+    assert "found: drift of 1." in out
+    found = read_record(str(tmp_path / "c.csv"))
+    assert found.spacing == pytest.approx(1 / RATE)
+    np.testing.assert_allclose(found.values[:N], G * SHAKING, atol=0.15 * G)
+    assert (tmp_path / "c.png").stat().st_size > 20_000
+    assert "rms" in (tmp_path / "report.html").read_text()
+    assert (
+        "--axis must be given where FILE 'a.csv' has several columns, 'X, Y, Z', but is left out"
+        in harvester("record", path)[2]
+    )
+    assert "--axis must be one of the columns of FILE" in harvester("record", path, "--axis", "w")[2]
+
+
+def test_gaps_repeats_and_jitter(harvester, tmp_path):
+    """Five samples lost and one row doubled are mended and told; thirty in a row are not invented."""
+    keep = np.ones(N, bool)
+    keep[300:305] = False
+    times = np.where(np.arange(N) == 700, T[699], T)
+    values = SHAKING.copy()
+    values[1000] = np.nan
+    path = written(tmp_path / "a.csv", "t [s],a [g]", times, values, keep=keep)
+    answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
+    assert any("1 repeated times" in line for line in answer["found"])
+    assert any("missing samples filled in, 5 in a row" in line for line in answer["found"])
+    np.testing.assert_allclose(read_record(str(tmp_path / "c.csv")).values[:N], G * SHAKING, atol=0.2 * G)
+    keep[300:330] = False
+    path = written(tmp_path / "a.csv", "t [s],a [g]", T, SHAKING, keep=keep)
+    assert "must have no gap of more than 10 samples" in harvester("record", path)[2]
+
+
+def test_no_times_and_coarse_times(harvester, tmp_path):
+    path = written(tmp_path / "a.csv", "Z (g)", SHAKING)
+    assert "--rate must be given for a file without times" in harvester("record", path)[2]
+    answer = json.loads(harvester("record", path, "--rate", "0.5kHz", "--json")[1])
+    assert (answer["rate"], answer["samples"]) == (RATE, N)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(5 * T) / 5, SHAKING)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert any("the clock is coarse" in line for line in answer["found"])
+    assert answer["rate"] == pytest.approx(RATE, rel=1e-9)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(3.7 * T) / 3.7, SHAKING)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert answer["rate"] == pytest.approx(RATE, rel=1.1 / 1700)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", np.floor(T / 3), SHAKING)
+    assert "its clock is too coarse" in harvester("record", path)[2]
+
+
+def test_rows_without_times_stay(harvester, tmp_path):
+    """A time in every fifth row alone: 90 Hz stay 90 Hz at 500 samples a second, where 100 would fold them to 10."""
+    times = np.where(np.arange(N) % 5 == 0, T, np.nan)
+    path = written(tmp_path / "a.csv", "time (s),Z (g)", times, np.sin(2 * np.pi * 90 * T))
+    answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
+    assert answer["rate"] == pytest.approx(RATE, rel=1e-4)
+    power = np.abs(np.fft.rfft(read_record(str(tmp_path / "c.csv")).values[:1500])) ** 2
+    assert np.argmax(power) == 270
+
+
+def test_a_coarse_crest_is_not_clipped(harvester, tmp_path):
+    """A slow sine in steps of 0.1 g stands still at its crests; what jumps to its end is clipped."""
+    coarse = np.round(SHAKING, 1)
+    slow = np.round(np.sin(2 * np.pi * 2 * T), 1)
+    assert harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, coarse))[0] == 0
+    status, out, _ = harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, slow))
+    assert status == 0 and "too coarse to tell" in out
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T, np.clip(coarse, -0.8, 0.8))
+    assert "must not be clipped" in harvester("record", path)[2]
+
+
+def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
+    """Times two and two together have no rate; a clean file that no scene would read is not written."""
+    times = np.repeat(np.arange(10.0), 2)[:19] + np.tile([0.0, 0.001], 10)[:19]
+    path = written(tmp_path / "a.csv", "t (s),a (g)", times, SHAKING[:19])
+    assert "must have times at about even steps" in harvester("record", path)[2]
+    monkeypatch.setattr("harvester.studies.record.MOST_BYTES", 10_000)
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T, SHAKING)
+    status, out, err = harvester("record", path, "--out", tmp_path / "c.csv")
+    assert (status, out) == (2, "") and "at most 10000 bytes" in err
+    assert not (tmp_path / "c.csv").exists()
+
+
+def test_resampling_folds_nothing_back(harvester, tmp_path):
+    """170 Hz at 200 samples a second would be 30 Hz: the filter takes it away, and the rest stays."""
+    path = written(tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T))
+    answer = json.loads(harvester("record", path, "--rate", "200", "--out", tmp_path / "c.csv", "--json")[1])
+    assert answer["rate"] == 200.0
+    values = read_record(str(tmp_path / "c.csv")).values[:800]
+    power = np.abs(np.fft.rfft(values)) ** 2
+    f = np.fft.rfftfreq(800, 1 / 200)
+    assert power[np.argmin(np.abs(f - 30))] < 1e-4 * power[np.argmin(np.abs(f - 20))]
+    assert np.sqrt(np.mean(values**2)) == pytest.approx(np.sqrt(np.mean(SHAKING**2)), rel=0.02)
+
+
+def test_rms_by_octave_is_the_whole(tmp_path):
+    """The octaves' squares add up to that of the record, and white noise lies within its stated error."""
+    from harvester.records.cleaning import clean
+    from harvester.studies.record import look
+
+    noise = np.random.default_rng(4).standard_normal(N)
+    found = look(clean(str(written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise)), None, None))
+    assert sum(b.rms.value**2 for b in found.bands) == pytest.approx(found.record.rms**2, rel=1e-9)
+    for band in found.bands[3:]:
+        high = min(band.high, RATE / 2)
+        expected = np.sqrt((high - band.low) / (RATE / 2))
+        assert abs(band.rms.value - expected) < 4 * band.rms.stderr
+    assert any("the rate is too low" in line for line in found.record.warnings)
+
+
+def test_error_of_an_octave_is_its_scatter():
+    """White noise 60 times: the deviations over the stated errors scatter by 1, not by the root of a half."""
+    from harvester.records.cleaning import CleanRecord
+    from harvester.studies.record import look
+
+    rng = np.random.default_rng(8)
+    z = []
+    for _ in range(60):
+        for band in look(CleanRecord(RATE, rng.standard_normal(N), "a", (), ())).bands[5:]:
+            expected = np.sqrt((min(band.high, RATE / 2) - band.low) / (RATE / 2))
+            z.append((band.rms.value - expected) / band.rms.stderr)
+    assert np.std(z) == pytest.approx(1.0, abs=4.0 / np.sqrt(2 * len(z)))
+
+
+@pytest.mark.parametrize(
+    ("heads", "values", "says"),
+    [
+        ("t (s),a (g)", np.clip(SHAKING, -0.8, 0.8), "FILE 'a.csv' must not be clipped, but "),
+        ("t (s),a (kg)", SHAKING, "FILE 'a.csv' column 'a' must have a unit such as g, mg or m/s^2"),
+        ("t (s),a", SHAKING, "must have a unit such as g, mg or m/s^2 behind its name: 'z (g)', but is 'none'"),
+        ("t (s),a (g)", 0 * SHAKING, "FILE 'a.csv' must have accelerations that change"),
+    ],
+)
+def test_what_is_refused(harvester, tmp_path, heads, values, says):
+    status, out, err = harvester("record", written(tmp_path / "a.csv", heads, T, values), "--out", tmp_path / "c.csv")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert says in err
+    assert not (tmp_path / "c.csv").exists()
+
+
+def test_files_that_are_none(harvester, tmp_path):
+    path = written(tmp_path / "a.csv", "t (s),a (g)", T[::-1], SHAKING)
+    assert "must have times that do not go back, but row 2 does" in harvester("record", path)[2]
+    assert "--out must be another file than the record itself" in harvester("record", path, "--out", path)[2]
+    (tmp_path / "a.csv").write_text("")
+    assert "must have rows of numbers below the names" in harvester("record", path)[2]
+    with pytest.raises(hv.InputError, match=r"harvester record FILE --axis z --out clean\.csv"):
+        read_record(str(written(tmp_path / "b.csv", "t (s),x (g),y (g)", T, SHAKING, SHAKING)))
+
+
+@pytest.mark.parametrize("n", [1000, 1001])
+def test_octaves_have_all_the_power(harvester, tmp_path, n):
+    """Parseval, at even and odd numbers of samples: the line at half the rate counts once, and no line is left out."""
+    t = np.arange(n) / RATE
+    values = SHAKING[:n] + 0.2 * np.cos(np.pi * np.arange(n)) * (t < 1.0)
+    path = written(tmp_path / "a.csv", "t [s],a [g]", t, values)
+    answer = json.loads(harvester("record", path, "--json")[1])
+    assert answer["rms"] == pytest.approx(sum(band["rms"] ** 2 for band in answer["bands"]) ** 0.5, rel=1e-9)
