@@ -66,8 +66,8 @@ def answer(name, resistance, shaking):
     return {
         "load": resistance,
         "mW": 1e3 * power.value,
-        "stated": 1e3 * power.error95,
-        "whole": power.whole_error95 is not None,
+        "stated": 1e3 * power.known_error95,
+        "whole": power.error95 is not None,
         "efficiency": details["ledger_load"] / taken if taken else 1.0,
         "seconds": found.seconds,
     }

@@ -103,8 +103,8 @@ class Journal:
             found = self.place | {"seed": seed, "what": what, "value": power.value, "stderr": power.stderr}
             found |= {
                 "sampling95": power.sampling95,
-                "error95": power.error95,
-                "whole": power.whole_error95 is not None,
+                "error95": power.known_error95,
+                "whole": power.error95 is not None,
             }
             found |= {"missed": any("`within`" in one for one in answer.warnings), "step": answer.details["step"]}
             found |= {"seconds": time.perf_counter() - begin, "process seconds": time.process_time() - busy}

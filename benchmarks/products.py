@@ -161,7 +161,7 @@ def fine_spice(scene, rough, effort, part, reltol):
     answer = hv.Spice(seed=7, dt=rough.details["step"] / part, reltol=reltol, **effort).run(scene)
     if "ledger_residual" not in answer.details:
         raise RuntimeError(f"no ngspice in the reference: {answer.warnings}")
-    return answer.mean_power.value, answer.mean_power.error95, reltol
+    return answer.mean_power.value, answer.mean_power.known_error95, reltol
 
 
 def told(answer):
@@ -169,7 +169,7 @@ def told(answer):
     power = answer.mean_power
     return {
         "mW": 1e3 * power.value,
-        "stated": 1e3 * power.error95,
+        "stated": 1e3 * power.known_error95,
         "unknown": power.unknown,
         "parts": [power.stderr and 1e3 * power.stderr, power.bias and 1e3 * power.bias],
         "seconds": round(answer.seconds, 2),

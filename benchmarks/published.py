@@ -57,7 +57,7 @@ class Row:
 
 def row(what: str, published: float, value: hv.Value, unit: str, size: float = 1.0) -> Row:
     """A row of a `Value` in SI, which ``size`` brings to ``unit``."""
-    error = value.whole_error95
+    error = value.error95
     return Row(
         what,
         published,

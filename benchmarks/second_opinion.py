@@ -182,7 +182,7 @@ def circuit(name: str, steps: int = 1024) -> Opinion:
     scene = scene.with_load(netlist=scene.load.netlist, parameters=given)
     ours = hv.Spice(budget="60s").run(scene).mean_power
     rough, fine = by_ngspice(scene, steps // 2, reltol), by_ngspice(scene, steps, reltol)
-    return Opinion(name, ours.value, 0.5 * ours.error95, fine, 0.5 * abs(fine - rough))
+    return Opinion(name, ours.value, 0.5 * ours.known_error95, fine, 0.5 * abs(fine - rough))
 
 
 def impacts(name: str) -> Opinion:
@@ -194,7 +194,7 @@ def impacts(name: str) -> Opinion:
     line = [SICONOS, str(Path(__file__).parent / "siconos_steady.py"), json.dumps(keys)]
     rough, fine = json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
     theirs = 2.0 * fine - rough  # of first order
-    return Opinion(name, ours.value, 0.5 * ours.error95, theirs, 0.5 * abs(theirs - fine))
+    return Opinion(name, ours.value, 0.5 * ours.known_error95, theirs, 0.5 * abs(theirs - fine))
 
 
 def there_is_siconos() -> bool:

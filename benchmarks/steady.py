@@ -109,7 +109,7 @@ def measured(name, device, netlist, parameters, periods):
         "its doubt": doubt,
         "ours, uW": 1e6 * ours.value,
         "error": error,
-        "stated": ours.error95 / ours.value,
+        "stated": ours.known_error95 / ours.value,
         "seconds": seconds,
         "ngspice for it, s": theirs,
         "ratio": seconds / theirs,

@@ -41,7 +41,7 @@ def measured(name, within, seeds):
         took.append(time.process_time() - begin + children(os.getpid()) - others)
     power = found.mean_power
     row = {"scene": name, "within": within, "engine": found.engine, "step": found.details.get("step")}
-    return row | {"processor s": statistics.median(took[1:]), "error": power.error95 / power.value}
+    return row | {"processor s": statistics.median(took[1:]), "error": power.known_error95 / power.value}
 
 
 def main():

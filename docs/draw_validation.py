@@ -163,7 +163,7 @@ def entropy() -> Plot:
     several = [scene.vary("nondimensional.restitution", float(r)) for r in values]
     axes[2].plot(values, [hv.run(s, "published").mean_square_voltage.value for s in several], **THEIRS)
     ours = [hv.Ensemble(within=3e-3).run(s).mean_square_voltage for s in several]
-    axes[2].errorbar(values, [v.value for v in ours], [v.error95 for v in ours], **POINTS)
+    axes[2].errorbar(values, [v.value for v in ours], [v.known_error95 for v in ours], **POINTS)
     axes[2].set(title="E[V²]", xlabel="r", ylim=(0.0, None))
     return finished(figure)
 

@@ -29,7 +29,7 @@ def main() -> None:
     for name, answer in answers.items():
         power = answer.mean_power
         known = name != "published"  # which does not know its own error
-        error = f"{power.error95:.2g}" if known else "not known"
+        error = f"{power.known_error95:.2g}" if known else "not known"
         against = f"times {power.value / reference.value:.3f}"
         if name == "spice":
             z = (power.value - reference.value) / math.hypot(power.stderr, reference.stderr)

@@ -37,15 +37,15 @@ def _written(name: str, value: float, details: Mapping[str, float], units: Answe
         stderr, bias = (None if error is None else 100.0 * error for error in errors)
         return f"{_percent(Value(100.0 * value, stderr, bias))} {_SHARES[name]}"
     if name == DISPLACEMENT:
-        return Value(value, bias=details.get(f"{name}_bias")).text(units.length)
+        return Value(value, bias=details.get(f"{name}_bias")).format(units.length)
     if name in PHASES:
         return f"{value:.4g} degrees to the {'base acceleration' if units.time else 'drive'}"
     if name in _TIMES:
-        return Value(value).text(units.time) if units.time else f"{value:.4g} (1/w0)"
+        return Value(value).format(units.time) if units.time else f"{value:.4g} (1/w0)"
     if name.endswith(_CLOCK):
         return f"{value:.2g} s of computing"
     if name.startswith(LEDGER) or name in _POWERS:
-        return Value(value, bias=details.get(f"{ERROR_OF}{name}")).text(units.power).replace("(step)", "(95 %)")
+        return Value(value, bias=details.get(f"{ERROR_OF}{name}")).format(units.power).replace("(step)", "(95 %)")
     return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.4g}"
 
 

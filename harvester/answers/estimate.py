@@ -99,9 +99,9 @@ class Estimate:
         took = f"{self.seconds:.2g} s" + (f", {self.steps:.3g} steps" if self.steps else "")
         energy = self.energy_per_event
         named = [
-            ("mean power", self.mean_power.text(self.unit_names.power)),
-            ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
-            *([] if energy is None else [("energy per event", energy.text(self.unit_names.energy))]),
+            ("mean power", self.mean_power.format(self.unit_names.power)),
+            ("mean square voltage", self.mean_square_voltage.format(self.unit_names.mean_square_voltage)),
+            *([] if energy is None else [("energy per event", energy.format(self.unit_names.energy))]),
             ("effects", ", ".join(self.effects)),
             *rows(self.details, self.unit_names),
         ]
@@ -123,9 +123,9 @@ class Estimate:
 
         energy = self.energy_per_event
         shown = [
-            ("mean power", self.mean_power.text(self.unit_names.power)),
-            *([] if energy is None else [("energy per event", energy.text(self.unit_names.energy))]),
-            ("mean square voltage", self.mean_square_voltage.text(self.unit_names.mean_square_voltage)),
+            ("mean power", self.mean_power.format(self.unit_names.power)),
+            *([] if energy is None else [("energy per event", energy.format(self.unit_names.energy))]),
+            ("mean square voltage", self.mean_square_voltage.format(self.unit_names.mean_square_voltage)),
             ("effects", ", ".join(self.effects)),
             ("seconds", f"{self.seconds:.2g}"),
         ]

@@ -30,5 +30,5 @@ class ProbeMeans:
     def lines(self, name: str) -> list[str]:
         """Its lines in the text of an answer."""
         time = f"{self.window:.4g}{' s' if self.unit else ''}"
-        rows = [[one.name, getattr(self, one.name).text(self.unit)] for one in fields(self)[2:]]
+        rows = [[one.name, getattr(self, one.name).format(self.unit)] for one in fields(self)[2:]]
         return [f"  {name} (least and largest in {time}):", *columns(rows, "    ")]

@@ -35,6 +35,6 @@ class SteadyResponse:
 
     def text(self, unit: str) -> str:
         """Its line in the text of an answer."""
-        return f"{self.mean_power.text(unit)}, {self.kind}, from {self.share:.0%} of the starts" + (
+        return f"{self.mean_power.format(unit)}, {self.kind}, from {self.share:.0%} of the starts" + (
             f"; {self.note}" if self.note else ""
         )

@@ -162,7 +162,7 @@ def _plain(ohm: float) -> str:
     """A resistance such as 10k, as --vary and --over read it."""
     from harvester.uncertainty.value import Value
 
-    return Value(ohm).text("ohm").removesuffix("ohm").replace(" ", "")
+    return Value(ohm).format("ohm").removesuffix("ohm").replace(" ", "")
 
 
 def _parameters(pairs: tuple[str, ...]) -> dict[str, str]:

@@ -76,7 +76,7 @@ def response(
     from harvester.equations.problem import Problem
     from harvester.scene.toml import load
     from harvester.studies.frequency_response import response as study
-    from harvester.studies.frequency_response.driven import Driven
+    from harvester.studies.frequency_response.driven import HarmonicDrive
     from harvester.studies.frequency_response.engines import engines_of
     from harvester.studies.sweep.points import grid, read_axis
 
@@ -87,7 +87,7 @@ def response(
     frequencies = study.frequencies(problem, sweep)
     rows = study.rows_of(problem, chosen, len(frequencies), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
-        for doubt in Driven(problem).doubts(frequencies):  # before minutes go by
+        for doubt in HarmonicDrive(problem).doubts(frequencies):  # before minutes go by
             bar.notice(f"warning: {typed(doubt)}")
         answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g, resume, bar.skip)
     echo_answer(answer, as_json)

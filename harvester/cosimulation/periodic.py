@@ -138,7 +138,7 @@ class _Path:
         sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
         residual = sections[-1] - sections[-2]
         way, less = settled.left(residual)
-        if settled.amiss(residual) + settled.size(settled.slow @ way) > most:
+        if settled.residual_norm(residual) + settled.size(settled.slow @ way) > most:
             settled.state = flat(section, scales.volts)
             return None
         power, square, _ = means = self.means(drive)

@@ -46,8 +46,7 @@ class CoupledDevice:
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
     do. ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that the load
     resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
-    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on the noise of steps of
-    h/2.
+    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2.
     """
 
     eqs: Equations

@@ -186,7 +186,7 @@ def _as_written(name: str, text: str) -> float | str:
     bare = parts is not None and parts[1] != kind.unit and prefix_factor(parts[1]) is not None  # 1M is written 1 Mohm
     candidates = [] if bare else [text.strip()]
     if kind.unit in _PREFIXED:
-        candidates.append(Value(number).text(kind.unit))
+        candidates.append(Value(number).format(kind.unit))
     for candidate in candidates:
         try:
             if kind.read(candidate) == number:
@@ -211,4 +211,4 @@ def _parameter(name: str, text: str) -> float | str:
 
 def _hertz(f: float) -> str:
     """A frequency as a text."""
-    return Value(f).text("Hz")
+    return Value(f).format("Hz")

@@ -43,7 +43,7 @@ class Meaning:
 
     def table(self) -> list[str]:
         """The numbers as lines of text."""
-        rows = [(f"{name:<11}", Value(value).text(unit), what) for name, value, unit, what in self.numbers]
+        rows = [(f"{name:<11}", Value(value).format(unit), what) for name, value, unit, what in self.numbers]
         return columns(rows, "  ")
 
 
@@ -130,7 +130,7 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     except HarvesterError as error:
         return [f"best load: not found: {error}"], {"best_load": None}
     power = found.power
-    stated = f"engine {kind.NAME!r}, which states an error of {power.error95 / (power.value or 1.0):.1%} in power"
+    stated = f"engine {kind.NAME!r}, which states an error of {power.known_error95 / (power.value or 1.0):.1%} in power"
     fact: dict[str, Any] = {
         "resistance": found.resistance,
         "near_from": found.low,
@@ -138,7 +138,7 @@ def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
         "mean_power": power.value,
         "mean_power_model_bias": power.model,
     }
-    best = f"the best mean power, {Value(power.value).text('W')}, at about {_ohm(found.resistance)}"
+    best = f"the best mean power, {Value(power.value).format('W')}, at about {_ohm(found.resistance)}"
     best += f" ({NEAR:.0%} of it from {_ohm(found.low)} to {_ohm(found.high)})"
     if found.at_end:
         best += ", the end of what was looked at"
@@ -170,4 +170,4 @@ def engines(problem: Problem) -> list[str]:
 
 def _ohm(value: float) -> str:
     """A resistance as a text of three digits."""
-    return Value(float(f"{value:.3g}")).text("ohm")
+    return Value(float(f"{value:.3g}")).format("ohm")

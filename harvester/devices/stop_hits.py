@@ -45,17 +45,17 @@ def stop_hits(problem: Problem) -> tuple[list[str], dict[str, Any]]:
         rate = s.frequency / math.pi  # against a stop there a swing lasts half a period
         return [f"{words}, about {rate:.3g} times a second"], {"stop": "often", "stop_hits_a_second": rate}
     if gap < 0.0:
-        force = Value(-gap * s.length * s.mass * s.frequency**2).text("N")
+        force = Value(-gap * s.length * s.mass * s.frequency**2).format("N")
         words = f"stop: pressed on the mass with {force}: it is hit whenever the shaking lifts the mass"
         return [words], {"stop": "pressed"}
     moments, peak = variances(eqs), amplitude(eqs)
-    distance = Value(gap * s.length).text("m")
+    distance = Value(gap * s.length).format("m")
     if moments is not None and peak is None:
         x2, v2 = moments
         rate = math.sqrt(v2 / x2) / (2.0 * math.pi) * math.exp(max(-0.5 * gap * gap / x2, -700.0))
         often, seldom = OFTEN / (2.0 * math.pi), SELDOM / (2.0 * math.pi)
         how = "often" if rate > often else "at times" if rate > seldom else "seldom or never"
-        rms = Value(math.sqrt(x2) * s.length).text("m")
+        rms = Value(math.sqrt(x2) * s.length).format("m")
         words = f"stop: hit {how}: without it the displacement is {rms} (RMS, linear), and it is {distance} away"
         if eqs.mu is None:
             words += ", in open circuit"
@@ -64,7 +64,7 @@ def stop_hits(problem: Problem) -> tuple[list[str], dict[str, Any]]:
         return [words], {"stop": how, "stop_hits_a_second": rate * s.frequency}
     if peak is not None and math.isfinite(peak):
         how = "hit in every swing" if peak > gap else "not reached"
-        swing = f"the amplitude is {Value(peak * s.length).text('m')} (linear{', noise apart' if eqs.n1 else ''})"
+        swing = f"the amplitude is {Value(peak * s.length).format('m')} (linear{', noise apart' if eqs.n1 else ''})"
         words = f"stop: {how}: without it {swing}, and it is {distance} away"
         return [words], {"stop": "often" if peak > gap else "seldom or never"}
     return [f"stop: {distance} away; how often it is hit, harvester motion shows"], {"stop": None}

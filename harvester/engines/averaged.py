@@ -30,7 +30,7 @@ class Averaged(Formula):
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> answer = hv.Averaged().run(scene)
-    >>> f"{answer.mean_power.value:.5f} +- {answer.mean_power.error95:.5f}"
+    >>> f"{answer.mean_power.value:.5f} +- {answer.mean_power.known_error95:.5f}"
     '0.00323 +- 0.00002'
 
     Raises

@@ -9,7 +9,7 @@ from harvester.engines.averaged import Averaged
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.formula import Formula
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
@@ -18,7 +18,7 @@ from harvester.errors import HarvesterError, InputError, names_arguments
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Cheapest(Sampled):
+class Cheapest(MonteCarloOptions):
     """`exact` where that serves, `averaged` where its own error allows it, else `ensemble`; for a netlist `spice`.
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
@@ -48,7 +48,7 @@ class Cheapest(Sampled):
         problem, within = Problem.of(scene), number(self.within)
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
-        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(Sampled)}
+        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
         if problem.netlist is not None:
             why = "the load is a netlist, and 'ideal' does not know the error of its model"
             return _because(Spice(**options).run(problem, progress), why)
@@ -61,7 +61,7 @@ class Cheapest(Sampled):
             why = f"'averaged' cannot tell: {error}"
         else:
             power = quick.mean_power
-            stated = power.error95 / abs(power.value) if power.value else 0.0
+            stated = power.known_error95 / abs(power.value) if power.value else 0.0
             if stated <= within:
                 return _because(quick, f"the error that it states, {stated:.2g}, is within {within:.3g}")
             why = f"{kind.NAME!r} states an error of {stated:.2g}, more than {within:.3g}"

@@ -57,7 +57,7 @@ def steady_responses(
         return ()
     scale, places, found = model.factor * problem.units.watts, sections(finer), []
     for one in fine:
-        power = _power(one, rough, model.name).scaled(scale).lacking(unknown)
+        power = _power(one, rough, model.name).scaled(scale).with_unknown(unknown)
         middle = one.members[np.argsort(one.entries(model.name))[len(one.members) // 2]]
         x, v, voltage, stored, phase = map(float, places[:, middle])
         response = SteadyResponse(power, len(one.members) / finer.count, one.turns, one.chaotic, engine)

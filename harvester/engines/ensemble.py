@@ -13,7 +13,7 @@ from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.coexisting_responses import may_have_several, steady_responses
 from harvester.engines.model import Model
 from harvester.engines.moment_existence import existence
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
 from harvester.engines.settling import BETWEEN, HALF, settle
@@ -41,7 +41,7 @@ CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by f
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Ensemble(Sampled):
+class Ensemble(MonteCarloOptions):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
 
     >>> import harvester as hv
@@ -50,7 +50,7 @@ class Ensemble(Sampled):
     0.01
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> power = engine.run(scene).mean_power
-    >>> bool(power.error95 <= 0.01 * power.value)
+    >>> bool(power.known_error95 <= 0.01 * power.value)
     True
 
     Raises
@@ -110,8 +110,10 @@ class Ensemble(Sampled):
         if agreed is not None:
             (reasons if agreed == NO_NOISE else warnings).append(agreed)
         within = number(self.within)
-        if within is not None and exists.promises(within, warnings):
-            pair = self._pursue(pair, what, Target(within, number(self.budget), loaded), warnings, progress)
+        if within is not None and exists.can_reach(within, warnings):
+            pair = self._sequential_sampling(
+                pair, what, Target(within, number(self.budget), loaded), warnings, progress
+            )
             reasons.insert(0, f"`within` {within:.3g} chose {step_and_effort(pair, what.name, unit, problem.physical)}")
         seconds, exact = time.perf_counter() - begin, agreed == NO_NOISE
         if eqs.mu is None and circuit is None:
@@ -128,8 +130,11 @@ class Ensemble(Sampled):
         answer = estimate(
             self.NAME,
             problem,
-            mean_with_errors(pair, "V2", exact).lacking(self.UNKNOWN).lacking(exists.unknown),
-            mean_with_errors(pair, what.name, exact).scaled(what.factor).lacking(self.UNKNOWN).lacking(exists.unknown),
+            mean_with_errors(pair, "V2", exact).with_unknown(self.UNKNOWN).with_unknown(exists.unknown),
+            mean_with_errors(pair, what.name, exact)
+            .scaled(what.factor)
+            .with_unknown(self.UNKNOWN)
+            .with_unknown(exists.unknown),
             seconds,
             pair.steps,
             "; ".join(reason for reason in reasons if reason),
@@ -145,7 +150,7 @@ class Ensemble(Sampled):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
-    def _pursue(
+    def _sequential_sampling(
         self, pair: "RichardsonPair", model: Model, target: Target, warnings: list[str], progress: Progress | None
     ) -> "RichardsonPair":
         """Go on, at the step that is best for the target, until it is reached or the budget is spent."""
@@ -215,8 +220,8 @@ def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> 
         every, together = getattr(pair.moments, name), pair.trajectories.together
         return dataclasses.replace(hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias)
     mean, error = pair.mean(name)
-    freedom = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
-    return Value(mean, None if exact else error, bias, freedom=freedom)
+    dof = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
+    return Value(mean, None if exact else error, bias, dof=dof)
 
 
 def step_and_effort(pair: "RichardsonPair", name: str, unit: float, physical: bool) -> str:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
-from harvester.engines.options import Asked, number
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Progress, needs_resistance, served, unknown_effects
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -21,7 +21,7 @@ NOT_LINEAR |= {"impact", "compliant_stop", "gap", "opposite_stop"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Formula(Asked):
+class Formula(Request):
     """The base of `Exact` and the theories: they sample nothing, so that any seed and budget give the same answer."""
 
     NAME: ClassVar[str]
@@ -78,10 +78,12 @@ class Formula(Asked):
         if within is None:
             return answer
         power = answer.mean_power
-        if power.model is not None and power.error95 <= within * abs(power.value):
+        if power.model is not None and power.known_error95 <= within * abs(power.value):
             return answer
         known = (
-            "is not known" if power.model is None else f"is estimated at {power.error95 / abs(power.value or 1.0):.2g}"
+            "is not known"
+            if power.model is None
+            else f"is estimated at {power.known_error95 / abs(power.value or 1.0):.2g}"
         )
         word = f"`within` {within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
         return dataclasses.replace(answer, warnings=(*answer.warnings, word))

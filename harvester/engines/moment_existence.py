@@ -12,7 +12,7 @@ _RARE = "motions too large and rare for a sample"
 
 
 @dataclass(frozen=True)
-class Existence:
+class MomentExistence:
     """What the tail leaves of the means of V^2 and of the power: a warning, and the part of the error not known.
 
     Both are empty where mean and variance surely exist.  ``tail`` is None where all moments do.
@@ -27,14 +27,14 @@ class Existence:
         """The warning in a list of its own, empty without one."""
         return [self.warning] if self.warning else []
 
-    def promises(self, within: float, warnings: list[str]) -> bool:
+    def can_reach(self, within: float, warnings: list[str]) -> bool:
         """Whether sampling can reach an error ``within``; where not, ``warnings`` says so."""
         if self.unknown:
             warnings.append(f"`within` {within:.3g} cannot be promised: the error of {self.unknown} is not known")
         return not self.unknown
 
 
-def existence(problem: Problem, sampled: bool = True) -> Existence:
+def existence(problem: Problem, sampled: bool = True) -> MomentExistence:
     """What is known before the run; ``sampled`` means need a finite variance too.
 
     Of a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is said.
@@ -44,33 +44,33 @@ def existence(problem: Problem, sampled: bool = True) -> Existence:
     """
     eqs = problem.equations
     if eqs.n2 is None or not eqs.is_shaken:
-        return Existence(None)
+        return MomentExistence(None)
     tail = power_tail(eqs, driven=problem.netlist is not None)
     if tail is None:
-        return Existence(None)
+        return MomentExistence(None)
     law = f"noise of the stiffness makes large amplitudes A as likely as A^-(1 + q), {_told(tail)}"
-    if tail.lacks(0.0):
+    if tail.moment_diverges(0.0):
         raise UnboundedResponseError(
             f"the response grows without bound: noise of the stiffness feeds more than damping takes; give {LESS}"
         )
-    if tail.lacks(MEAN):
+    if tail.moment_diverges(MEAN):
         raise InfiniteMeanError(
             f"the means of V^2 and of the power do not exist: {law}, and they need a q above 2, so that the mean of a "
             f"sample grows with its size; give {LESS}"
         )
-    if tail.may_lack(MEAN):
-        return Existence(
+    if tail.moment_may_diverge(MEAN):
+        return MomentExistence(
             tail, f"the means of V^2 and of the power may not exist: {law}, and they need a q above 2", _RARE
         )
-    if sampled and tail.may_lack(VARIANCE):
-        may = "has" if tail.lacks(VARIANCE) else "may have"
-        return Existence(
+    if sampled and tail.moment_may_diverge(VARIANCE):
+        may = "has" if tail.moment_diverges(VARIANCE) else "may have"
+        return MomentExistence(
             tail,
             f"V^2 {may} no finite variance, so that a sample's spread does not state the error of its mean: {law}, and "
             "a variance needs a q above 4",
             _RARE,
         )
-    return Existence(tail)
+    return MomentExistence(tail)
 
 
 def _told(tail: PowerTail) -> str:

@@ -44,7 +44,7 @@ def number(value: float | str | None) -> float | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class Request:
     """Options of every engine.
 
     within
@@ -70,7 +70,7 @@ class Asked:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sampled(Asked):
+class MonteCarloOptions(Request):
     """Options of the engines that sample.
 
     duration, dt
@@ -109,7 +109,7 @@ def check_time(name: str, value: float | None, physical: bool) -> None:
         )
 
 
-def _check_positive(options: Asked, *names: str) -> None:
+def _check_positive(options: Request, *names: str) -> None:
     for name in names:
         value = getattr(options, name)
         if value is not None and not (value > 0.0 and math.isfinite(value)):

@@ -49,7 +49,7 @@ class Vectorised(Protocol):
 
 
 @runtime_checkable
-class Following(Protocol):
+class Continuing(Protocol):
     """An engine that finds an answer in less time from that of a neighbouring scene."""
 
     NAME: ClassVar[str]
@@ -58,7 +58,7 @@ class Following(Protocol):
         """Whether it does so with such a problem, whose answer does not depend on where it is looked for."""
         ...
 
-    def run_along(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+    def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`Engine.run` for each scene, from that before, or the error that it raises."""
         ...
 

@@ -56,7 +56,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]]) -> str:
             '<div class="power none">No formula knows this scene.</div>'
             '<div class="by">Run an engine below; the reasons are under "The working point".</div>'
         )
-    value, error = found.mean_power, found.mean_power.whole_error95
+    value, error = found.mean_power, found.mean_power.error95
     number, told = _number(value.value, found.unit_names.power, error)
     where = " with a resistor in the place of the circuit" if live.instead else ""
     return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{where}")
@@ -94,7 +94,7 @@ def answers(live: Live, runs: Sequence[dict[str, Any]]) -> str:
 
 def _row(one: Estimate) -> tuple[str, str, str]:
     units = one.unit_names
-    return one.engine, one.mean_power.text(units.power), one.mean_square_voltage.text(units.mean_square_voltage)
+    return one.engine, one.mean_power.format(units.power), one.mean_square_voltage.format(units.mean_square_voltage)
 
 
 def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = ()) -> str:
@@ -118,7 +118,7 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
     from harvester.devices.interpretation import meaning
 
     found = meaning(problem)
-    rows = [(name, Value(value).text(unit), what) for name, value, unit, what in found.numbers]
+    rows = [(name, Value(value).format(unit), what) for name, value, unit, what in found.numbers]
     sentences = [one for topic, some in found.words.items() if topic not in ("values", "engines") for one in some]
     doubts = [one.removeprefix("warning: ") for some in found.words.values() for one in some if "warning: " in one]
     paragraphs = _paragraphs([one for one in sentences if not one.startswith("warning: ")])
@@ -141,7 +141,7 @@ def difference(rows: Sequence[tuple[str, str, str]], before: Estimate | None, af
     cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
     if before is not None and after is not None:
         unit, was, now = after.unit_names.power, before.mean_power, after.mean_power
-        cells.append((f"mean power ({after.engine})", was.text(unit), now.text(unit)))
+        cells.append((f"mean power ({after.engine})", was.format(unit), now.format(unit)))
         if was.value > 0.0 and before.unit_names == after.unit_names:
             cells.append(("ratio of the powers", "1", f"{now.value / was.value:.4g}"))
     if not rows:

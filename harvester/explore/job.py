@@ -46,8 +46,8 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
     return {
         "answer": estimate.as_json(),
         "row": answered(estimate),
-        "power": estimate.mean_power.text(units.power),
-        "voltage": estimate.mean_square_voltage.text(units.mean_square_voltage),
+        "power": estimate.mean_power.format(units.power),
+        "voltage": estimate.mean_square_voltage.format(units.mean_square_voltage),
     }
 
 

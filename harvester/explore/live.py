@@ -168,7 +168,7 @@ def _curve(answers: dict[float, Estimate], slide: Slide) -> PowerCurve:
     """The smooth curve through the points."""
     x = np.array([*answers])
     power = np.array([one.mean_power.value for one in answers.values()])
-    error = np.array([one.mean_power.error95 for one in answers.values()])
+    error = np.array([one.mean_power.known_error95 for one in answers.values()])
     across = Slide(*_ends(x), True, slide.sign) if slide.by_ratio else Slide(x[0], x[-1], False)
     fine = np.union1d(grid(across, DRAWN), x) if len(x) < DRAWN else x
     middle, low, high = (

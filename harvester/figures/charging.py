@@ -26,7 +26,7 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
         look: dict[str, Any] = {"color": _TARGET, "linewidth": 1.0, "linestyle": (0, (5, 2))}
         curve.axhline(answer.target / volt.factor, **look, label="target")
         if answer.time is not None:
-            error, at = answer.time.error95 / time.factor, answer.time.value / time.factor
+            error, at = answer.time.known_error95 / time.factor, answer.time.value / time.factor
             y = answer.target / volt.factor
             curve.errorbar([at], [y], xerr=[error], fmt="o", color=_TARGET, zorder=4, label="mean time to the target")
         curve.set_xlim(0.0, t[-1])
@@ -55,7 +55,7 @@ def _draw_power(axes: Any, answer: ChargingShape, factor: float, label: str) -> 
             values.append(one.power)
         below = one.voltage
     watt = scale("power into the store", answer.unit_names.power, [one.value for one in values])
-    heights, errors = ([getattr(one, name) / watt.factor for one in values] for name in ("value", "error95"))
+    heights, errors = ([getattr(one, name) / watt.factor for one in values] for name in ("value", "known_error95"))
     axes.errorbar(middles, heights, errors, fmt=".-", color=_POWER, linewidth=1.0)
     axes.set_xlabel(label)
     axes.set_ylabel(watt.label)

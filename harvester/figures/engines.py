@@ -74,10 +74,10 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
         for place, answer in enumerate(estimates):
             look = {"color": STYLES[answer.engine]["color"], "marker": MARKERS[answer.engine], "markersize": 6}
             bars = {"markeredgecolor": INK, "ecolor": INK, "capsize": 3, "linestyle": "none", "zorder": 3}
-            error = answer.mean_power.error95 / x.factor
+            error = answer.mean_power.known_error95 / x.factor
             powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
             text = f"{answer.mean_power.value / x.factor:.4g}" + (
-                f" ± {error:.2g}" if answer.mean_power.whole_error95 else ""
+                f" ± {error:.2g}" if answer.mean_power.error95 else ""
             )
             left = _relative_place(answer.mean_power.value, values) > 0.6
             where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
@@ -122,7 +122,7 @@ def _relative_place(value: float, values: list[float]) -> float:
 
 def _label(answer: EstimateShape) -> str:
     """The label of an engine, which says so where there is no error to draw."""
-    return answer.engine if answer.mean_power.whole_error95 else f"{answer.engine}\n(error not known)"
+    return answer.engine if answer.mean_power.error95 else f"{answer.engine}\n(error not known)"
 
 
 def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:

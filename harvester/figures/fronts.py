@@ -14,7 +14,7 @@ def front(answer: FrontShape, title: str | None) -> Plot:
     powers = [one.mean_power for one in answer.points]
     x = scale(answer.quantity.replace("_", " "), answer.unit, values)
     y = scale("largest mean power", answer.unit_names.power, [one.value for one in powers])
-    bars = [one.error95 / y.factor for one in powers]
+    bars = [one.known_error95 / y.factor for one in powers]
     seen = max(bars) > LEAST * max(abs(one.value) for one in powers) / y.factor
     with styled():
         figure, axes = new(1, 1, (WIDTH, 3.6))
@@ -29,7 +29,7 @@ def front(answer: FrontShape, title: str | None) -> Plot:
                 (
                     one.quantity / x.factor,
                     one.mean_power.value / y.factor,
-                    one.mean_power.error95 / y.factor,
+                    one.mean_power.known_error95 / y.factor,
                     (one.quantity_error95 or 0.0) / x.factor,
                 )
                 for one in answer.alike

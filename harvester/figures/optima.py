@@ -28,7 +28,7 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
     powers = [p.power for p in own if p.power is not None]
     y = scale("mean power", answer.estimate.unit_names.power, [v.value for v in powers])
-    power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "error95"))
+    power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "known_error95"))
     plane = len(keys) == 2 and len(own) > 3 and bool(np.linalg.matrix_rank(places - places[0], 1e-6) == 2)
     with styled():
         columns = 1 if plane else len(keys)
@@ -70,7 +70,7 @@ def _panel(
     here.errorbar(x / by, power, bars, **style, label=f"evaluations by {answer.engine}")
     best = answer.estimate.mean_power
     here.errorbar(
-        key.value / by, best.value / unit, best.error95 / unit or None, color=INK, label=_star(answer), **_STAR
+        key.value / by, best.value / unit, best.known_error95 / unit or None, color=INK, label=_star(answer), **_STAR
     )
 
 

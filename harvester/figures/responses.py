@@ -130,7 +130,7 @@ def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str
     axes.set_ylim(0.0, None)
 
 
-_PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.error95)
+_PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.known_error95)
 
 
 def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool, alone: bool) -> None:
@@ -175,7 +175,7 @@ def _alike(answer: ResponseShape, name: str) -> bool:
 def _note(curves: Sequence[Curve], several: int) -> str:
     """What the error bars are; their size where they are too small to be seen; which curves are not drawn."""
     everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
-    error, largest = max(v.error95 for v in everything), max(abs(v.value) for v in everything)
+    error, largest = max(v.known_error95 for v in everything), max(abs(v.value) for v in everything)
     shown = len({id(a) for a, _, _ in curves})
     left = f" The first {shown} of {several} responses." if shown < several else ""
     if error == 0.0:

@@ -83,7 +83,7 @@ def _named(bar: TornadoShape) -> str:
     """The name of a key over several lines, short enough for an axis, and the 5 % and 95 % points of its spread."""
     name, unit = quantity(bar.key)
     unit = "" if unit == "SI" else unit
-    ends = [written(Value(end).text(unit)) for end in bar.ends]
+    ends = [written(Value(end).format(unit)) for end in bar.ends]
     return "\n".join(
         [textwrap.fill(name, _LETTERS, max_lines=2, placeholder=" ..."), "5 to 95 %:", f"{ends[0]} to", ends[1]]
     )

@@ -74,7 +74,7 @@ class DeviceFit:
         return int(sum((k == 0.0).sum() for k in self.kept))
 
     @property
-    def freedom(self) -> int:
+    def dof(self) -> int:
         """Points minus parameters."""
         return max(len(self.residual) - len(self.p), 1)
 

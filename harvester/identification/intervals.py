@@ -40,10 +40,10 @@ class Profiles:
         self.fit = fit
         ridge = 1e-6 * np.eye(len(fit.p))  # a parameter that nothing determines has a large, finite variance
         self.plain = np.linalg.pinv(fit.jacobian.T @ fit.jacobian + ridge * ridge, rcond=1e-15, hermitian=True)
-        meat = (fit.jacobian * fit.residual[:, None] ** 2).T @ fit.jacobian * (len(fit.residual) / fit.freedom)
+        meat = (fit.jacobian * fit.residual[:, None] ** 2).T @ fit.jacobian * (len(fit.residual) / fit.dof)
         self.robust = self.plain @ meat @ self.plain
         self.sum = float(fit.residual @ fit.residual)
-        self.reach = float(stdtrit(fit.freedom, 0.975))
+        self.reach = float(stdtrit(fit.dof, 0.975))
 
     def correlations(self) -> Floats:
         """The correlation of the fitted parameters, shape (m, m)."""

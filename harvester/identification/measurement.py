@@ -72,7 +72,7 @@ def load_words(load: float) -> str:
 
     if load in (SHORT, OPEN):
         return "short circuit" if load == SHORT else "open circuit"
-    return Value(float(f"{load:.3g}")).text("ohm")
+    return Value(float(f"{load:.3g}")).format("ohm")
 
 
 def thinned(one: Measurement, most: int) -> Measurement:

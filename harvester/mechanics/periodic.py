@@ -81,7 +81,7 @@ class Settling:
         """The size of a change of the slow part, shape (n,), relative to that of the last state's groups."""
         return float(np.linalg.norm(self._weights() * change))
 
-    def amiss(self, residual: Floats) -> float:
+    def residual_norm(self, residual: Floats) -> float:
         """The size of the slow part of f(y) - y, shape (n,), where that of a store counts by what flows through it."""
         return float(np.linalg.norm(self._weights(flow=True) * residual))
 
@@ -95,7 +95,7 @@ class Settling:
             sizes[-1] /= max(self.stored * float(square[-1] / self.means[0]), 1.0)
         return np.asarray(1.0 / np.maximum(sizes, 1e-12))
 
-    def plainly(self, turns: int, start: Floats | None = None) -> None:
+    def fixed_point_iteration(self, turns: int, start: Floats | None = None) -> None:
         """Go on for so many periods as they come, from the last state or from another."""
         self.state = self.state if start is None else start
         for _ in range(turns):
@@ -185,7 +185,7 @@ class Settling:
         for _ in range(MOST):
             reached = self.state
             try:
-                self.plainly(1, y)
+                self.fixed_point_iteration(1, y)
             except CircuitError:  # which a combination may ask of a circuit, but no state that a period leads to
                 if y is reached:
                     raise
@@ -199,7 +199,7 @@ class Settling:
             self._keep(residual)
             step = self.left(residual)[0]
             going = self.size(self.slow @ step)
-            size = self.amiss(residual) + going
+            size = self.residual_norm(residual) + going
             if size < NEARER * best:
                 best, nearest, since = size, self.state, 0
                 near = self.size(residual) + going

@@ -97,4 +97,4 @@ def _paths(result: Comparison) -> list[TextTable]:
 
 
 def _spoken(answer: Estimate) -> str:
-    return f"{answer.engine} {signs(answer.mean_power.text(answer.unit_names.power))}"
+    return f"{answer.engine} {signs(answer.mean_power.format(answer.unit_names.power))}"

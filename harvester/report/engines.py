@@ -34,7 +34,7 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
                 one.engine,
                 first(power, one.unit_names.power),
                 "none" if power.stderr is None else share(power.sampling95, power.value),
-                *(share(error, power.value) for error in (*errors, power.whole_error95)),
+                *(share(error, power.value) for error in (*errors, power.error95)),
                 first(one.mean_square_voltage, one.unit_names.mean_square_voltage),
                 signs(f"{one.seconds:.2g}"),
                 signs(f"{one.steps:.3g}") if one.steps else "-",

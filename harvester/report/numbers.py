@@ -16,7 +16,7 @@ def amount(number: float, unit: str) -> str:
 
 def with_errors(one: value.Value, unit: str) -> str:
     """A value with each of its errors named."""
-    return signs(one.text(unit))
+    return signs(one.format(unit))
 
 
 def share(error: float | None, of: float) -> str:

@@ -33,7 +33,7 @@ def of_response(scene: Scene | Problem, answer: Responses, seed: int) -> Page:
         cells = [
             cell
             for v, unit in pairs
-            for cell in ((NONE, NONE) if v is None else (amount(v.value, unit), share(v.whole_error95, v.value)))
+            for cell in ((NONE, NONE) if v is None else (amount(v.value, unit), share(v.error95, v.value)))
         ]
         phase = NONE if point.voltage_phase is None else f"{point.voltage_phase:.1f}°"
         rows.append([*values, curve.engine, point.direction, amount(point.frequency, of.frequency), *cells, phase])

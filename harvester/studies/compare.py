@@ -138,7 +138,7 @@ class Comparison:
         for one in self.estimates:
             ratio, z = self.ratio(one), self.z(one)
             cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
-            rows.append((one.engine, one.mean_power.text(one.unit_names.power), *cells))
+            rows.append((one.engine, one.mean_power.format(one.unit_names.power), *cells))
         notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
         notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
         head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")

@@ -79,7 +79,7 @@ class RecordAnswer:
             *(f"found: {what}" for what in one.found),
             *(f"warning: {what}" for what in one.warnings),
         ]
-        rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.text("m/s^2")) for b in self.bands]
+        rows = [(f"{b.low:.3g} to {b.high:.3g} Hz", b.rms.format("m/s^2")) for b in self.bands]
         return "\n".join([*lines, "rms by octave:", *columns(rows, "  ")])
 
 

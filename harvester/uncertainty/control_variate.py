@@ -57,7 +57,7 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
         float(rest.mean()),
         float(math.hypot(*errors)),
         mean.bias,
-        freedom=_freedom(errors, (len(rest) - 2.0, mean.freedom or 1e6)),
+        dof=_freedom(errors, (len(rest) - 2.0, mean.dof or 1e6)),
     )
     both = low.std() > 0.0 and high.std() > 0.0
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
@@ -97,5 +97,5 @@ def split(variance: float, residual: float, pair_cost: float, spread: float, tim
 def _freedom(errors: Floats, freedoms: tuple[float, float]) -> float:
     """Degrees of freedom of a sum of independent errors (Welch and Satterthwaite)."""
     total = float((errors**2).sum())
-    parts = sum(error**4 / freedom for error, freedom in zip(errors, freedoms, strict=True))
+    parts = sum(error**4 / dof for error, dof in zip(errors, freedoms, strict=True))
     return total**2 / parts if parts > 0.0 else 1e6

@@ -27,7 +27,7 @@ class Target:
 
     def reached(self, value: Value) -> bool:
         """Whether the total error is small enough."""
-        return value.error95 <= self.within * abs(value.value)
+        return value.known_error95 <= self.within * abs(value.value)
 
     def missed(self, value: Value) -> str:
         """The warning that goes with an answer whose budget ended before its target was reached."""
@@ -38,7 +38,8 @@ class Target:
         more = spent * max((value.sampling95 / (self.within * size)) ** 2 - 1.0, 0.0)  # sampling alone, at this step
         return (
             f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the error is "
-            f"{value.error95 / size:.2g}; it would take at least {more:.2g} s more: `budget` {_rounded(spent + more)}s"
+            f"{value.known_error95 / size:.2g}; it would take at least {more:.2g} s more: "
+            f"`budget` {_rounded(spent + more)}s"
         )
 
     def variance(self, value: Value) -> float:

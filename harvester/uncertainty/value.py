@@ -1,6 +1,7 @@
 """Numbers with their errors of sampling, of the step and of the model."""
 
 import math
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,16 +19,16 @@ ROUNDED = 6  # digits of a value whose only error is rounding
 class Value:
     """A number with its errors of sampling, of the step and of the model.
 
-    ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``freedom`` degrees of
+    ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``dof`` degrees of
     freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
     the model itself (None: no such error, or not known; the estimate's ``reason`` says which).  A ``model`` of 0 is a
     closed form, of which the ``bias`` is rounding.  ``unknown`` names parts of the error that are not known, where
     others are.
 
     >>> import harvester as hv
-    >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).text("W"))
+    >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).format("W"))
     8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
-    >>> print(hv.Value(8.4e-6, stderr=1e-8, unknown="the step").text("W"))
+    >>> print(hv.Value(8.4e-6, stderr=1e-8, unknown="the step").format("W"))
     8.4 uW (95 % of sampling within 0.02; the error of the step is not known)
     >>> hv.Value(0.25, stderr=1e-3)  # a value knows no unit: it shows itself in that of its answer
     0.25 +- 0.002 (95 %, sampling)
@@ -37,7 +38,7 @@ class Value:
     stderr: float | None = None
     bias: float | None = None
     model: float | None = None
-    freedom: float | None = None
+    dof: float | None = None
     unknown: str = ""
 
     def __post_init__(self) -> None:
@@ -49,20 +50,20 @@ class Value:
     def scaled(self, factor: float) -> "Value":
         """The value and its errors multiplied by a factor, as for other units."""
         stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
-        return Value(self.value * factor, stderr, bias, model, self.freedom, self.unknown)
+        return Value(self.value * factor, stderr, bias, model, self.dof, self.unknown)
 
-    def lacking(self, unknown: str) -> "Value":
+    def with_unknown(self, unknown: str) -> "Value":
         """The value with one more part of its error that is not known; as it is where ``unknown`` is empty."""
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     @property
     def quantile(self) -> float:
         """The half-width of the 95 % sampling interval in standard errors: Student's for few degrees of freedom."""
-        if self.freedom is None:
+        if self.dof is None:
             return NORMAL_QUANTILE
         from scipy.special import stdtrit
 
-        return float(stdtrit(self.freedom, 0.975))
+        return float(stdtrit(self.dof, 0.975))
 
     @property
     def sampling95(self) -> float:
@@ -70,23 +71,23 @@ class Value:
         return self.quantile * (self.stderr or 0.0)
 
     @property
-    def error95(self) -> float:
+    def known_error95(self) -> float:
         """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     @property
-    def whole_error95(self) -> float | None:
-        """`error95` where every part of the error is known; None where a part is not, or none is stated."""
+    def error95(self) -> float | None:
+        """`known_error95` where every part of the error is known; None where a part is not, or none is stated."""
         stated = any(error is not None for error in (self.stderr, self.bias, self.model))
-        return self.error95 if stated and not self.unknown else None
+        return self.known_error95 if stated and not self.unknown else None
 
-    def text(self, unit: str) -> str:
+    def format(self, unit: str = "") -> str:
         """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
         prefixed = unit and "^" not in unit and not unit[0].isdigit()
         scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
         digits = 4
-        if self.error95 > 0.0 and self.value != 0.0:
-            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.error95)))
+        if self.known_error95 > 0.0 and self.value != 0.0:
+            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
         most = ROUNDED if self.stderr is None and self.model == 0.0 else 9  # no device is known to more digits
         text = f"{self.value / scale:.{min(digits, most)}g}"
         if self.unknown:
@@ -100,7 +101,18 @@ class Value:
         return f"{text} {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
-        return self.text("")
+        return self.format()
+
+    def text(self, unit: str) -> str:
+        """The name of `format` before version 0.2."""
+        warnings.warn("Value.text is Value.format now", DeprecationWarning, stacklevel=2)
+        return self.format(unit)
+
+    @property
+    def whole_error95(self) -> float | None:
+        """The name of `error95` before version 0.2."""
+        warnings.warn("Value.whole_error95 is Value.error95 now", DeprecationWarning, stacklevel=2)
+        return self.error95
 
     def _known_parts(self, scale: float) -> str:
         """The errors that are known, in units of ``scale``, and what is not."""
@@ -120,7 +132,7 @@ def amount(number: float, unit: str) -> str:
     """A number without an error with its unit: four digits, and a prefix where the unit takes one; "1" is no unit."""
     if unit == "kg":
         number, unit = 1e3 * number, "g"
-    return Value(number).text("" if unit == "1" else unit)
+    return Value(number).format("" if unit == "1" else unit)
 
 
 def percent(error: float, value: float) -> str:
@@ -133,7 +145,7 @@ def percent(error: float, value: float) -> str:
 
 def number(value: Value) -> dict[str, float | None]:
     """A value as ``--json`` prints it."""
-    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.whole_error95}
+    errors = {"step_bias": value.bias, "model_bias": value.model, "error95": value.error95}
     return {"value": value.value, "stderr": value.stderr, **errors}
 
 

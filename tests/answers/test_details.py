@@ -45,5 +45,5 @@ def test_answers_print_themselves_in_python():
     answer = hv.Averaged().run("examples/plate_with_stop.toml")
     assert repr(answer) == str(answer)
     assert repr(answer).splitlines()[1].split()[:3] == ["mean", "power", f"{1e6 * answer.mean_power.value:.4g}"]
-    assert repr(answer.mean_square_voltage) == answer.mean_square_voltage.text("")
-    assert str(hv.Value(-0.08, stderr=1e-3).text("1/s")).endswith(" 1/s")  # and no milli of it
+    assert repr(answer.mean_square_voltage) == answer.mean_square_voltage.format("")
+    assert str(hv.Value(-0.08, stderr=1e-3).format("1/s")).endswith(" 1/s")  # and no milli of it

@@ -31,8 +31,8 @@ def stop(*_, **__):
             3,
         ),
         (("compare", PLATE, "--json"), "engines.published.Published.run", fail, 0),
-        (("new", "a.toml", *NEW), "devices.meaning.best_load", fail, 0),
-        (("new", "a.toml", *NEW, "--json"), "devices.meaning.best_load", fail, 0),
+        (("new", "a.toml", *NEW), "devices.interpretation.best_load", fail, 0),
+        (("new", "a.toml", *NEW, "--json"), "devices.interpretation.best_load", fail, 0),
     ],
 )
 def test_arguments_are_printed_as_options(harvester, monkeypatch, tmp_path, args, replaced, by, status):

@@ -50,7 +50,7 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     found = hv.Spice(**EFFORTS[shaking]).run(products.scene_of(circuit, shaking, spring, tmp_path))
     power, (expected, doubt) = found.mean_power, REFERENCES[name]
     largest = SAMPLED if shaking == "coloured" else LARGEST
-    assert abs(1e3 * power.value - expected) < 1e3 * power.whole_error95 + doubt < largest * expected
+    assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
     words = ["the record's end does not meet its beginning"] if shaking == "recorded" else []
     words += ["the drive has 2 responses, and this is the one from rest"] if spring == "bistable" else []
     assert len(found.warnings) == len(words) and all(map(str.startswith, found.warnings, words))
@@ -62,7 +62,7 @@ def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
     scene = dataclasses.replace(scene, load=hv.Load(resistance=35e3))
     exact, spice = hv.Exact().run(scene), hv.Spice().run(scene)
     assert exact.warnings and spice.warnings == exact.warnings
-    assert abs(spice.mean_power.value - exact.mean_power.value) < 1.5 * spice.mean_power.whole_error95
+    assert abs(spice.mean_power.value - exact.mean_power.value) < 1.5 * spice.mean_power.error95
 
 
 def test_a_resistor_alone_is_paired_by_whatever_name(tmp_path):
@@ -73,7 +73,7 @@ def test_a_resistor_alone_is_paired_by_whatever_name(tmp_path):
     loads = (hv.Load(resistance=35e3), scene.load, hv.Load(netlist=str(own)))
     answers = [hv.Spice(**FEW).run(dataclasses.replace(scene, load=load)) for load in loads]
     power = answers[0].mean_power
-    assert power.whole_error95 < 0.01 * power.value
-    assert abs(1e3 * power.value - 0.2328) < 1e3 * power.whole_error95 + 3.3e-3
+    assert power.error95 < 0.01 * power.value
+    assert abs(1e3 * power.value - 0.2328) < 1e3 * power.error95 + 3.3e-3
     assert [one.mean_power for one in answers[1:]] == [power, power]
     assert all("resistive_load" in one.effects and "netlist" not in one.effects for one in answers)

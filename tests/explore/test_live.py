@@ -30,7 +30,7 @@ def test_the_curve_is_that_of_the_engines(fine, within):
     scene = draft.scene()
     own = hv.Averaged().run(scene).mean_power
     assert found.here["averaged"].mean_power.value == pytest.approx(own.value, rel=1e-9)
-    assert found.here["averaged"].mean_power.error95 == pytest.approx(own.error95, rel=1e-6)
+    assert found.here["averaged"].mean_power.known_error95 == pytest.approx(own.known_error95, rel=1e-6)
     assert "does not know impact" in found.refused["exact"]
     for name in ("averaged", "published"):
         curve = found.curves[name]
@@ -61,8 +61,8 @@ def test_words_have_errors_and_no_markup():
     power = found.here["averaged"].mean_power
     large = html_text.headline(found, [])
     number, error = (float(one) * 1e-6 for one in re.search(r"([\d.]+) µW.*± ([\d.]+) µW \(95 %\)", large).groups())
-    assert number == pytest.approx(power.value, abs=power.error95)
-    assert error == pytest.approx(power.error95, rel=0.05)
+    assert number == pytest.approx(power.value, abs=power.known_error95)
+    assert error == pytest.approx(power.known_error95, rel=0.05)
     assert "its error is not known" in html_text.headline(published_only(found), [])
     text, _ = html_text.meanings(found.problem)
     assert "Coupling: strong" in text

@@ -199,7 +199,7 @@ def test_engine_states_its_error_and_serves_open_circuits():
     answer = hv.Exact().run(scene)
     power = answer.mean_power
     assert (power.stderr, power.model) == (None, 0.0)
-    assert 0.0 < power.error95 < 1e-12 * power.value
+    assert 0.0 < power.known_error95 < 1e-12 * power.value
     assert "(rounding) uW" in str(answer)
     assert (
         hv.Exact().run(hv.load("examples/plate_recorded.toml")).warnings

@@ -163,9 +163,9 @@ def test_notebook():
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
     for thing, texts in (
         (scene, ["<script>alert(1)</script> & co", "[oscillator]", "kg"]),
-        (answer, ["averaged", answer.mean_power.text("W"), "note: a < b"]),
+        (answer, ["averaged", answer.mean_power.format("W"), "note: a < b"]),
         (table, ["load.resistance", "mean power", "error, 95 %", "published", "1 Mohm"]),
-        (best, ["load.resistance", best.mean_power.text("W")]),
+        (best, ["load.resistance", best.mean_power.format("W")]),
         (comparison, ["averaged", "published", "spice did not run: no <ngspice>"]),
     ):
         page = Html(thing._repr_html_())

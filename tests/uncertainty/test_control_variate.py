@@ -65,8 +65,8 @@ def test_weight_and_correlation():
 def test_degrees_of_freedom():
     """n - 2 where the cheap mean is exact; those of the cheap mean too where its error counts."""
     high, low = pairs(16, 0.9)
-    assert controlled(high, low, Value(5.0, 0.0)).value.freedom == pytest.approx(14.0, rel=1e-12)
-    assert controlled(high, low, Value(5.0, 1e6, freedom=3.0)).value.freedom == pytest.approx(3.0, rel=1e-6)
+    assert controlled(high, low, Value(5.0, 0.0)).value.dof == pytest.approx(14.0, rel=1e-12)
+    assert controlled(high, low, Value(5.0, 1e6, dof=3.0)).value.dof == pytest.approx(3.0, rel=1e-6)
 
 
 def test_nothing_to_gain():

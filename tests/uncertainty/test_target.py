@@ -39,7 +39,7 @@ def test_variance_and_reached():
     assert not target.reached(Value(100.0, 0.5, bias=0.2))
     assert target.variance(value) == pytest.approx((0.8 / 1.96) ** 2)
     assert target.variance(Value(100.0, 0.3, bias=1.2)) == 0.0
-    few = Value(100.0, 0.3, bias=0.2, freedom=5)
+    few = Value(100.0, 0.3, bias=0.2, dof=5)
     assert target.variance(few) == pytest.approx((0.8 / 2.5706) ** 2, rel=1e-4)
     assert target.seconds_left == math.inf
 

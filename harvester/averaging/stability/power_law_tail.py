@@ -44,11 +44,11 @@ class PowerTail:
     lowest: float
     highest: float
 
-    def lacks(self, power: float) -> bool:
+    def moment_diverges(self, power: float) -> bool:
         """Whether E[A^power] surely does not exist."""
         return self.highest <= power
 
-    def may_lack(self, power: float) -> bool:
+    def moment_may_diverge(self, power: float) -> bool:
         """Whether E[A^power] may not exist, as far as the exponent is known."""
         return self.lowest <= power
 

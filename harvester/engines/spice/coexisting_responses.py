@@ -15,7 +15,7 @@ from harvester.answers.responses import SteadyResponse
 from harvester.engines.coexisting_responses import SearchedResponse, may_have_several, steady_responses
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.ideal import Ideal
-from harvester.engines.options import Sampled
+from harvester.engines.options import MonteCarloOptions
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import make_precise, to_be_found
 from harvester.equations.problem import Problem
@@ -25,7 +25,9 @@ from harvester.uncertainty.value import Value
 NAME = "spice"
 
 
-def with_others(options: Sampled, answer: Estimate, problem: Problem, reltol: float, steady: Steady | None) -> Estimate:
+def with_others(
+    options: MonteCarloOptions, answer: Estimate, problem: Problem, reltol: float, steady: Steady | None
+) -> Estimate:
     """The answer with all responses to the same drive, each with ngspice's mean, and what that says of the answer.
 
     ``steady`` is the response from rest, None where it does not come back.  Not searched is a linear mass, which has
@@ -57,7 +59,7 @@ def with_others(options: Sampled, answer: Estimate, problem: Problem, reltol: fl
 
 
 def _followed(
-    options: Sampled,
+    options: MonteCarloOptions,
     problem: Problem,
     reltol: float,
     rest: Steady | None,
@@ -91,7 +93,9 @@ def _followed(
     return tuple(sorted(responses, key=lambda one: -one.share))
 
 
-def _followed_from(options: Sampled, problem: Problem, reltol: float, found: SearchedResponse) -> Steady | str:
+def _followed_from(
+    options: MonteCarloOptions, problem: Problem, reltol: float, found: SearchedResponse
+) -> Steady | str:
     """The periodic response of ngspice from a state of one without it, or why there is none."""
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import mean_with_errors
 from harvester.engines.protocol import estimate
-from harvester.engines.spice.setup import Prepared
+from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 from harvester.uncertainty.value import Value
@@ -14,7 +14,7 @@ WITHOUT, CUT = "leaving ngspice out", "a response that was cut short"
 
 
 def unfinished(
-    name: str, problem: Problem, error: OutOfTimeError, seconds: float, ready: Prepared | None = None
+    name: str, problem: Problem, error: OutOfTimeError, seconds: float, ready: SpiceSetup | None = None
 ) -> Estimate:
     """What the cheap model of ``ready`` knows, or else the means that one run of ngspice had come to.
 
@@ -32,7 +32,7 @@ def unfinished(
     return _with_netlist(estimate(name, problem, *found, seconds, 0, "", (said,)), problem)
 
 
-def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, ready: Prepared) -> Estimate:
+def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, ready: SpiceSetup) -> Estimate:
     """The means of the long ensemble that the runs of ngspice were to be paired with."""
     pair, beta = ready.pair, problem.equations.beta or 0.0
     assert pair is not None
@@ -43,7 +43,7 @@ def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds:
     v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, moment).scaled(factor)
     details = {"step": ready.device.h / problem.units.frequency, "burn_in": pair.burn_in / problem.units.frequency}
     details |= {"duration": pair.duration / problem.units.frequency, "trajectories": pair.trajectories.count}
-    known = v2.lacking(WITHOUT), power.lacking(WITHOUT)
+    known = v2.with_unknown(WITHOUT), power.with_unknown(WITHOUT)
     answer = estimate(name, problem, *known, seconds, pair.steps, "", (*ready.warnings, said), details)
     return _with_netlist(answer, problem)
 

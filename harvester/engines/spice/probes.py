@@ -68,8 +68,8 @@ def _with_probes(
         means = [next(places)[MEAN] for _ in some]
         value = sum(mean.value for mean in means) / watts
         details[f"{PART}{name}"] = value
-        if all(mean.whole_error95 is not None for mean in means):  # errors of several may be of one sign
-            details[f"{ERROR_OF}{PART}{name}"] = sum(mean.error95 for mean in means) / watts
+        if all(mean.error95 is not None for mean in means):  # errors of several may be of one sign
+            details[f"{ERROR_OF}{PART}{name}"] = sum(mean.known_error95 for mean in means) / watts
         taken += value
     if watch.parts and "ledger_circuit" in details:
         details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
@@ -101,7 +101,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
 
     def value(probe: int, column: int) -> Value:
         known = *mean_and_error(rows[:, probe, column]), None if unknown else float(bias[probe, column])
-        return Value(*known, freedom=len(rows) - 1.0, unknown=unknown)
+        return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
 
     columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
     return _with_probes(answer, problem, watch, columns, answer.details["duration"])

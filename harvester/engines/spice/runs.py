@@ -12,7 +12,7 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.effort import FEWEST, LOOSE, fewest_pairs
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
-from harvester.engines.spice.setup import Prepared
+from harvester.engines.spice.setup import SpiceSetup
 from harvester.engines.spice.step_bias import largest_step_bias
 from harvester.errors import CircuitError, OutOfTimeError, SimulationError
 from harvester.uncertainty.control_variate import Controlled, controlled, explained_and_controlled, split
@@ -34,7 +34,7 @@ class Runs:
     What has not ended at the ``deadline`` of `time.monotonic` is given up.
     """
 
-    ready: Prepared
+    ready: SpiceSetup
     paired: bool
     kicks: int
     root: np.random.SeedSequence
@@ -170,7 +170,7 @@ class Runs:
             bias = None if relative is None else abs(relative * mean)
             if self.followed and relative is None:
                 bias = largest_step_bias(name, self.done, self.coarse, self.ready.device.scales.watts)
-            value = Value(mean, error, bias, freedom=len(entries) - 1.0)
+            value = Value(mean, error, bias, dof=len(entries) - 1.0)
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
@@ -210,8 +210,8 @@ class Runs:
             return further(now, found.residual / variance), 0.0
         spread = max((found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0) * pair.duration
         runs, duration = split(variance, found.residual, self.cost, spread, self.rate)
-        freedom = found.value.freedom and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
-        ratio = (found.value.quantile / dataclasses.replace(found.value, freedom=freedom).quantile) ** 2
+        dof = found.value.dof and min(max(runs, now), 1e6) - 2.0  # of more runs, whose quantile is smaller
+        ratio = (found.value.quantile / dataclasses.replace(found.value, dof=dof).quantile) ** 2
         runs, duration = runs / ratio, duration / ratio
         more = further(now, runs) if runs > now else 0.0
         return more, further(pair.duration, duration) if duration > pair.duration or more == 0.0 else 0.0
@@ -240,7 +240,7 @@ class Runs:
         Raises SimulationError where the load gives power, beyond its error.
         """
         power = self.power().value
-        if power.value + power.error95 < 0.0:
+        if power.value + power.known_error95 < 0.0:
             raise gives_power(-power.value * self.ready.device.scales.watts)
         return ledger_doubts([one.ledger for one in self.done])
 

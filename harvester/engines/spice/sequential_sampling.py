@@ -4,7 +4,7 @@ from harvester.engines.spice.runs import Runs
 from harvester.uncertainty.target import Target
 
 
-def pursue(runs: Runs, target: Target, fixed: bool) -> None:
+def sequential_sampling(runs: Runs, target: Target, fixed: bool) -> None:
     """More pairs and a longer ensemble, in the proportion that costs least, until the target is reached."""
     warnings = runs.ready.warnings
     while True:

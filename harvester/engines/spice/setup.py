@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.ensemble import DRAWN, FINE, KNOWN, affordable, first_duration, step_and_effort
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import NOT_WHITE
 from harvester.engines.settling import settle
 from harvester.equations.problem import Problem
@@ -29,7 +29,7 @@ READING = 0.4  # nondimensional time between readings: V^2 varies on the scale o
 
 
 @dataclass(frozen=True)
-class Prepared:
+class SpiceSetup:
     """What runs, and what is known of it before.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
@@ -47,7 +47,7 @@ class Prepared:
     burn_in_from_rest: float = 0.0
     unknown: str = ""
 
-    def from_rest(self) -> "Prepared":
+    def from_rest(self) -> "SpiceSetup":
         """The same, with runs that begin at rest and burn in for longer."""
         return replace(self, burn_in=self.burn_in_from_rest, starts=None)
 
@@ -117,8 +117,8 @@ class Prepared:
 
 
 def prepare(
-    problem: Problem, options: Sampled, reltol: float = 1e-4, gaussian: bool = False, settled: bool = False
-) -> Prepared:
+    problem: Problem, options: MonteCarloOptions, reltol: float = 1e-4, gaussian: bool = False, settled: bool = False
+) -> SpiceSetup:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
     Where runs may begin ``settled``, in states of the circuit of ideal elements, the burn-in is `MEMORIES` of the
@@ -179,7 +179,7 @@ def prepare(
         states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
         starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
     unknown = "" if pilot.hopping is None else "the share of each well"
-    return Prepared(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest, unknown)
+    return SpiceSetup(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest, unknown)
 
 
 def stand_in(s: Scales) -> str:

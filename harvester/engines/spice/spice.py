@@ -12,7 +12,7 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.moment_existence import existence
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import AnyScene, Progress, estimate, served
 from harvester.engines.spice.coexisting_responses import with_others
@@ -20,8 +20,8 @@ from harvester.engines.spice.effort import FEWEST, fewest_pairs
 from harvester.engines.spice.partial_answer import unfinished
 from harvester.engines.spice.probes import Watch, watch_of, with_sampled_probes, with_steady_probes
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.sequential_sampling import pursue
-from harvester.engines.spice.setup import Prepared, prepare, stand_in
+from harvester.engines.spice.sequential_sampling import sequential_sampling
+from harvester.engines.spice.setup import SpiceSetup, prepare, stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import along, follows, steady_response
@@ -40,7 +40,7 @@ RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their proces
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Spice(Sampled):
+class Spice(MonteCarloOptions):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
 
     A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
@@ -124,7 +124,7 @@ class Spice(Sampled):
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
         return not self.refusal(problem) and follows(self, problem)
 
-    def run_along(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
+    def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`run` for each scene, where it `follows` from the one before, or the error that it raises."""
         return along(self.NAME, scenes, self.follow, self.follows)
 
@@ -170,8 +170,8 @@ class Spice(Sampled):
             ready = ready.from_rest()
             runs = self._first_round(problem, ready, *begun)
         runs.measure_tolerance()
-        if target is not None and exists.promises(target.within, ready.warnings):
-            pursue(runs, target, self.dt is not None)
+        if target is not None and exists.can_reach(target.within, ready.warnings):
+            sequential_sampling(runs, target, self.dt is not None)
         h, burnt = ready.device.h / unit, ready.burn_in / unit
         details = {"step": h, "burn_in": burnt, "duration": runs.kicks * h - burnt}
         details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": warm}
@@ -187,7 +187,7 @@ class Spice(Sampled):
         v2, power = (
             dataclasses.replace(one.value, stderr=None)
             if agreed == NO_NOISE
-            else one.value.lacking(exists.unknown).lacking(ready.unknown)
+            else one.value.with_unknown(exists.unknown).with_unknown(ready.unknown)
             for one in (runs.mean_square_voltage(), runs.power())
         )
         reasons = [sought, ready.known(runs.tolerance, runs.followed), agreed if agreed == NO_NOISE else ""]
@@ -213,7 +213,7 @@ class Spice(Sampled):
     def _first_round(
         self,
         problem: Problem,
-        ready: Prepared,
+        ready: SpiceSetup,
         paired: bool,
         target: Target | None,
         deadline: float,

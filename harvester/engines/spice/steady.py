@@ -42,7 +42,7 @@ class Steady:
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
     is not; ``followed`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
-    the longest step.  Of that scene ``near`` has the other steps, and ``borrowed`` is the relative error of the
+    the longest step.  Of that scene ``near`` has the other steps, and ``reused`` is the relative error of the
     tolerance that was measured so many neighbours ago.
     """
 
@@ -56,7 +56,7 @@ class Steady:
     followed: bool = False
     near: "Steady | None" = None
     before: "CoupledState | None" = None
-    borrowed: tuple[float, int] | None = None
+    reused: tuple[float, int] | None = None
     warm_up_seconds: float = 0.0
 
     @property
@@ -147,12 +147,12 @@ class Steady:
         section = there.section.moved(since.section, now.section)
         return dataclasses.replace(there, section=section, secants=now.secants)
 
-    def lent(self) -> tuple[float, int] | None:
+    def reusable(self) -> tuple[float, int] | None:
         """What a neighbour may take for the relative error of its tolerance; None where it must measure that."""
         if self.unknown or self.tenths or self.first.probes:
             return None
-        if self.borrowed is not None:
-            error, neighbours = self.borrowed
+        if self.reused is not None:
+            error, neighbours = self.reused
             return (error, neighbours + 1) if neighbours < NEIGHBOURS else None
         value, (_, tolerance, _) = self.errors("power")
         least = LITTLE * self.within
@@ -168,7 +168,7 @@ class Steady:
         left = (4.0 * lefts[-1] + lefts[-2]) / 3.0  # as the limit weighs them
         tighter = self.found.get((finest, tenths + 1))
         change = 0.0 if tighter is None else float(getattr(tighter, name)) - values[-1]
-        tolerance = self.remains * abs(change) if self.borrowed is None else self.borrowed[0] * abs(value)
+        tolerance = self.remains * abs(change) if self.reused is None else self.reused[0] * abs(value)
         return value + change, (step, tolerance, left)
 
     def value(self, name: str) -> Value:
@@ -184,8 +184,8 @@ class Steady:
         Where the tolerance alone makes too large an error, the steps are those of that tenth.  Where it made next to
         nothing in a neighbour, it is not measured again.
         """
-        self.borrowed = None if self.near is None or not tolerant else self.near.lent()
-        if not tolerant or self.borrowed is not None:
+        self.reused = None if self.near is None or not tolerant else self.near.reusable()
+        if not tolerant or self.reused is not None:
             return self.follow([(1, 0), (2, 0)])
         self.follow([(2, 0), (2, 1)])
         if self.unknown:

@@ -4,7 +4,7 @@ import dataclasses
 
 from harvester.answers.details import DISPLACEMENT, PHASES
 from harvester.answers.estimate import Estimate
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
 from harvester.engines.spice.setup import stand_in
@@ -14,16 +14,18 @@ from harvester.linear.harmonics import phase_to_base
 from harvester.linear.record_doubts import record_doubts
 
 
-def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Steady, seconds: float) -> Estimate:
+def steady_estimate(
+    options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
+) -> Estimate:
     """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
     s, units, last, within = problem.scales, problem.units, steady.last, number(options.within)
     everything = steady.found.values()
     power, square = steady.value("power"), steady.value("square")
-    if power.value + power.error95 < 0.0:
+    if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
     warnings = ledger_doubts(2 * [last.ledger]) + record_doubts(problem.equations)
-    if within is not None and (steady.unknown or power.error95 > within * abs(power.value)):
-        relative = "is not known" if steady.unknown else f"is {power.error95 / abs(power.value):.2g}"
+    if within is not None and (steady.unknown or power.known_error95 > within * abs(power.value)):
+        relative = "is not known" if steady.unknown else f"is {power.known_error95 / abs(power.value):.2g}"
         warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
     whence = "from that of the point before" if steady.followed else "from rest"
     again = (
@@ -42,7 +44,7 @@ def steady_estimate(options: Sampled, name: str, problem: Problem, steady: Stead
         found = dict(zip(parts, steady.errors("power")[1], strict=True))
         details |= {part: error * units.watts / s.watts for part, error in found.items()}
         reasons.append("its error is that of the step, of ngspice's tolerance and of settling")
-        if steady.borrowed is not None:
+        if steady.reused is not None:
             reasons.append("that of the tolerance, which is next to nothing, was measured at a point before")
     if not problem.physical:
         reasons.append(stand_in(s))

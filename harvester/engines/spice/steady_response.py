@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.spice.partial_answer import unfinished
 from harvester.engines.spice.steady import FEWEST, HALVINGS, RUNNING, WITHIN, Steady
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from harvester.cosimulation.responses import Neighbour
 
 
-def follows(options: Sampled, problem: Problem) -> bool:
+def follows(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
     if not problem.equations.is_steady or (options.trajectories, options.duration) != (None, None):
         return False
@@ -62,7 +62,7 @@ def along(
 
 
 def steady_response(
-    options: Sampled,
+    options: MonteCarloOptions,
     problem: Problem,
     reltol: float,
     progress: Progress | None = None,
@@ -93,7 +93,7 @@ def steady_response(
     return steady
 
 
-def to_be_found(options: Sampled, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
+def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, probes: tuple[Probe, ...] = ()) -> Steady:
     """A response that is not yet found, with the device of its longest step."""
     from harvester.cosimulation.runs import CoupledDevice
 
@@ -113,7 +113,7 @@ def make_precise(steady: Steady, progress: Progress | None = None) -> None:
     going = not steady.unknown
     while going:
         power = steady.value("power")
-        share = power.error95 / abs(power.value) / steady.within if power.value else 0.0
+        share = power.known_error95 / abs(power.value) / steady.within if power.value else 0.0
         if progress is not None:
             progress(1.0 / max(share, 1.0))
         going = share > 1.0 and steady.improve()

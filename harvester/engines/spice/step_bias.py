@@ -26,7 +26,7 @@ def largest_step_bias(
     blocks = len(fine[0].load_power)
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
     entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / 3.0
-    found = Value(*mean_and_error(entries), freedom=len(entries) - 1.0)
+    found = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
     return abs(found.value) + found.sampling95
 
 

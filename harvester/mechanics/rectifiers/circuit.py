@@ -172,7 +172,7 @@ def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, 
 
 
 @forced
-def until_free(
+def advance_to_last_event(
     x, v, V, U, m, h, t, r, beta, n1, stops, a,
     mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
 ):  # fmt: skip

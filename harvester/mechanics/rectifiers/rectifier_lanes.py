@@ -15,7 +15,7 @@ from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
-from harvester.mechanics.rectifiers.circuit import conducted, until_free
+from harvester.mechanics.rectifiers.circuit import advance_to_last_event, conducted
 
 IDEAL_SUMS = (*SUMS, "load")
 
@@ -36,9 +36,11 @@ def _drift(
         return
     for i in range(LANES):
         a, _ = shaken(i, accelerations, shaker)
-        x[i], v[i], V[i], U[i], m[i], scratch[0, i], scratch[1, i], _, _, scratch[2, i], scratch[3, i] = until_free(
-            x[i], v[i], V[i], U[i], m[i], h, t, r, beta, n1, stops, a,
-            mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+        x[i], v[i], V[i], U[i], m[i], scratch[0, i], scratch[1, i], _, _, scratch[2, i], scratch[3, i] = (
+            advance_to_last_event(
+                x[i], v[i], V[i], U[i], m[i], h, t, r, beta, n1, stops, a,
+                mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
+            )
         )  # fmt: skip
     for i in range(LANES):
         V[i], U[i] = conducted(V[i], U[i], scratch[0, i], scratch[1, i], mu, kappa, n, leak, loss, bridge, doubler)

@@ -12,7 +12,7 @@ from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, coefficients, room_for_impacts
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.mechanics.rectifiers.circuit import IdealCircuit, conducted, until_free
+from harvester.mechanics.rectifiers.circuit import IdealCircuit, advance_to_last_event, conducted
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,7 +34,7 @@ def _trace(
     v = kick_at_stops(x, v, V, 0.0, 0.5 * h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a)
     for k in range(1, len(readings) * stride + 1):
         mean, a = between_kicks(shaking, k)
-        x, v, V, U, m, w, left, first, speed, _, _ = until_free(
+        x, v, V, U, m, w, left, first, speed, _, _ = advance_to_last_event(
             x, v, V, U, m, h, h, r, beta, n1, stops, mean,
             mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
         )  # fmt: skip
@@ -48,7 +48,7 @@ def _trace(
         v = kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a)
         if k % stride == 0:
             row = readings[k // stride - 1]
-            xm, vm, Vm, Um, _m, w, left, _, _, _, _ = until_free(
+            xm, vm, Vm, Um, _m, w, left, _, _, _, _ = advance_to_last_event(
                 x, v, V, U, m, h, 0.5 * h, r, beta, n1, stops, a,
                 mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
             )  # fmt: skip

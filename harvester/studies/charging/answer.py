@@ -152,10 +152,10 @@ class Charging:
         of, at = self.unit_names, f"{self.target:.6g} {self.unit}".rstrip()
         lines = [f"{self.engine}: {self.runs} run{'s' * (self.runs > 1)} from empty, {self.seconds:.2g} s"]
         if self.time is not None:
-            rows = [[f"mean time to {at}", self.time.text(of.time)]]
+            rows = [[f"mean time to {at}", self.time.format(of.time)]]
         else:
             rows = [[f"mean time to {at}", "not known: runs that never get there have no time"]]
-            rows.append(["at least", self.at_least.text(of.time)])
+            rows.append(["at least", self.at_least.format(of.time)])
         if self.runs > 1:
             bounds = [
                 "after the end" if one is None else f"{one:.4g} {of.time}".rstrip() for one in (self.low, self.high)
@@ -165,7 +165,7 @@ class Charging:
             rows.append(["reached", f"{self.reached:.1%} of the runs (95 %: {low} to {high} %)"])
         if self.afterwards is not None and self.rises is not None:
             times = f"{self.rises:.4g} time{'s' * (self.rises != 1.0)}"
-            share = self.afterwards.scaled(100.0).text("")
+            share = self.afterwards.scaled(100.0).format("")
             rows.append(["then at or above it", f"{share} % of the time; it rises to it {times}"])
         rows += self._energy()
         lines += columns(rows, "  ")
@@ -177,14 +177,14 @@ class Charging:
         last, best, of = self.levels[-1], self.strongest, self.unit_names
         if last.energy is None:
             return []
-        rows = [["energy there", Value(last.energy).text("J" if self.physical else "")]]
+        rows = [["energy there", Value(last.energy).format("J" if self.physical else "")]]
         if self.time is not None:
             from harvester.studies.charging.passages import over
 
-            rows.append(["mean power to there", over(last.energy, self.time).text(of.power)])
+            rows.append(["mean power to there", over(last.energy, self.time).format(of.power)])
         if best is not None and best.power is not None:
             below = self.levels[self.levels.index(best) - 1].voltage if best is not self.levels[0] else 0.0
             way = f"{below:.3g} to {best.voltage:.3g} {self.unit}".rstrip()
             steps = f"the largest of {len(self.levels)} steps"
-            rows.append(["power", f"{best.power.text(of.power)}, from {way}: {steps}"])
+            rows.append(["power", f"{best.power.format(of.power)}, from {way}: {steps}"])
         return rows

@@ -84,7 +84,7 @@ class Passages:
         value, error = mean_and_error(values)
         change, unsure = mean_and_error(coarse - values)
         bias = self.counted * (abs(change) + NORMAL_QUANTILE * unsure)
-        return Value(value, error, bias, freedom=float(len(values) - 1), unknown=self.unknown)
+        return Value(value, error, bias, dof=float(len(values) - 1), unknown=self.unknown)
 
     def independent(self, values: Floats) -> Floats:
         """Means of the values of runs, shape (runs, ...), on one record each: independent entries."""
@@ -103,7 +103,7 @@ class Passages:
         times = self.independent(times)
         value, error = mean_and_error(times)
         parts = " and ".join(filter(None, ("the step", self.unknown)))
-        return Value(value, None if len(times) == 1 else error, freedom=len(times) - 1.0, unknown=parts)
+        return Value(value, None if len(times) == 1 else error, dof=len(times) - 1.0, unknown=parts)
 
     def at_least(self) -> Value:
         """The mean of the times to the target, where one that is not known counts as the time watched.

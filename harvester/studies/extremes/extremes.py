@@ -60,13 +60,13 @@ class Extremes:
         """A table: its heads, then the levels of each quantity, and the impacts where there is a stop."""
         rows = [["largest in the lifetime", *(f"below this in {p:.0%} of devices" for p in SHARES)]]
         for name, of in self.levels.items():
-            rows.append([name, *(of[p].text(self._unit(name)) for p in SHARES)])
+            rows.append([name, *(of[p].format(self._unit(name)) for p in SHARES)])
         if self.impact_rate is not None:
-            rows.append(["impacts, mean rate", self.impact_rate.text(self.unit_names.rate), ""])
+            rows.append(["impacts, mean rate", self.impact_rate.format(self.unit_names.rate), ""])
         return rows
 
     def __str__(self) -> str:
-        lines = [f"over {Value(self.lifetime).text('')} {self.unit_names.time}".rstrip() + ":"]
+        lines = [f"over {Value(self.lifetime).format('')} {self.unit_names.time}".rstrip() + ":"]
         return "\n".join([*lines, *(f"  {row}" for row in columns(self.rows())), f"  note: {self.method}"])
 
 

@@ -17,7 +17,7 @@ from harvester.engines import Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
 from harvester.errors import HarvesterError, MissingProgramError
-from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
 from harvester.uncertainty.value import Value
@@ -29,13 +29,13 @@ FROM_REST = "from rest"
 Failure = tuple[float, str]  # a frequency and why there is no point
 
 
-def directions(driven: Driven) -> tuple[str, ...]:
+def directions(driven: HarmonicDrive) -> tuple[str, ...]:
     """The ways over the frequencies that ngspice goes: one, or up and down for a mass that is not linear."""
     return ("up", "down") if linear_growth(driven.problem.equations) is None else (FROM_REST,)
 
 
 def by_ngspice(
-    engine: Spice, driven: Driven, frequencies: Sequence[float], steps: Steps
+    engine: Spice, driven: HarmonicDrive, frequencies: Sequence[float], steps: Steps
 ) -> tuple[list[ResponsePoint], list[Failure], list[str]]:
     """The points, the frequencies without one, and the warnings.
 
@@ -70,7 +70,7 @@ def by_ngspice(
 
 
 def _step(
-    engine: Spice, driven: Driven, direction: str, frequency: float, near: "Neighbour | None"
+    engine: Spice, driven: HarmonicDrive, direction: str, frequency: float, near: "Neighbour | None"
 ) -> "tuple[Step, Neighbour | None]":
     """One frequency, on from its neighbour, and the neighbour of the next."""
     found, steady = engine.follow(driven.at(frequency), near)

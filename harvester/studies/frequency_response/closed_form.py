@@ -6,17 +6,17 @@ from harvester.engines import Exact
 from harvester.linear.harmonics import phase_to_base
 from harvester.linear.response import amplitudes
 from harvester.linear.solve import solve
-from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint, root
 from harvester.uncertainty.value import Value
 
 
-def power_at(driven: Driven, frequency: float) -> float:
+def power_at(driven: HarmonicDrive, frequency: float) -> float:
     """The mean power at one frequency, in the scene's unit."""
     return Exact().run(driven.at(frequency)).mean_power.value
 
 
-def closed_form(driven: Driven, frequencies: Sequence[float]) -> list[ResponsePoint]:
+def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[ResponsePoint]:
     """The points up and down again.
 
     Raises UnboundedResponseError where nothing takes energy.

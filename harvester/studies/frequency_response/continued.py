@@ -16,7 +16,7 @@ from harvester.engines.agreement import ALIKE, UNLIKE
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import first_harmonic, phase_to_base
-from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint, root
 from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
 from harvester.uncertainty.value import Value, mean_and_error
@@ -32,7 +32,7 @@ Phases = tuple[float | None, float | None]
 
 
 def continued(
-    engine: Ensemble | Ideal, driven: Driven, frequencies: Sequence[float], steps: Steps
+    engine: Ensemble | Ideal, driven: HarmonicDrive, frequencies: Sequence[float], steps: Steps
 ) -> list[ResponsePoint]:
     """The points up and down again, by engine `ensemble` or `ideal`.
 

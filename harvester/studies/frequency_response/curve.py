@@ -94,7 +94,9 @@ class Response:
         downwards = {down.frequency: down.mean_square_voltage for down in self.sweep("down")}
         for up in self.sweep("up"):
             a, b = up.mean_square_voltage, downwards.get(up.frequency)
-            if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (a.error95 + b.error95):
+            if b is not None and abs(a.value - b.value) > 0.01 * max(a.value, b.value) + 2.0 * (
+                a.known_error95 + b.known_error95
+            ):
                 found.append(up.frequency)
         return found
 
@@ -165,7 +167,7 @@ class Response:
         for direction in self.directions:
             peak = self.peak(direction)
             at = f"{peak.frequency:.5g} {self.unit_names.frequency}".rstrip()
-            power, band = peak.mean_power.text(self.unit_names.power), self.bandwidth_text(direction)
+            power, band = peak.mean_power.format(self.unit_names.power), self.bandwidth_text(direction)
             lines.append(f"{direction:<5} peak {power} at {at}{self._where(direction)}; half-power bandwidth {band}")
         if self.hysteresis:
             ends = [f"{f:.5g}" for f in (min(self.hysteresis), max(self.hysteresis))]

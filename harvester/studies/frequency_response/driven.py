@@ -15,7 +15,7 @@ UNSERVED = NOT_WHITE - {"harmonic_drive"}
 
 
 @dataclass(frozen=True)
-class Driven:
+class HarmonicDrive:
     """A scene whose drive's frequency is to be swept.
 
     Raises InputError for a scene without a harmonic drive, and CannotServeError for shaking of other kinds.

@@ -60,7 +60,7 @@ def root(square: Value) -> Value:
         None if e is None else e / (2.0 * size) if size > 0.0 else 0.0
         for e in (square.stderr, square.bias, square.model)
     )
-    return Value(size, stderr, bias, model, square.freedom, square.unknown)
+    return Value(size, stderr, bias, model, square.dof, square.unknown)
 
 
 def heads(of: AnswerUnits) -> list[str]:
@@ -81,7 +81,7 @@ def cells(point: ResponsePoint, level: float | None) -> Sequence[object]:
     per_g = [] if level is None else [point.voltage_rms.value / level, point.mean_power.value / level**2]
     spread = "" if point.spread is None else f"{point.spread:.3g}"
     known = [None if v is None else v.value for v in values]
-    whole = point.mean_power.whole_error95
+    whole = point.mean_power.error95
     return [point.direction, point.frequency, *known, *errors, *phases, *per_g, spread, whole, ""]
 
 

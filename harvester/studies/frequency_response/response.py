@@ -21,7 +21,7 @@ from harvester.studies.frequency_response.by_ngspice import by_ngspice, directio
 from harvester.studies.frequency_response.closed_form import closed_form, power_at
 from harvester.studies.frequency_response.continued import continued
 from harvester.studies.frequency_response.curve import Response
-from harvester.studies.frequency_response.driven import Driven
+from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.frequency_response.responses import Responses
@@ -57,7 +57,7 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
         return None
     problem = Problem.of(scene)
     points = vary if isinstance(vary, Points) else grid([axis_of(key, some) for key, some in vary.items()])
-    swept = Driven(problem).frequency_key
+    swept = HarmonicDrive(problem).frequency_key
     if swept in points.keys:
         raise InputError(f"`vary` must leave out {swept}, which is what `sweep` goes over, but names it")
     points.check(problem.scene)
@@ -66,7 +66,7 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
 
 def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
     """How often the tick is called for each engine: up and down, or once by ngspice and a linear mass."""
-    curves, ways = 1 if points is None else len(points), len(directions(Driven(Problem.of(scene))))
+    curves, ways = 1 if points is None else len(points), len(directions(HarmonicDrive(Problem.of(scene))))
     return {e.NAME: curves * frequencies * (ways if isinstance(e, Spice) else 2) for e in engines}
 
 
@@ -120,7 +120,7 @@ def responses(
     Raises as `response`, and InputError for a key or value that no scene has.
     """
     problem = Problem.of(scene)
-    Driven(problem)
+    HarmonicDrive(problem)
     chosen = engines_of(problem, engines, seed)
     return _responses(problem, sweep, points_of(problem, vary), chosen, tick or _nothing)
 
@@ -144,7 +144,7 @@ def _responses(
         several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
     curves = list[Response]()
     for number, values in enumerate(several):
-        driven = Driven(Problem(problem.scene.varied(values)) if values else problem)
+        driven = HarmonicDrive(Problem(problem.scene.varied(values)) if values else problem)
         for place, engine in enumerate(engines):
             each = partial(tick, engine.NAME), partial(skip, engine.NAME)
             steps = Steps(tick=each[0]) if kept is None else kept.steps(number, place, engine.NAME, *each)
@@ -153,7 +153,7 @@ def _responses(
 
 
 def _curve(
-    engine: Engine, driven: Driven, sweep: str | Sequence[float], varied: Mapping[str, float], steps: Steps
+    engine: Engine, driven: HarmonicDrive, sweep: str | Sequence[float], varied: Mapping[str, float], steps: Steps
 ) -> Response:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)

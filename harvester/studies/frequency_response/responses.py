@@ -87,5 +87,5 @@ def _error(power: Value) -> str:
     """The whole error at 95 % in percent, or what of it is known."""
     if power.value == 0.0 or (power.stderr is None and power.bias is None):
         return "not known"
-    share = percent(power.error95, power.value)
+    share = percent(power.known_error95, power.value)
     return f"at least {share}" if power.unknown else share

@@ -113,7 +113,7 @@ class Optimum:
         width = max(len(key.range.key) for key in self.keys)
         lines = [f"{self.engine}: {self.seconds:.2g} s, {len(self.points)} evaluations ({counts})"]
         lines += [f"  {key.range.key:<{width}}  {key}" for key in self.keys]
-        lines.append(f"  {'mean power':<{width}}  {self.mean_power.text(unit)}")
+        lines.append(f"  {'mean power':<{width}}  {self.mean_power.format(unit)}")
         if self.estimate.reason and self.mean_power.stderr is None:
             lines.append(f"  note: {self.estimate.reason}")
         if self.flat:
@@ -122,7 +122,7 @@ class Optimum:
             lines.append(f"  no interval of the keys: {self.why}")
         for keys, power in self.peaks[1:]:
             where = ", ".join(f"{name} = {amount(value, unit_of(name))}" for name, value in keys.items())
-            lines.append(f"  another peak: {power.text(unit)} at {where}")
+            lines.append(f"  another peak: {power.format(unit)} at {where}")
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
     def _repr_html_(self) -> str:
@@ -130,7 +130,7 @@ class Optimum:
 
         unit = self.estimate.unit_names.power
         rows = [(key.range.key, str(key)) for key in self.keys]
-        rows += [("mean power", self.mean_power.text(unit)), ("seconds", f"{self.seconds:.2g}")]
+        rows += [("mean power", self.mean_power.format(unit)), ("seconds", f"{self.seconds:.2g}")]
         notes = [f"flat: {self.flat}"] if self.flat else []
         notes += [f"no interval of the keys: {self.why}"] if self.why and not self.flat else []
         notes += [f"note: {self.estimate.reason}"] if self.estimate.reason else []

@@ -62,8 +62,8 @@ class CircuitChoice:
     def alike(self) -> tuple[str, ...]:
         """The circuits whose power cannot be told from that of the best."""
         (_, top), *others = self.found.items()
-        low = top.mean_power.value - top.mean_power.error95
-        return tuple(n for n, one in others if one.mean_power.value + one.mean_power.error95 >= low)
+        low = top.mean_power.value - top.mean_power.known_error95
+        return tuple(n for n, one in others if one.mean_power.value + one.mean_power.known_error95 >= low)
 
     @property
     def unfinished(self) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ class CircuitChoice:
         rows = [[KEY, "largest mean power", "keys there"]]
         for name, one in self.found.items():
             power = dataclasses.replace(one.mean_power, unknown="")  # which a note says once
-            rows.append([name, power.text(unit), "; ".join(f"{k.range.key} = {k}" for k in one.keys)])
+            rows.append([name, power.format(unit), "; ".join(f"{k.range.key} = {k}" for k in one.keys)])
         failed = [f"  no optimum of {name}: {e}" for name, e in self.optima.items() if isinstance(e, HarvesterError)]
         warned = [f"  warning: {name}: {word}" for name, one in self.found.items() for word in one.warnings]
         if self.best is None:
@@ -119,7 +119,7 @@ class CircuitChoice:
                 search = "cut short" if name in self.unfinished else "complete"
                 search = "first scan only" if any(word.startswith(ENDED) for word in one.warnings) else search
                 search = search if one.scanned else "scan cut short"
-                errors = power.stderr, power.bias, power.whole_error95
+                errors = power.stderr, power.bias, power.error95
                 rows.append([name, *(key.value for key in one.keys), power.value, *errors, search, ""])
             else:
                 rows.append([name, *([None] * (len(keys) + len(powers))), "failed", str(one)])

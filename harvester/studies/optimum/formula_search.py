@@ -135,7 +135,7 @@ def _apart(surface: Surface, engine: Engine, found: list[Peak]) -> list[Peak]:
 def _hull(surface: Surface, begin: int) -> tuple[Floats, Floats]:
     """The extent of the places that may be the optimum."""
     u, power, values = _served(surface, begin)
-    model = np.array([v.error95 for v in values])
+    model = np.array([v.known_error95 for v in values])
     best = int(np.argmax(power))
     held = u[power + model >= power[best] - model[best]]
     return held.min(axis=0), held.max(axis=0)
@@ -157,4 +157,4 @@ def _level_set(surface: Surface, engine: Engine, begin: int) -> tuple[Floats, Fl
 def trusted(points: list[Evaluation], most: float) -> bool:
     """Whether all evaluations have answers whose model error is known and at most ``most`` of the power."""
     values = [p.power for p in points]
-    return all(v is not None and v.model is not None and v.error95 <= most * abs(v.value) for v in values)
+    return all(v is not None and v.model is not None and v.known_error95 <= most * abs(v.value) for v in values)

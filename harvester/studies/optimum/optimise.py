@@ -11,7 +11,7 @@ from typing import Any
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.engines import Cheapest
-from harvester.engines.options import Asked, number
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine, Vectorised
 from harvester.engines.selection import Named, default_engine
 from harvester.engines.selection import engine as engine_of
@@ -101,7 +101,7 @@ def prepared(
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
     if any(r.steps for r in found_ranges) and not isinstance(engine, Vectorised):
         raise InputError(f"`engine` must be one of formulas for the values of a series, but is {engine.NAME!r}")
-    asked = Asked(within=within, budget=budget)
+    asked = Request(within=within, budget=budget)
     if asked.within is None or asked.budget is None:
         raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
     within, budget = number(asked.within) or 0.0, number(asked.budget) or 0.0

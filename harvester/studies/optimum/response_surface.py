@@ -74,10 +74,10 @@ class Fit:
         """The misfit s^2: the variance of the powers about the polynomial beyond their noise."""
         matrix = self._rows(self.x)
         rest = np.eye(len(self.x)) - matrix @ self._solver
-        freedom = len(self.x) - matrix.shape[1]
+        dof = len(self.x) - matrix.shape[1]
         residual: Floats = rest @ self.power
         expected = float(np.trace(rest @ self.covariance @ rest.T))
-        return max((float(np.sum(residual**2)) - expected) / float(freedom), 0.0)
+        return max((float(np.sum(residual**2)) - expected) / float(dof), 0.0)
 
     @cached_property
     def _covariance(self) -> Floats:

@@ -149,7 +149,7 @@ class Robust:
         if self.counted is not None:
             return {name: float(one[0]) for name, one in self.counted.surely(Problem.of(scene).scene).items()}
         found = linear_peaks(Problem.of(scene), self.lifetime)
-        return {name: level.value + level.error95 for name, level in found.items()}
+        return {name: level.value + level.known_error95 for name, level in found.items()}
 
     def _estimate(self, scene: AnyScene) -> Estimate | HarvesterError:
         try:
@@ -198,5 +198,5 @@ class Robust:
 
 def _off(power: Value) -> float | None:
     """The relative error of a power; None where it is not known."""
-    error = power.whole_error95
+    error = power.error95
     return None if error is None or power.value == 0.0 else error / abs(power.value)

@@ -70,7 +70,7 @@ class Front:
         """The object that ``--json`` prints."""
         rows, alike = (
             [
-                {"keys": one.keys, "mean_power": one.mean_power.value, "error95": one.mean_power.whole_error95}
+                {"keys": one.keys, "mean_power": one.mean_power.value, "error95": one.mean_power.error95}
                 | {self.quantity: one.quantity, f"{self.quantity}_error95": one.quantity_error95}
                 for one in some
             ]
@@ -90,7 +90,7 @@ class Front:
         """The CSV file: a row a design, those of the front first."""
         keys = list(self.points[0].keys)
         rows = [
-            [*one.keys.values(), one.quantity, one.mean_power.value, one.mean_power.whole_error95]
+            [*one.keys.values(), one.quantity, one.mean_power.value, one.mean_power.error95]
             + ([] if self.points[0].quantity_error95 is None else [one.quantity_error95, one in self.points])
             for one in (*self.points, *self.alike)
         ]
@@ -100,18 +100,18 @@ class Front:
     def _told(self, one: FrontPoint) -> str:
         """The second quantity of a design, with its error where that is known."""
         error = one.quantity_error95
-        return Value(one.quantity).text(self.unit) if error is None else self.with_error(one.quantity, error)
+        return Value(one.quantity).format(self.unit) if error is None else self.with_error(one.quantity, error)
 
     def with_error(self, value: float, error95: float) -> str:
         """A value of the second quantity with its whole error at 95 %."""
-        return Value(value, stderr=error95 / NORMAL_QUANTILE).text(self.unit).replace("(95 %, sampling)", "(95 %)")
+        return Value(value, stderr=error95 / NORMAL_QUANTILE).format(self.unit).replace("(95 %, sampling)", "(95 %)")
 
     def __str__(self) -> str:
         keys = list(self.points[0].keys)
         rows = [[self.quantity, "largest mean power", *keys]]
         for one in self.points:
-            there = [Value(one.keys[key]).text(unit_of(key).removeprefix("1")) for key in keys]
-            power = dataclasses.replace(one.mean_power, unknown="").text(self.unit_names.power)  # a note says it once
+            there = [Value(one.keys[key]).format(unit_of(key).removeprefix("1")) for key in keys]
+            power = dataclasses.replace(one.mean_power, unknown="").format(self.unit_names.power)  # a note says it once
             rows.append([self._told(one), power, *there])
         aim = "high" if self.sign > 0 else "low"
         lines = [f"{self.engine}: {self.seconds:.2g} s; {self.quantity} is to be {aim}, the power large"]

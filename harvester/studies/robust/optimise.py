@@ -10,7 +10,7 @@ from typing import Any
 from harvester import figures
 from harvester.engines import Averaged, Exact
 from harvester.engines.formula import Formula
-from harvester.engines.options import Asked
+from harvester.engines.options import Request
 from harvester.engines.options import number as number_of
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
@@ -64,7 +64,7 @@ class RobustOptimum:
     def straddled(self) -> tuple[Limit, ...]:
         """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
         known = [(one, self.peaks[one.quantity]) for one in self.limits if one.quantity in self.peaks]
-        return tuple(one for one, peak in known if abs(peak.value - one.bound) <= peak.error95)
+        return tuple(one for one, peak in known if abs(peak.value - one.bound) <= peak.known_error95)
 
     @property
     def met(self) -> bool:
@@ -102,7 +102,7 @@ class RobustOptimum:
             told = amount(value, unit) + " at the unsafe end of its error" * (one.quantity in PEAKS)
             lines.append(f"  {one.written}: {told}{word}")
             if one.quantity in self.peaks:
-                lines.append(f"    a long path of this design says {self.peaks[one.quantity].text(unit)}")
+                lines.append(f"    a long path of this design says {self.peaks[one.quantity].format(unit)}")
         lines += [f"  warning: {word}" for word in self._doubts()]
         return "\n".join(lines)
 
@@ -161,7 +161,7 @@ def optimise_robust(
     bounds = tuple(read_limit(text, problem.physical) for text in texts)
     years = lifetime_of(bounds, lifetime, problem)
     robust = robust_engine(problem, found, vary, part, bounds, engine, years)
-    left, told = number_of(Asked(budget=budget).budget) or 0.0, tick
+    left, told = number_of(Request(budget=budget).budget) or 0.0, tick
     if years is not None and not rice_holds(problem):
         robust, left, told = with_counted_peaks(robust, problem, found, left, tick)
     best = optimise(problem, found, robust, within, left, out, told, vector)

@@ -14,7 +14,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.formula import Formula
-from harvester.engines.options import Asked, number
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
@@ -85,7 +85,7 @@ def pareto(
     quantity, sign = _aim(aim)
     if not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
-    asked = number(Asked(budget=budget).budget) or 0.0
+    asked = number(Request(budget=budget).budget) or 0.0
     folder = None if out is None else OutputFolder(out, vector)
     texts = [limits] if isinstance(limits, str) else limits
     bounds = tuple(read_limit(text, problem.physical) for text in texts)
@@ -96,7 +96,7 @@ def pareto(
     if chosen is not None and not isinstance(chosen, Formula) and not vary and part is None:
         if reason := chosen.refusal(problem):
             raise InputError(reason)
-        target = number(Asked(within=within).within) or 0.0
+        target = number(Request(within=within).within) or 0.0
         sampled = sampled_front(problem, found, aimed, bounds, chosen, years, target, asked, tick)
         taken = time.perf_counter() - begin
         some = Front(

@@ -109,7 +109,9 @@ def _surely(one: FrontPoint, other: FrontPoint, sign: int) -> bool:
     """Whether one beats another beyond the errors of both, in both aims."""
     power, quantity = _gains(one, other, sign)
     own, theirs = one.quantity_error95 or 0.0, other.quantity_error95 or 0.0
-    return power > math.hypot(one.mean_power.error95, other.mean_power.error95) and quantity > math.hypot(own, theirs)
+    return power > math.hypot(one.mean_power.known_error95, other.mean_power.known_error95) and quantity > math.hypot(
+        own, theirs
+    )
 
 
 def _design(
@@ -124,15 +126,15 @@ def _design(
         values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, seed, BLOCKS)
     for one in limits:
         value = values[one.quantity]
-        if one.sign * (value.value - one.bound) < value.error95:
+        if one.sign * (value.value - one.bound) < value.known_error95:
             return None
     value = values[aimed.quantity]
-    return FrontPoint(surface.values(there.u), there.answer.mean_power, value.value, value.error95)
+    return FrontPoint(surface.values(there.u), there.answer.mean_power, value.value, value.known_error95)
 
 
 def _quantities(answer: Estimate) -> dict[str, Value]:
     """What an answer says of the quantities that a limit may have."""
     square = answer.mean_square_voltage
     root = math.sqrt(max(square.value, 0.0))
-    rms = Value(root, model=square.error95 / (2.0 * root) if root else 0.0)
+    rms = Value(root, model=square.known_error95 / (2.0 * root) if root else 0.0)
     return {"mean_power": answer.mean_power, "mean_square_voltage": square, "voltage_rms": rms}

@@ -43,7 +43,7 @@ class Stability:
     @property
     def verdict(self) -> str:
         """The verdict of the Monte Carlo: stable, unstable, or undecided within its error."""
-        if abs(self.ensemble.value) <= self.ensemble.error95:
+        if abs(self.ensemble.value) <= self.ensemble.known_error95:
             return "undecided"
         return "stable" if self.ensemble.value < 0.0 else "unstable"
 
@@ -57,7 +57,7 @@ class Stability:
                 "value": value.value,
                 "stderr": value.stderr,
                 "step_bias": value.bias,
-                "error95": value.whole_error95,
+                "error95": value.error95,
             },
             "averaged_model_bias": self.model,
             "noiseless": self.noiseless,
@@ -69,18 +69,18 @@ class Stability:
         unit = AnswerUnits.of(self.physical).rate
         lines = [
             f"top Lyapunov exponent: rest is {self.verdict}",
-            f"  published  {Value(self.published).text(unit)}",
+            f"  published  {Value(self.published).format(unit)}",
             f"  averaged   {self._averaged(unit)}",
-            f"  ensemble   {self.ensemble.text(unit)}",
+            f"  ensemble   {self.ensemble.format(unit)}",
         ]
         if self.noiseless is not None:
-            lines.append(f"  without noise, exact  {Value(self.noiseless).text(unit)}")
+            lines.append(f"  without noise, exact  {Value(self.noiseless).format(unit)}")
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
     def _averaged(self, unit: str) -> str:
         if self.model is not None and self.model <= EXACT * abs(self.averaged):
-            return f"{Value(self.averaged).text(unit)} (exact for this scene)"
-        return Value(self.averaged, model=self.model).text(unit)
+            return f"{Value(self.averaged).format(unit)} (exact for this scene)"
+        return Value(self.averaged, model=self.model).format(unit)
 
 
 def check_rest(problem: Problem) -> None:

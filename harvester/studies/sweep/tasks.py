@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.protocol import Engine, Following, Vectorised
+from harvester.engines.protocol import Continuing, Engine, Vectorised
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
 from harvester.scene.scene import Scene
@@ -36,9 +36,9 @@ class Task:
     tries: int = 0  # how often its worker died
 
     @property
-    def goes_along(self) -> bool:
+    def by_continuation(self) -> bool:
         """Whether its engine goes from point to point."""
-        return isinstance(self.engine, Following) and len(self.points) > 1
+        return isinstance(self.engine, Continuing) and len(self.points) > 1
 
     def again(self) -> "list[Task]":
         """The tasks that replace this one after its worker died: itself once more, then its points one by one."""
@@ -82,7 +82,7 @@ def tasks(
         for place in batched:
             if any(wanted(point, place) for point in some):
                 yield task(place, some)
-        along = [place for place in single if _goes_along(engines[place], scene, points, begin)]
+        along = [place for place in single if _by_continuation(engines[place], scene, points, begin)]
         for first in some[::ALONG]:
             few = range(first, min(first + ALONG, some.stop))
             for place in along:
@@ -94,9 +94,9 @@ def tasks(
                     yield task(place, [point])
 
 
-def _goes_along(engine: Engine, scene: Scene, points: Points, first: int) -> bool:
+def _by_continuation(engine: Engine, scene: Scene, points: Points, first: int) -> bool:
     """Whether an engine goes from point to point, as it would at the first one."""
-    if not isinstance(engine, Following) or len(points) == 1:
+    if not isinstance(engine, Continuing) or len(points) == 1:
         return False
     try:
         return engine.follows(Problem(scene.varied(dict(zip(points.keys, points.values(first), strict=True)))))
@@ -110,7 +110,7 @@ def compute_alone(task: Task) -> tuple[list[Answer], bool]:
     Where an engine goes along, ngspice runs in this very process, which is not started for more; a task that ended its
     process before, or whose runs may be given up at the end of a budget, has processes of ngspice as elsewhere.
     """
-    if not task.goes_along or task.tries or getattr(task.engine, "budget", None) is not None:
+    if not task.by_continuation or task.tries or getattr(task.engine, "budget", None) is not None:
         return compute(task), True
     from harvester.cosimulation.worker_pool import ngspice_here
 
@@ -128,8 +128,8 @@ def compute(task: Task) -> list[Answer]:
         scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]
         if isinstance(task.engine, Vectorised):
             answers = task.engine.run_many(scenes)
-        elif isinstance(task.engine, Following) and task.goes_along:
-            answers = task.engine.run_along(scenes)
+        elif isinstance(task.engine, Continuing) and task.by_continuation:
+            answers = task.engine.run_continued(scenes)
         else:
             answers = [task.engine.run(scenes[0])]
     except MissingProgramError:

@@ -84,5 +84,7 @@ def peak_surfaces(
                 "nothing to extrapolate"
             )
         surface = surfaces[name] = fit(x, np.log(levels), inner)
-        known[name] = 2.0 * surface.scatter + float(np.median([one[name].error95 / one[name].value for one in found]))
+        known[name] = 2.0 * surface.scatter + float(
+            np.median([one[name].known_error95 / one[name].value for one in found])
+        )
     return PeakSurfaces(surfaces, known if by_rice else None)

@@ -11,7 +11,7 @@ import numpy as np
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines import Cheapest
-from harvester.engines.options import Asked, number
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
@@ -100,7 +100,7 @@ def tolerance(
         raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
     if reason := chosen.refusal(problem):
         raise InputError(reason)
-    wanted = number(Asked(within=within).within)
+    wanted = number(Request(within=within).within)
     count = SAMPLES if samples is None else samples
     study = Study(
         scene,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from harvester.answers.estimate import Estimate
 from harvester.engines import Ensemble, Spice
 from harvester.engines.formula import Formula
-from harvester.engines.options import Sampled, number
+from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Engine
 from harvester.engines.selection import ENGINES, refusals
 from harvester.equations.problem import Problem
@@ -25,10 +25,10 @@ from harvester.studies.work_precision.settings import (
     ensembles,
     first_alone,
     label,
-    lacking,
     paired,
     setting,
     whole,
+    without_each_part,
 )
 
 CALLS = 5  # of a formula after its first
@@ -98,7 +98,7 @@ class Measurement:
             self.fill(ensembles(kind, step), 0.25)
             if with_control is not None:
                 self.fill(paired(step, self.netlist), 0.4)
-            self.fill(lacking(kind, with_control is not None, self.problem), 0.5)
+            self.fill(without_each_part(kind, with_control is not None, self.problem), 0.5)
         if spice_alone is not None:
             d = spice_alone.answer.details
             self.fill(alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
@@ -126,7 +126,7 @@ class Measurement:
     def run(self, engine: Engine) -> Run | None:
         """Run an engine, with noise of its own, and keep its answer or error; None for an error."""
         self._report(label(engine))
-        if isinstance(engine, Sampled):
+        if isinstance(engine, MonteCarloOptions):
             own = zlib.crc32(f"{label(engine)} {setting(engine)}".encode())
             engine = dataclasses.replace(engine, seed=self.seed + own)
         begin = time.perf_counter()

@@ -84,5 +84,5 @@ def _high(runs: "Runs", model: Model) -> Floats:
 
 def _mean(values: Floats) -> Bias:
     """Mean and standard error, as large as few values ask for (Student)."""
-    error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), freedom=len(values) - 1.0)
+    error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), dof=len(values) - 1.0)
     return Bias(float(values.mean()), error.sampling95 / NORMAL_QUANTILE)

@@ -35,7 +35,7 @@ def without(kind: type[Kind], part: str) -> type[Kind]:
     return cast(type[Kind], type(kind.__name__, (kind,), {part: False}))
 
 
-def lacking(kind: type[Ensemble], sampled: bool, problem: Problem) -> list[Sampler]:
+def without_each_part(kind: type[Ensemble], sampled: bool, problem: Problem) -> list[Sampler]:
     """The cheap model and, where it was ``sampled``, ngspice, each without one part that makes a mean cheaper.
 
     Only those that the scene's means have: controls need noise that is new from step to step, settled starts a netlist.

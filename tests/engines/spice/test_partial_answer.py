@@ -6,7 +6,7 @@ import pytest
 
 import harvester as hv
 from harvester.engines.spice.partial_answer import unfinished
-from harvester.engines.spice.setup import Prepared
+from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 
@@ -24,7 +24,7 @@ def test_what_one_run_had_come_to():
     answer = unfinished("spice", Problem.of(PLATE), out_of_time((2e-6, 0.5, 3.0)), 7.0)
     assert answer.mean_power.value == pytest.approx(2e-6, rel=1e-12)
     assert answer.mean_square_voltage.value == pytest.approx(0.5, rel=1e-12)
-    assert answer.mean_power.whole_error95 is None
+    assert answer.mean_power.error95 is None
     assert answer.as_json()["mean_power"]["error95"] is None
     (said,) = answer.warnings
     assert "over 3 s of ngspice, in which" in said
@@ -37,11 +37,11 @@ def test_the_cheap_model_stands_in():
     eqs, units = problem.equations, problem.units
     pair = SimpleNamespace(mean=lambda name: (2.0, 0.02), bias=lambda name: (0.003, 0.0), burn_in=1.0, duration=9.0)
     pair.trajectories, pair.steps = SimpleNamespace(count=256, hopping=None, together=1), 1000
-    ready = Prepared(SimpleNamespace(eqs=eqs, h=0.1), 10.0, ["a doubt"], pair, 1.0)
+    ready = SpiceSetup(SimpleNamespace(eqs=eqs, h=0.1), 10.0, ["a doubt"], pair, 1.0)
     answer = unfinished("spice", problem, out_of_time((1.0, 1.0, 1.0)), 7.0, ready)
     assert answer.mean_power.value == pytest.approx(2.0 * eqs.beta * eqs.mu * units.watts, rel=1e-12)
     assert answer.mean_power.unknown == "leaving ngspice out"
-    assert answer.mean_power.whole_error95 is None
+    assert answer.mean_power.error95 is None
     assert answer.warnings[-2] == "a doubt"
     assert "the mean is that of the same equations, as of engine 'ensemble'" in answer.warnings[-1]
 

@@ -68,7 +68,7 @@ def test_sampled_probes():
     assert load.mean.stderr == pytest.approx(power.stderr, rel=1e-3)
     for value in vars(load).values():
         if isinstance(value, hv.Value):
-            assert 0.0 < value.bias < 0.2 * value.value and value.whole_error95 > value.sampling95
+            assert 0.0 < value.bias < 0.2 * value.value and value.error95 > value.sampling95
     assert found.details["error_of_ledger_circuit_d1"] > 0.0
     assert "ledger circuit d1" in str(found) and "(95 %) nW" in str(found)
     assert current.least.value < 0.0 < current.mean.value < current.largest.value
@@ -96,7 +96,7 @@ def test_errors_of_sampled_probes():
     assert mean.bias == pytest.approx(0.1 + 0.01 * store.rms.value)
     runs.followed, runs.probed_tolerance = 0, None
     mean = with_sampled_probes(answer, problem, watch, runs).probes["store"].mean
-    assert mean.whole_error95 is None and mean.unknown == "the step and ngspice's tolerance"
+    assert mean.error95 is None and mean.unknown == "the step and ngspice's tolerance"
 
 
 def test_other_engines_have_no_circuit(harvester):

@@ -14,7 +14,7 @@ from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.engines.spice import spice
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.setup import Prepared
+from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
 from harvester.uncertainty.control_variate import Controlled, split
@@ -40,7 +40,7 @@ def made_up():
         duration=50.0,
         seconds_a_unit=0.02,
     )
-    ready = Prepared(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
+    ready = SpiceSetup(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
     return Runs(ready, True, 100, np.random.SeedSequence(1), None, done, ngspice_seconds=4.0)
 
 
@@ -71,7 +71,7 @@ def test_runs_alone_pay_for_all():
     found = runs.mean_square_voltage()
     high = np.array([one.moments.V2[0] for one in runs.done])
     assert found.value.stderr == pytest.approx(high.std(ddof=1) / math.sqrt(8), rel=1e-12)
-    assert found.value.freedom == 7.0
+    assert found.value.dof == 7.0
     assert runs.asked_for(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)
 
 
@@ -116,7 +116,7 @@ def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
     said = "7 of 16 ngspice runs had ended when the `budget` was spent, too few to pair them with a cheap model"
     said += ": give a shorter `duration` or a larger `budget`"
     assert runs.ready.warnings == [said]
-    assert runs.power().value.freedom == 6.0
+    assert runs.power().value.dof == 6.0
 
 
 def test_a_single_run_in_the_budget_is_an_error(monkeypatch):
@@ -158,7 +158,7 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, budget, said):
     runs.ready.device.reltol = 1e-4
     runs.tolerance = {"V2": tolerance, "load": tolerance}
     runs.ready.pair.bias = lambda name: (0.5, 0.0)
-    spice.pursue(runs, Target(0.05, budget), False)
+    spice.sequential_sampling(runs, Target(0.05, budget), False)
     assert said in runs.ready.warnings[-1]
     assert len(runs.done) == 8
 
@@ -170,7 +170,7 @@ def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
     monkeypatch.setattr(runs, "power", lambda: next(found))
     monkeypatch.setattr(runs, "asked_for", lambda found, variance: (0.8, 0.0))
     monkeypatch.setattr(runs, "more", asked.append)
-    spice.pursue(runs, Target(0.05), False)
+    spice.sequential_sampling(runs, Target(0.05), False)
     assert asked == [2]
 
 
@@ -190,14 +190,14 @@ def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
     runs.measure_tolerance()
     assert "did not converge" in runs.ready.warnings[-1]
     power = runs.power().value
-    assert (power.whole_error95, power.unknown) == (None, "ngspice's tolerance")
-    assert power.error95 > 0.0
+    assert (power.error95, power.unknown) == (None, "ngspice's tolerance")
+    assert power.known_error95 > 0.0
 
 
 def test_the_note_says_whether_the_tolerance_was_measured():
     """It must not speak of a measurement for which no time was left."""
     device: Any = SimpleNamespace(eqs=SimpleNamespace(mu=None))
     pair: Any = object()
-    ready = Prepared(device, 0.0, [], pair, 0.0)
+    ready = SpiceSetup(device, 0.0, [], pair, 0.0)
     assert "ngspice's tolerance was measured against a tenth of it" in ready.known({"V2": 0.0, "load": 0.0})
     assert "ngspice's tolerance was not measured" in ready.known(None)

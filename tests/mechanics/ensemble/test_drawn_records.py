@@ -58,7 +58,7 @@ def test_more_effort_takes_more_records():
     assert pair.duration == pytest.approx(8 * 190.0, rel=0.01)
     assert len(np.unique(pair.entries("V2"))) == 16
     value = mean_with_errors(pair, "V2")
-    assert value.freedom == 15
+    assert value.dof == 15
     assert abs(value.value - value.bias - linear_v2(LINEAR)) < 4.0 * value.stderr + 0.003 * value.value
 
 

@@ -21,7 +21,14 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.equation_of_motion import drift
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit, conducted, flown_back, until_free
+from harvester.mechanics.rectifiers.circuit import (
+    Coil,
+    Flyback,
+    IdealCircuit,
+    advance_to_last_event,
+    conducted,
+    flown_back,
+)
 from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
 from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_ideal
 from harvester.netlists.load_circuit import load_circuit
@@ -57,7 +64,7 @@ def moved(one, x, h, U=0.0):
     V, m, seen = 0.0, x[0], []
     for a, b in pairwise(x):
         v = (b - a) / h
-        _, _, V, U, m, _, left, *_ = until_free(a, v, V, U, m, h, h, *FREE, *one.arguments)
+        _, _, V, U, m, _, left, *_ = advance_to_last_event(a, v, V, U, m, h, h, *FREE, *one.arguments)
         V, U = conducted(V, U, v, left, *one.arguments[:7])
         seen.append((V, U))
     return np.array(seen).T
@@ -243,17 +250,17 @@ def test_impact_within_a_drift(kind):
     """Two motions, to the stop and away from it, as `drift` has them."""
     one, r, h = circuit(kind), 0.8, 0.2
     x, v, V, U, m = 0.1, -1.5, 0.6, 0.3, 0.102
-    found = until_free(x, v, V, U, m, h, h, r, *FREE[1:], *one.arguments)
+    found = advance_to_last_event(x, v, V, U, m, h, h, r, *FREE[1:], *one.arguments)
     x1, v1, V1, U1, _, w, left, *impact = found
     V1, U1 = conducted(V1, U1, w, left, *one.arguments[:7])
     there = 0.1 / 1.5
     assert (x1, v1, *impact[:2]) == pytest.approx((*drift(x, v, V, h, 1.0, h, None, r)[:2], there, 1.5))
     assert impact[2:] == pytest.approx([1.0, 0.5 * (1 - r**2) * 1.5**2])
     away = 0.8 * 1.5 * (h - there)
-    _, _, Va, Ua, ma, _, rest, *_ = until_free(x, v, V, U, m, there, there, *FREE, *one.arguments)
+    _, _, Va, Ua, ma, _, rest, *_ = advance_to_last_event(x, v, V, U, m, there, there, *FREE, *one.arguments)
     Va, Ua = conducted(Va, Ua, v, rest, *one.arguments[:7])
     t = h - there
-    _, _, Vb, Ub, _, _, rest, *_ = until_free(0.0, v1, Va, Ua, ma, t, t, *FREE, *one.arguments)
+    _, _, Vb, Ub, _, _, rest, *_ = advance_to_last_event(0.0, v1, Va, Ua, ma, t, t, *FREE, *one.arguments)
     Vb, Ub = conducted(Vb, Ub, v1, rest, *one.arguments[:7])
     assert pytest.approx((Vb, Ub), rel=1e-12) == (V1, U1)
     assert x1 == pytest.approx(away)

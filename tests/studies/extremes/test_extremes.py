@@ -110,7 +110,7 @@ def test_compare_has_both_ways(harvester, tmp_path):
     for name, of in rice.levels.items():
         for share, one in of.items():
             other = counted.levels[name][share]
-            assert abs(one.value - other.value) < 4.0 * other.stderr + one.error95
+            assert abs(one.value - other.value) < 4.0 * other.stderr + one.known_error95
     assert len(extremes_both_ways(STOP, "1 day")) == 1
     status, out, err = harvester("compare", ROOT / "examples" / "plate_harmonic.toml", "--lifetime", "5 years")
     assert (status, out) == (2, "") and "--lifetime must go with white noise alone" in err

@@ -35,7 +35,7 @@ def test_engines_agree_on_a_resistor():
         for one, factor, degrees in zip(found, (1.2, 1.0), (0.3, 0.02), strict=True):  # the step's own error
             for name in ("mean_power", "displacement_rms"):
                 a, b = getattr(one, name), getattr(true, name)
-                assert abs(a.value - b.value) < factor * a.error95 < 0.015 * b.value
+                assert abs(a.value - b.value) < factor * a.known_error95 < 0.015 * b.value
             assert one.displacement_phase == pytest.approx(true.displacement_phase, abs=degrees)
             assert one.voltage_phase == pytest.approx(true.voltage_phase, abs=degrees)
 
@@ -123,7 +123,7 @@ def test_a_neighbour_leads_to_the_response_from_rest():
     slow = hv.loads(BRIDGE.replace("0.3 uF", "10 uF"))
     followed = hv.response(slow, [45.0, 45.5], engine="spice").points[1].mean_power
     alone = Spice().run(slow.vary("excitation.frequency", 45.5)).mean_power
-    assert abs(followed.value - alone.value) < followed.error95 + alone.error95 < 2e-3 * alone.value
+    assert abs(followed.value - alone.value) < followed.known_error95 + alone.known_error95 < 2e-3 * alone.value
 
 
 @pytest.mark.ngspice

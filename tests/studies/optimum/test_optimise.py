@@ -169,7 +169,7 @@ def test_formula_finds_the_exact_optimum():
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95
     assert key.boundary is None
     power = answer.mean_power
-    assert abs(power.value - linear_power(math.sqrt(1.0 + BETA))) < power.error95
+    assert abs(power.value - linear_power(math.sqrt(1.0 + BETA))) < power.known_error95
     # The interval is where the power is within the stated errors: at its ends it just is.
     ends = [hv.Averaged().run(LINEAR.vary("nondimensional.mu", mu)).mean_power for mu in (key.low95, key.high95)]
     for end in ends:
@@ -259,7 +259,7 @@ def test_coverage_of_the_intervals(sampled):
     for answer in sampled:
         key, power = only(answer), answer.mean_power
         keys += key.low95 <= math.sqrt(1.0 + BETA) <= key.high95
-        powers += abs(power.value - linear_power(key.value)) <= power.error95
+        powers += abs(power.value - linear_power(key.value)) <= power.known_error95
         assert key.high95 / key.low95 < 1.1
     assert min(keys, powers) >= len(sampled) - 1
 
@@ -334,7 +334,7 @@ def test_a_budget_too_small(engine):
     assert (key.low95, key.high95) == (None, None)
     assert "budget" in answer.why
     assert any("budget of 0.001 s ended" in w or "budget ended" in w for w in answer.warnings)
-    assert answer.mean_power.error95 > 0.0
+    assert answer.mean_power.known_error95 > 0.0
 
 
 def test_runs_of_ngspice_have_what_is_left_of_the_budget(monkeypatch):

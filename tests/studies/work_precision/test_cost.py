@@ -23,7 +23,7 @@ from harvester.studies.work_precision.cost_table import Cost, CostRow, front, re
 from harvester.studies.work_precision.measurement import Measurement, Run
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
-from harvester.studies.work_precision.settings import label, lacking, setting, whole
+from harvester.studies.work_precision.settings import label, setting, whole, without_each_part
 from harvester.uncertainty.value import Value
 from tests.support.paths import EXAMPLES
 from tests.support.systems import linear, linear_v2, scene
@@ -191,12 +191,12 @@ def test_setting(engine, text):
 def test_engines_that_lack_a_part_say_so():
     """Each part that a scene has is left out of each engine that has it, one at a time; the answer is the same."""
     bridge, resistor = hv.load(EXAMPLES / "plate_bridge.toml"), hv.load(EXAMPLES / "plate_with_stop.toml")
-    names = [list(dict.fromkeys(map(label, lacking(*of)))) for of in cases(bridge, resistor)]
+    names = [list(dict.fromkeys(map(label, without_each_part(*of)))) for of in cases(bridge, resistor)]
     assert names[0] == ["ideal, no controls", "spice, no controls", "spice, no pairing", "spice, from rest"]
     assert names[1] == ["ensemble, no controls"]
     assert names[2] == []
     assert [whole(name) for name in names[0]] == ["ideal", *3 * ["spice"]]
-    least = [engine for engine in lacking(hv.Ensemble, False, Problem(LINEAR)) if engine.within == 0.01]
+    least = [engine for engine in without_each_part(hv.Ensemble, False, Problem(LINEAR)) if engine.within == 0.01]
     found = [engine.run(LINEAR).mean_power for engine in (*least, hv.Ensemble(within=0.01))]
     for power in found:
         assert abs(power.value / EXACT - 1.0) < 0.02
@@ -205,7 +205,7 @@ def test_engines_that_lack_a_part_say_so():
 
 
 def cases(bridge, resistor):
-    """Scenes with what `lacking` asks: noise with a netlist and ngspice, with neither, and no noise at all."""
+    """Scenes with what `without_each_part` asks: noise with a netlist and ngspice, with neither; no noise at all."""
     yield hv.Ideal, True, Problem.of(bridge)
     yield hv.Ensemble, False, Problem.of(resistor)
     yield hv.Ensemble, True, Problem.of(hv.load(EXAMPLES / "plate_harmonic.toml"))
