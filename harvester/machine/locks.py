@@ -1,6 +1,8 @@
 """Locks between processes: a file that one holds at a time, until it is done or ends."""
 
 import fcntl
+import os
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,21 +25,24 @@ def alone(path: Path) -> Iterator[None]:
 def locked(path: Path) -> IO[bytes] | None:
     """A file, locked as soon as no other process has it locked, which ends with that process.
 
-    None where files cannot be locked, or the other process has not done with it in `LONGEST_TURN`.
+    None where files cannot be locked, where a pipe stands in the file's place, or where the other process has not done
+    with it in `LONGEST_TURN`.
     """
     end = time.monotonic() + LONGEST_TURN
-    try:
-        file = path.open("ab")
-        while time.monotonic() < end:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                time.sleep(0.02)
-            else:
-                return file
-        file.close()
+    try:  # a pipe that is opened for reading and writing waits for nobody
+        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+b", buffering=0)
     except OSError:
-        pass
+        return None
+    while stat.S_ISREG(os.fstat(file.fileno()).st_mode) and time.monotonic() < end:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(0.02)
+        except OSError:
+            break
+        else:
+            return file
+    file.close()
     return None
 
 

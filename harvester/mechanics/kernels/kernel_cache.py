@@ -1,11 +1,12 @@
-"""Files of machine code that several processes read and write at once.
+"""Files of machine code that several processes read and write at once, one file for each set of argument types.
 
-numba's own files are whole whenever they are read, but two processes that compile for different arguments at a time
-give their machine code the same number: the one can then load that of the other.  And all processes that lack the same
-machine code compile it.  Here a process that begins to compile locks the machine code's turn, for which the others
-wait; and one at a time writes.
+A file begins with the checksum of the rest: one that was cut off or altered, as by a crash or a worn disk, counts as
+absent, for what is in it is run.  Of several processes that lack the same machine code, one locks its turn and
+compiles, and the others wait for what it keeps.  Where nothing can be kept, as on a full disk, kernels are compiled in
+each process.
 """
 
+import contextlib
 import hashlib
 import pickle
 from pathlib import Path
@@ -13,12 +14,17 @@ from typing import IO, Any
 
 from numba.core import caching as numba_caching
 
-from harvester.machine.locks import alone, locked, unlock
+from harvester.errors import InputError
+from harvester.machine import files
+from harvester.machine.locks import locked, unlock
 from harvester.mechanics.kernels.vector_width import width
+
+MOST = 1_000_000_000  # bytes of a file
+CHECKSUM = hashlib.sha256().digest_size  # bytes at its beginning
 
 
 class KeptFiles(numba_caching.IndexDataCacheFile):
-    """The files of a cached function, where one that is cut off, as by a crash of the machine, counts as absent."""
+    """The files of a cached function, in the place of numba's own, which have an index and no checksum."""
 
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
         super().__init__(cache_path, filename_base, source_stamp)
@@ -26,35 +32,39 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
 
     def load(self, key: Any) -> Any:
         """The machine code of a key; None where this process must compile it, and no other does so meanwhile."""
-        found = super().load(key)
-        if found is None and key not in self._turns:
-            self._turns[key] = locked(self._place(f"turn-{hashlib.sha256(str(key).encode()).hexdigest()[:2]}"))
-            found = super().load(key)
+        path = self._file(key)
+        found = _read(path)
+        if found is None and path not in self._turns:
+            self._turns[path] = locked(path.with_name(f"{path.name.rsplit('.', 2)[0]}.turn-{_digest(key)[:2]}"))
+            found = _read(path)
             if found is not None:
-                unlock(self._turns.pop(key))
+                unlock(self._turns.pop(path))
         return found
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep the machine code of a key, and give its turn away."""
-        with alone(self._place("written")):
-            super().save(key, data)
-        unlock(self._turns.pop(key, None))
+        """Keep the machine code of a key where the disk takes it, and give its turn away."""
+        path, content = self._file(key), self._dump(data)
+        with contextlib.suppress(InputError):
+            files.write(path, [hashlib.sha256(content).digest(), content])
+        unlock(self._turns.pop(path, None))
 
-    def _place(self, name: str) -> Path:
-        """A file beside those of the function to lock."""
-        return Path(f"{self._index_path}.{name}")
+    def _file(self, key: Any) -> Path:
+        """The file of a key, which has the function's source and numba's version in its name too."""
+        name = _digest((self._version, self._source_stamp, key))
+        return Path(self._index_path).with_suffix(f".{name}.nbc")
 
-    def _load_index(self) -> Any:
-        try:
-            return super()._load_index()
-        except (pickle.UnpicklingError, EOFError):
-            return {}
 
-    def _load_data(self, name: str) -> Any:
-        try:
-            return super()._load_data(name)
-        except (pickle.UnpicklingError, EOFError):
-            raise FileNotFoundError(name) from None  # which numba expects
+def _digest(key: Any) -> str:
+    return hashlib.sha256(str(key).encode()).hexdigest()[:16]
+
+
+def _read(path: Path) -> Any:
+    """What a file holds; None where it is missing or is not what was written."""
+    with contextlib.suppress(InputError):
+        data = files.read(path, "cache", MOST)
+        if hashlib.sha256(data[CHECKSUM:]).digest() == data[:CHECKSUM]:
+            return pickle.loads(data[CHECKSUM:])
+    return None
 
 
 class FilesOfThisPackage(KeptFiles):
@@ -63,7 +73,8 @@ class FilesOfThisPackage(KeptFiles):
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
         room = Path(cache_path)
         room = room.with_name(room.name.rsplit("_", 1)[0])  # numba appends a hash of the source's path
-        room.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(OSError):
+            room.mkdir(parents=True, exist_ok=True)
         super().__init__(str(room), filename_base, None)
 
     def load(self, key: Any) -> Any:

@@ -58,7 +58,7 @@ def width() -> int:
         return 256
     known = {"processor": binding.get_host_cpu_name(), "numba": numba.__version__}
     with locks.alone(cached / f"{FILE}.turn"):  # two that measure at a time would disturb each other
-        with contextlib.suppress(InputError, ValueError, KeyError, TypeError, AttributeError):
+        with contextlib.suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             kept = json.loads(files.read(cached / FILE, FILE, _LONGEST))
             if known.items() <= kept.items() and kept["bits"] in (256, 512):
                 return int(kept["bits"])

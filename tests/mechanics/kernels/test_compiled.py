@@ -4,6 +4,7 @@ import ast
 import fcntl
 import math
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -43,21 +44,62 @@ def test_a_part_of_kernels_can_be_called_from_python():
     assert carried(0.4, way=0.1, t=0.0, mu=2.0) == pytest.approx(0.5)
 
 
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty folder for machine code."""
+    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
 @pytest.mark.parametrize("room", [0, 20, -1], ids=["empty", "begun", "nearly whole"])
-def test_files_that_are_cut_off_are_made_anew(tmp_path, monkeypatch, room):
+def test_files_that_are_cut_off_are_made_anew(cache, room):
     """As after a crash of the machine; they were an internal error."""
-    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path))
 
     def twice(x):
         return 2.0 * x
 
     assert kernel(twice)(1.0) == 2.0
-    for suffix in ("nbi", "nbc"):
-        (file,) = tmp_path.rglob(f"*.{suffix}")
-        whole = file.stat().st_size
-        os.truncate(file, room % whole)
-        assert kernel(twice)(2.0) == 4.0
-        assert file.stat().st_size >= whole  # names of functions have running numbers
+    (file,) = cache.rglob("*.nbc")
+    whole = file.stat().st_size
+    os.truncate(file, room % whole)
+    assert kernel(twice)(2.0) == 4.0
+    assert file.stat().st_size >= whole  # names of functions have running numbers
+
+
+@pytest.mark.parametrize("place", [0.0, 0.02, 0.3, 0.6, 0.999])
+def test_a_bit_that_has_flipped_makes_a_file_absent(cache, place):
+    """It was unpickled, and its machine code run: errors of LLVM, or a program that ends without a word."""
+
+    def thrice(x):
+        return 3.0 * x
+
+    assert kernel(thrice)(1.0) == 3.0
+    (file,) = cache.rglob("*.nbc")
+    content = bytearray(file.read_bytes())
+    content[int(place * len(content))] ^= 0b100
+    file.write_bytes(content)
+    again = kernel(thrice)
+    assert again(2.0) == 6.0
+    assert sum(again.stats.cache_misses.values()) == 1
+    third = kernel(thrice)
+    assert third(2.0) == 6.0
+    assert sum(third.stats.cache_misses.values()) == 0
+
+
+def test_a_disk_that_takes_nothing_stops_no_kernel(cache):
+    """No file may grow: each process compiles for itself, and nothing half written stays."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fourfold(x):
+        return 4.0 * x
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+    try:
+        assert kernel(fourfold)(1.0) == 4.0
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert all(one.stat().st_size == 0 for one in cache.rglob("*") if one.is_file())
+    assert not list(cache.rglob("*.nbc"))
 
 
 def test_constants_of_machine_code_are_in_its_cache_s_name():
@@ -86,33 +128,41 @@ def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
     assert "fill_three_point" in kept.name
 
 
-def test_a_kernel_waits_for_the_process_that_compiles_it(tmp_path, monkeypatch):
-    """And reads what that one has kept; it does not wait for ever for one that was stopped; one at a time writes."""
-    monkeypatch.setattr("harvester.mechanics.kernels.compiled._cache_folder", lambda: str(tmp_path))
+def test_a_kernel_waits_for_the_process_that_compiles_it(cache, monkeypatch):
+    """And reads what that one has kept; it does not wait for ever for one that was stopped."""
 
     def half(x):
         return 0.5 * x
 
     assert kernel(half)(1.0) == 0.5
-    (index,), (turn,), (written,) = (list(tmp_path.rglob(f"*{end}")) for end in (".nbi", ".turn-*", ".written"))
-    same, hidden = kernel(half), index.with_suffix(".hidden")
-    with ThreadPoolExecutor(1) as pool, turn.open("ab") as of_turn, written.open("ab") as of_writing:
+    (kept,), (turn,) = (list(cache.rglob(f"*{end}")) for end in (".nbc", ".turn-*"))
+    same, hidden = kernel(half), kept.with_suffix(".hidden")
+    with ThreadPoolExecutor(1) as pool, turn.open("ab") as of_turn:
         fcntl.flock(of_turn, fcntl.LOCK_EX)
-        index.rename(hidden)
+        kept.rename(hidden)
         waiting = pool.submit(same, 2.0)
         with pytest.raises(TimeoutError):
             waiting.result(timeout=0.5)
-        hidden.rename(index)
+        hidden.rename(kept)
         fcntl.flock(of_turn, fcntl.LOCK_UN)
         assert waiting.result(timeout=60) == 1.0
         assert sum(same.stats.cache_misses.values()) == 0
-        fcntl.flock(of_writing, fcntl.LOCK_EX)
-        writing = pool.submit(kernel(half), 4)
-        with pytest.raises(TimeoutError):
-            writing.result(timeout=0.5)
-        fcntl.flock(of_writing, fcntl.LOCK_UN)
-        assert writing.result(timeout=60) == 2.0
         fcntl.flock(of_turn, fcntl.LOCK_EX)
-        index.unlink()
+        kept.unlink()
         monkeypatch.setattr("harvester.machine.locks.LONGEST_TURN", 0.1)
         assert kernel(half)(3.0) == 1.5
+
+
+def test_a_pipe_in_the_place_of_a_lock(cache):
+    """It has no writer and would be waited for without end."""
+
+    def fifth(x):
+        return 0.2 * x
+
+    assert kernel(fifth)(1.0) == 0.2
+    (kept,), (turn,) = (list(cache.rglob(f"*{end}")) for end in (".nbc", ".turn-*"))
+    kept.unlink()
+    turn.unlink()
+    os.mkfifo(turn)
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(kernel(fifth), 2.0).result(timeout=60) == 0.4

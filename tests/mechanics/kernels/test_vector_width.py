@@ -52,12 +52,23 @@ def test_it_is_measured_once_and_kept(ratio, bits, measured, tmp_path):
         lambda kept: kept[: len(kept) // 2],
         lambda kept: "[512]",
         lambda kept: "x" * 100_000,
+        lambda kept: "[" * 5_000,
         lambda kept: json.dumps({**json.loads(kept), "processor": "z80"}),
         lambda kept: json.dumps({**json.loads(kept), "numba": "0.1"}),
         lambda kept: json.dumps({**json.loads(kept), "bits": 64}),
         lambda kept: json.dumps({"bits": 512}),
     ],
-    ids=["empty", "cut off", "a list", "long", "another processor", "another numba", "no width", "of nothing"],
+    ids=[
+        "empty",
+        "cut off",
+        "a list",
+        "long",
+        "brackets",
+        "another processor",
+        "another numba",
+        "no width",
+        "of nothing",
+    ],
 )
 def test_a_wrong_file_is_measured_anew(change, measured, tmp_path):
     measured += [1.3, 1.0]
