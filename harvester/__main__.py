@@ -14,6 +14,7 @@ def main() -> None:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     for name, one in ONE_THREAD.items():
         os.environ.setdefault(name, one)
+    os.environ["MPLBACKEND"] = "agg"  # figures go into files, whatever windows the user has chosen or misspelt
     search_garbage_rarely()
     from harvester.cli import main as run
 

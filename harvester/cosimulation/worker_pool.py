@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
 IDLE = 60.0  # seconds after which a process without a job ends
-_idle: deque[loky.ProcessPoolExecutor] = deque()
+_idle = processes.idle_processes()
 
 
 @dataclass

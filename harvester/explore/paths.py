@@ -1,7 +1,6 @@
 """One path of a scene for the page, computed in a worker process: what is compiled there holds nobody up here."""
 
 import threading
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -11,7 +10,7 @@ PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
 IDLE = 300.0  # seconds after which a worker without work ends
 
-_idle: deque[Any] = deque()
+_idle = processes.idle_processes()
 
 
 def path(tables: dict[str, Any]) -> dict[str, Any]:

@@ -3,18 +3,19 @@
 import os
 import resource
 import sys
+from pathlib import Path
 
-from harvester.errors import InputError, SimulationError
+from harvester.errors import InputError, SimulationError, shown
 
 LEAST = 1_000_000_000  # bytes of address space
-THREADS = "NUMBA_NUM_THREADS"
+THREADS, UNCOMPILED = "NUMBA_NUM_THREADS", "NUMBA_DISABLE_JIT"
 
 
 def check_limits() -> None:
     """Check the limits of this process and its environment.
 
     Raises SimulationError for an address space (ulimit -v) below `LEAST`, in which OpenBLAS and LLVM hang or abort;
-    InputError for a number of threads that numba does not start with.
+    InputError for settings of numba that no kernel runs with, and for a current folder that has been removed.
     """
     room = resource.getrlimit(resource.RLIMIT_AS)[0]
     if room != resource.RLIM_INFINITY and room < LEAST:
@@ -22,9 +23,16 @@ def check_limits() -> None:
             f"the address space of a process must be at least {LEAST // 1_000_000} MB, but is {room // 1_000_000} MB: "
             "raise it with ulimit -v"
         )
-    threads = os.environ.get(THREADS, "")
-    if threads.lstrip("+-").isdecimal() and int(threads) < 1:
-        raise InputError(f"{THREADS} must be a whole number above 0, but is {threads!r}: unset it")
+    threads = os.environ.get(THREADS, "1").strip()
+    if not (threads.isdecimal() and int(threads) > 0):
+        raise InputError(f"{THREADS} must be a whole number above 0, but is {shown(threads)}: unset it")
+    if os.environ.get(UNCOMPILED, "0").strip() not in ("0", ""):
+        was = shown(os.environ[UNCOMPILED])
+        raise InputError(f"{UNCOMPILED} must be 0, as kernels run compiled only, but is {was}: unset it")
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        raise InputError("the current folder must exist, but it has been removed: change to another one") from None
 
 
 def check_streams() -> None:

@@ -24,7 +24,33 @@ Job = TypeVar("Job")
 
 _STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
 SAFE = {"PYTHONSAFEPATH": "1"}  # Python looks for no module in the current folder, with -m and -c too
+_OF_PARENT: list[loky.ProcessPoolExecutor] = []  # of the program that this one was forked from: never touched
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
+
+
+def _after_fork() -> None:
+    """Give a forked program a lock of its own, as no thread is left that would let go of the old one, and no children.
+
+    Python itself forgets them where it forks, but not in `os.fork`, after which it would wait for them in vain.
+    """
+    global _STARTING  # noqa: PLW0603  # a lock cannot be renewed in place
+    _STARTING = threading.RLock()
+    multiprocessing.process._children.clear()  # type: ignore[attr-defined]
+
+
+os.register_at_fork(after_in_child=_after_fork)
+
+
+def idle_processes() -> deque[loky.ProcessPoolExecutor]:
+    """An empty list of idle processes, which is empty again in a forked program: they answer to their parent alone."""
+    idle: deque[loky.ProcessPoolExecutor] = deque()
+
+    def forget() -> None:
+        _OF_PARENT.extend(idle)
+        idle.clear()
+
+    os.register_at_fork(after_in_child=forget)
+    return idle
 
 
 def create(

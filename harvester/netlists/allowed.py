@@ -19,6 +19,7 @@ _MODELS = ("r", "c", "l", "d", "npn", "pnp", "njf", "pjf", "nmos", "pmos", "vdmo
 _MOS_LEVELS = ("1", "2", "3", "6")  # the others write log files
 # external: a source that the lock-step drives.  trnoise, trrandom: no seed.  file: a file, or a model that has one.
 _WORDS = re.compile(r"\b(external|port|trnoise|trrandom|\w*file\w*|shell|system)\b", re.IGNORECASE)
+_DRAWN = re.compile(r"\b(agauss|gauss|aunif|unif|limit)\s*\(", re.IGNORECASE)  # ngspice draws a number, without a seed
 _CHARACTERS = re.compile(r"[\w\s.,:+\-*/^=<>!?&|(){}\[\]']*", re.ASCII)
 _NAME = re.compile(r"(?<![\w.])[a-z_]\w*", re.IGNORECASE | re.ASCII)
 _QUANTITIES = {"pi", "e", "c", "kelvin", "echarge", "boltz", "planck", "i", "time", "temper", "hertz", "yes", "no"}
@@ -54,6 +55,9 @@ def _check_line(line: Line) -> None:
         raise invalid(where, "give Rload a constant resistance", line.text[:60])
     if found := _WORDS.search(line.text):
         raise invalid(where, "name no file, no command and no random or external source", found[0])
+    if found := _DRAWN.search(line.text):
+        remedy = "(harvester tolerance --vary draws parts from a seed)"
+        raise invalid(where, f"use no function that draws a random number {remedy}", found[1])
     if word == ".model":
         _check_model(where, line.text.lower())
 

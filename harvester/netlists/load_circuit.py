@@ -164,7 +164,7 @@ def _check_header(path: Path, header: Header, load: list[Line]) -> None:
 def _storage(load: list[Line], values: dict[str, float]) -> tuple[float | None, float | None]:
     """Csmooth, and the product Rload Csmooth, of values that are numbers or parameters.
 
-    Raises InputError where it is known that Rload would give power, or Csmooth energy.
+    Raises InputError where it is known that Rload is none or would give power, or Csmooth energy.
     """
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     found: dict[str, float | None] = {}
@@ -173,8 +173,9 @@ def _storage(load: list[Line], values: dict[str, float]) -> tuple[float | None, 
         if tokens[0] in ("rload", "csmooth") and len(tokens) > 3:
             name = tokens[3].strip("{}'")
             value = found[tokens[0]] = _number(tokens[3], values)
-            if value is not None and value < 0.0:
-                raise invalid(spelled.get(name, f"netlist {line.where}"), f"be at least 0, for {tokens[0]}", value)
+            least = "above 0" if tokens[0] == "rload" else "at least 0"
+            if value is not None and (value < 0.0 or (value == 0.0 and tokens[0] == "rload")):
+                raise invalid(spelled.get(name, f"netlist {line.where}"), f"be {least}, for {tokens[0]}", value)
     resistance, capacitance = found.get("rload"), found.get("csmooth")
     return capacitance, None if resistance is None or capacitance is None else resistance * capacitance
 

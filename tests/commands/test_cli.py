@@ -219,11 +219,36 @@ def test_limits_of_the_process(harvester, monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
     line = "harvester: NUMBA_NUM_THREADS must be a whole number above 0, but is '0': unset it\n"
     assert harvester("run", PLATE)[::2] == (2, line)
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "abc")
+    assert harvester("run", PLATE)[::2] == (2, line.replace("'0'", "'abc'"))
+    monkeypatch.delenv("NUMBA_NUM_THREADS")
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    line = "harvester: NUMBA_DISABLE_JIT must be 0, as kernels run compiled only, but is '1': unset it\n"
+    assert harvester("run", PLATE)[::2] == (2, line)
+    monkeypatch.delenv("NUMBA_DISABLE_JIT")
     monkeypatch.setattr(resource, "getrlimit", lambda _: (600_000 * 1024, -1))
     line = (
         "harvester: the address space of a process must be at least 1000 MB, but is 614 MB: raise it with ulimit -v\n"
     )
     assert harvester("run", PLATE)[::2] == (3, line)
+
+
+def test_a_current_folder_that_is_gone(harvester, tmp_path, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    line = "harvester: the current folder must exist, but it has been removed: change to another one\n"
+    assert harvester("run", PLATE)[::2] == (2, line)
+
+
+@pytest.mark.slow
+def test_a_backend_of_figures_that_is_none(tmp_path):
+    """Figures are drawn into files: what the user chose for windows, or misspelt, was an internal error."""
+    command = [sys.executable, "-m", "harvester", "sweep", PLATE, "--vary", "load.resistance=1k:10M:3", *PUBLISHED]
+    env = os.environ | {"MPLBACKEND": "nonsense"}
+    done = subprocess.run([*command, "--out", tmp_path], env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "sweep.png").stat().st_size > 10_000
 
 
 def test_interrupt(harvester, monkeypatch):

@@ -1,5 +1,6 @@
 """Runs that fail, hang or die: a named error of that run, after which the next one works."""
 
+import ctypes
 import os
 import signal
 import threading
@@ -70,6 +71,44 @@ def test_a_worker_killed_during_a_run_is_an_error_of_that_run_only():
     with pytest.raises(CircuitError, match="abruptly"):
         list(map_in_workers(killed_on_the_way, [(device(GOOD), NOISE)]))
     goes_on()
+
+
+def with_settings_of_a_stranger(folder, device, noise):
+    """A path in a process whose environment names a folder with commands for ngspice."""
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "spinit").write_text(f"option temp=150\nshell touch {folder / 'ran'}\n")
+    os.environ |= {"SPICE_LIB_DIR": str(folder), "SPICE_SCRIPTS": str(folder / "scripts")}
+    return worker.path_in_this_process(device, noise)
+
+
+def test_a_folder_that_the_environment_names_is_not_read(tmp_path):
+    """ngspice ran the commands there, those of a shell too, and a temperature of 150 degrees was silent."""
+    one = device(load_circuit(Load(netlist="bridge")))
+    process = processes.create()
+    try:
+        path = process.submit(with_settings_of_a_stranger, tmp_path, one, NOISE).result(120)
+    finally:
+        processes.kill(process)
+    assert (path.readings == run(one.load).readings).all()
+    assert not (tmp_path / "ran").exists()
+
+
+def at_another_temperature(folder, device, noise):
+    """A path where ngspice begins with another temperature, from a file that only C knows of."""
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "spinit").write_text("option temp=150\noption tnom=60\n")
+    ctypes.CDLL(None).setenv(b"SPICE_LIB_DIR", os.fsencode(folder), 1)
+    return worker.path_in_this_process(device, noise)
+
+
+def test_the_temperature_stands_in_the_circuit(tmp_path):
+    one = device(load_circuit(Load(netlist="bridge")))
+    process = processes.create()
+    try:
+        path = process.submit(at_another_temperature, tmp_path, one, NOISE).result(120)
+    finally:
+        processes.kill(process)
+    assert (path.readings == run(one.load).readings).all()
 
 
 def in_this_very_process(folder):

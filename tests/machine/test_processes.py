@@ -74,3 +74,31 @@ def test_a_worker_searches_garbage_rarely_but_searches():
         processes.kill(process)
     assert min(older) > 10  # Python's own
     assert left < 2_000
+
+
+FORK = """
+import os, signal, sys
+from harvester.machine import processes
+
+idle = processes.idle_processes()
+
+def compute():
+    job, process = processes.submit_to_one(idle, processes.create, abs, (-3,))
+    print(job.result(), flush=True)
+    idle.append(process)
+
+compute()
+child = os.fork()
+if child == 0:
+    signal.alarm(60)
+    compute()
+    sys.exit()
+print(os.waitpid(child, 0)[1], flush=True)
+compute()
+"""
+
+
+def test_a_forked_program_starts_processes_of_its_own():
+    """Those of its parent never answered it: it waited for ever, and ended with a traceback."""
+    done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, check=False, timeout=120)
+    assert (done.stdout, done.stderr) == ("3\n3\n0\n3\n", "")

@@ -194,6 +194,11 @@ HOSTILE = [
     ("I1 p n\n+ EXTERNAL", "external"),
     ("V1 p n dc 0 trnoise(1 1 1 1)", "trnoise"),
     ("V1 p n dc 0 trrandom(1 1 1 1)", "trrandom"),
+    ("R1 p n {{agauss(1k,100,3)}}", "agauss"),
+    ("R1 p n {{1k*UNIF (1,0.1)}}", "unif"),
+    ("C1 p n 'gauss(1n,0.1,3)'", "gauss"),
+    (".param q=aunif(1,1)", "aunif"),
+    ("D1 p n d\n.model d d(is={{limit(1e-9,1e-10)}})", "limit"),
     ("V1 p n portnum 1 port", "port"),
     # text that is none
     ("R1 p n 1\x00k", "printable"),
@@ -354,10 +359,11 @@ def test_calls_without_end(tmp_path):
 @pytest.mark.parametrize(
     ("parameters", "old", "new", "why"),
     [
-        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be at least 0, for rload, but is -1000000"),
-        ({"r": -1.0}, "", "", r"^load\.parameters\.R must be at least 0, for rload"),
+        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is -1000000"),
+        ({"R": 0.0}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is 0\.0"),
+        ({"r": -1.0}, "", "", r"^load\.parameters\.R must be above 0, for rload"),
         ({"C": -1e-6}, "", "", r"^load\.parameters\.C must be at least 0, for csmooth, but is -1e-06"),
-        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be at least 0, for rload, but is -1000"),
+        ({}, "{R}", "-1k", r"^netlist bridge\.cir line \d+ must be above 0, for rload, but is -1000"),
     ],
 )
 def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new, why):

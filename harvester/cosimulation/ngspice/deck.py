@@ -10,6 +10,7 @@ from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
+TEMPERATURE = "temp=27 tnom=27"  # of all parts and of their models' parameters, in degrees Celsius
 ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
 
 
@@ -83,7 +84,13 @@ def build_deck(
         saved = ["all", "@r.xload.rload[p]"]
     saved += [one for name in probes if (one := name if name.startswith("@") else f"v({name})") not in saved]
     text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
-    cards = [text, options, f".save {' '.join(saved)}", f".tran {step!r} {duration!r} 0 {step!r} uic", ".end"]
+    cards = [
+        text,
+        f"{options} {TEMPERATURE}",
+        f".save {' '.join(saved)}",
+        f".tran {step!r} {duration!r} 0 {step!r} uic",
+        ".end",
+    ]
     return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None, tuple(probes))
 
 

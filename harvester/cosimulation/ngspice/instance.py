@@ -197,8 +197,13 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 def ngspice() -> Ngspice:
     """The one ngspice of this process, loaded at the first call.
 
+    Variables such as SPICE_LIB_DIR leave the environment before: ngspice would run the commands of a file in a folder
+    that they name, those of a shell too.
+
     Raises MissingProgramError when the library cannot be loaded.
     """
+    for name in [one for one in os.environ if one.startswith("SPICE_")]:
+        del os.environ[name]
     NgSpiceShared.LIBRARY_PATH = find_library()
     try:
         return Ngspice()
