@@ -119,7 +119,7 @@ class Estimate:
     __repr__ = __str__  # what Python shows is what a command prints
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
 
         energy = self.energy_per_event
         shown = [
@@ -129,5 +129,5 @@ class Estimate:
             ("effects", ", ".join(self.effects)),
             ("seconds", f"{self.seconds:.2g}"),
         ]
-        notes = ([f"note: {self.reason}"] if self.reason else []) + notebook.warnings(self.warnings)
-        return notebook.table(self.engine, (), shown, notes)
+        notes = ([f"note: {self.reason}"] if self.reason else []) + html.warnings(self.warnings)
+        return html.table(self.engine, (), shown, notes)

@@ -149,7 +149,7 @@ class Scene(SceneTable):
         return tomli_w.dumps(self.tables())
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
 
         rows = [
             (f"[{table}]", key, str(value), kind.unit if (kind := key_kind(table, key)) else "")
@@ -157,7 +157,7 @@ class Scene(SceneTable):
             if isinstance(keys, dict)
             for key, value in keys.items()
         ]
-        return notebook.table(self.title or "scene", ("table", "key", "value", "SI unit"), rows)
+        return html.table(self.title or "scene", ("table", "key", "value", "SI unit"), rows)
 
     @property
     def digest(self) -> str:

@@ -132,7 +132,7 @@ class Comparison:
         return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
 
         rows = []
         for one in self.estimates:
@@ -142,7 +142,7 @@ class Comparison:
         notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
         notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
         head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")
-        return notebook.table("engines side by side", head, rows, notes)
+        return html.table("engines side by side", head, rows, notes)
 
 
 def compare(

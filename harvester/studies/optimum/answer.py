@@ -126,7 +126,7 @@ class Optimum:
         return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
 
         unit = self.estimate.unit_names.power
         rows = [(key.range.key, str(key)) for key in self.keys]
@@ -134,7 +134,7 @@ class Optimum:
         notes = [f"flat: {self.flat}"] if self.flat else []
         notes += [f"no interval of the keys: {self.why}"] if self.why and not self.flat else []
         notes += [f"note: {self.estimate.reason}"] if self.estimate.reason else []
-        return notebook.table(f"optimum by {self.engine}", (), rows, notes + notebook.warnings(self.warnings))
+        return html.table(f"optimum by {self.engine}", (), rows, notes + html.warnings(self.warnings))
 
     def text(self) -> str:
         """The CSV file of all evaluations, in the order that they were made."""

@@ -76,13 +76,13 @@ class Table:
         return frame
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
         from harvester.studies.sweep import printed_rows
 
-        head, shown = printed_rows.cells(self.rows[: notebook.MOST_ROWS], self.unit_names)
+        head, shown = printed_rows.cells(self.rows[: html.MOST_ROWS], self.unit_names)
         more = len(self.rows) - len(shown)
         notes = [f"{more} rows more"] if more > 0 else []
-        return notebook.table(
+        return html.table(
             "sweep", head, shown, notes + printed_rows.warnings(self.rows) + printed_rows.failures(self.rows)
         )
 

@@ -152,9 +152,9 @@ class Tolerance:
         return columns(rows)
 
     def _repr_html_(self) -> str:
-        from harvester.presentation import notebook
+        from harvester.presentation import html
 
-        return notebook.table(f"tolerances by {self.engine}", (), self.rows(), notebook.warnings(self.warnings))
+        return html.table(f"tolerances by {self.engine}", (), self.rows(), html.warnings(self.warnings))
 
     def rows(self) -> list[tuple[str, str]]:
         """What a table of two columns shows of it: names, and numbers with their intervals."""

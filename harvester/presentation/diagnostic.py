@@ -1,0 +1,65 @@
+"""What a computation has to say beside its numbers: a code, how serious it is, what it is about, and its numbers.
+
+Engines and studies make diagnostics; nobody below the terminal, the page or the notebook makes a sentence of them.
+Code that must know whether something happened asks for the code, never for a word of its sentence.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+Severity = Literal["warning", "note", "refusal"]
+Number = float | int | str | bool | None
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One remark on a result.
+
+    ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names what it concerns (an engine, a
+    scene key, ...), empty for the whole result; ``numbers`` are what its sentence needs.  A "warning" doubts the
+    result, a "note" explains it, a "refusal" says why there is none.  ``str()`` of it is its sentence.
+
+    >>> from harvester.presentation.diagnostic import note
+    >>> str(note("two_starts")), note("two_starts").severity
+    ('the mean is over both starts', 'note')
+    """
+
+    code: str
+    severity: Severity
+    about: str = ""
+    numbers: Mapping[str, Number] = field(default_factory=dict, hash=False)
+
+    def __str__(self) -> str:
+        from harvester.presentation.messages import sentence
+
+        return sentence(self)
+
+    def as_json(self) -> dict[str, Any]:
+        """The diagnostic as data, with its sentence."""
+        own = {"code": self.code, "severity": self.severity, "about": self.about}
+        return own | {"numbers": dict(self.numbers), "message": str(self)}
+
+    def of(self, about: str) -> "Diagnostic":
+        """The same remark, about something else."""
+        return replace(self, about=about)
+
+
+def warning(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+    """A remark that doubts a result."""
+    return Diagnostic(code, "warning", about, numbers)
+
+
+def note(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+    """A remark that explains a result."""
+    return Diagnostic(code, "note", about, numbers)
+
+
+def refusal(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+    """Why there is no result."""
+    return Diagnostic(code, "refusal", about, numbers)
+
+
+def has(diagnostics: Iterable[Diagnostic], *codes: str) -> bool:
+    """Whether one of the codes is among them."""
+    return any(one.code in codes for one in diagnostics)

@@ -1,0 +1,70 @@
+"""What the names of results mean: label, kind of unit, symbol, and one sentence.
+
+A result's field is shown by its name's entry here.  ``kind`` is an attribute of
+`harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is a time of
+computing, always in seconds; "share" is shown in percent; "" is a number without a unit.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How a name is shown."""
+
+    label: str
+    kind: str = ""
+    sentence: str = ""
+    symbol: str = ""
+
+
+def _entries(**some: tuple[str, ...]) -> dict[str, Entry]:
+    return {name: Entry(*entry) for name, entry in some.items()}
+
+
+GLOSSARY = _entries(
+    engine=("engine", "", "What computed it: see the page on engines."),
+    mean_power=("mean power", "power", "The mean over time of what the load takes.", "E[P]"),
+    mean_square_voltage=(
+        "mean square voltage",
+        "mean_square_voltage",
+        "The mean over time of the square of the piezo's voltage.",
+        "E[V^2]",
+    ),
+    energy_per_event=("energy per event", "energy", "The mean energy that the load takes of one shock or step."),
+    event_rate=("rate of events", "rate", "Shocks or steps in a unit of time."),
+    effects=("effects", "", "What the scene calls for, and all that was computed."),
+    seconds=("seconds", "clock", "The time of the computation, without compilation."),
+    steps=("steps", "", "Trajectory-steps, or steps that ngspice accepted."),
+    nondimensional=("nondimensional", "", "The same numbers in units of the mass, the spring and the capacitance."),
+    step=("step", "time", "The time step."),
+    burn_in=("burn-in", "time", "How long transients last, which is left out of the means."),
+    duration=("duration", "time", "How long a trajectory is averaged after its burn-in."),
+    trajectories=("trajectories", "", "The number of trajectories side by side."),
+    compilation_seconds=("compilation", "clock", "The time that compiling took, once for each combination of effects."),
+    displacement_rms=("displacement rms", "length", "The root of the mean square displacement."),
+    displacement_phase=("displacement phase", "degrees", "The phase of the displacement behind the shaking."),
+    voltage_phase=("voltage phase", "degrees", "The phase of the voltage behind the shaking."),
+    ledger_residual=("ledger residual", "share", "What the energy ledger is off by, of its largest entry."),
+    power_balance=("power balance", "share", "What the power balance is off by, of the power that came in."),
+    slow_share=("slow share", "share", "The share of E[V^2] that swings slower than the mass."),
+    step_error=("step error", "power", "The part of the error of the mean power that the step has."),
+    tolerance_error=("tolerance error", "power", "The part of the error of the mean power that ngspice's tolerance has."),
+    settling_error=("settling error", "power", "The part of the error of the mean power that settling further may have."),
+    warnings=("warnings", "", "Doubts about the result."),
+    reason=("reason", "", "Why an error is not stated, or how it is known."),
+    probes=("probes", "", "Other quantities of the circuit that were asked for."),
+    responses=("responses", "", "Responses to the same steady drive from other starts."),
+    share_of_starts=("share of starts", "share", "The share of starts that come to a response."),
+    mean=("mean", "own", "The mean over time."),
+    rms=("rms", "own", "The root of the mean square."),
+    least=("least", "own", "The smallest value in the window, on average over the runs."),
+    largest=("largest", "own", "The largest value in the window, on average over the runs."),
+    window=("window", "time", "The time that extremes are for."),
+    error=("error", "", "Why there is no number."),
+)
+
+
+def entry(name: str) -> Entry:
+    """The entry of a name; of one that has none its own words."""
+    return GLOSSARY.get(name) or Entry(name.replace("_", " "))

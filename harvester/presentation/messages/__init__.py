@@ -1,0 +1,34 @@
+"""The sentence of every diagnostic, once, by its code.
+
+Each file of this folder has a ``MESSAGES`` for the rooms that it is named after: a text with the names of its numbers in
+braces, or a function of them where the sentence depends on them.  An argument of Python stands in backticks (`within`);
+a command prints it as --within.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from harvester.presentation.diagnostic import Diagnostic
+
+Message: TypeAlias = str | Callable[..., str]
+FILES = ("engines", "studies")
+
+
+@cache
+def catalogue() -> Mapping[str, Message]:
+    """All messages by their codes; a code stands in one file only."""
+    found: dict[str, Message] = {}
+    for name in FILES:
+        some: dict[str, Message] = import_module(f"{__name__}.{name}").MESSAGES
+        assert not found.keys() & some.keys(), found.keys() & some.keys()
+        found |= some
+    return found
+
+
+def sentence(diagnostic: "Diagnostic") -> str:
+    """The sentence of a diagnostic, without its severity."""
+    message = catalogue()[diagnostic.code]
+    return message.format(**diagnostic.numbers) if isinstance(message, str) else message(**diagnostic.numbers)

@@ -1,0 +1,116 @@
+"""What all results share: a short repr, a text, a notebook's table, JSON, pandas and xarray, from their fields alone.
+
+A result is a frozen dataclass of values, arrays, tables, diagnostics and other results.  It formats nothing itself:
+what it wants beyond the order of its fields it says in class attributes.
+"""
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.plain import plain
+from harvester.presentation.table import Table
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Result:
+    """The base of results.
+
+    Of a result's names, its fields and then ``DERIVED`` properties, the text shows all but ``NOT_SHOWN``, JSON all but
+    ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some), and the short repr those of ``SHORT``.  A field
+    ``diagnostics`` becomes the notes and warnings, ``physical`` says whether the numbers have SI units.
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ()
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset()
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset()
+    JSON_NAMES: ClassVar[dict[str, str]] = {}
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power")
+
+    if TYPE_CHECKING:
+        __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def unit_names(self) -> AnswerUnits:
+        """The units of its numbers."""
+        return AnswerUnits.of(getattr(self, "physical", False))
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """The diagnostics that doubt it."""
+        return tuple(one for one in getattr(self, "diagnostics", ()) if one.severity == "warning")
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """The diagnostics that explain it."""
+        return tuple(one for one in getattr(self, "diagnostics", ()) if one.severity == "note")
+
+    def names(self) -> list[str]:
+        """The names of its fields and derived properties, in order, but for the diagnostics and ``physical``."""
+        fields = [one.name for one in dataclasses.fields(self)]
+        return [name for name in (*fields, *self.DERIVED) if name not in ("diagnostics", "physical")]
+
+    def shown_names(self) -> list[str]:
+        """Those that its text shows."""
+        return [name for name in self.names() if name not in self.NOT_SHOWN]
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints."""
+        names = [name for name in self.names() if name not in self.NOT_IN_JSON]
+        found = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
+        if hasattr(self, "diagnostics"):
+            found["warnings"] = [str(one) for one in self.warnings]
+            found["reason"] = "; ".join(str(one) for one in self.notes)
+            found["diagnostics"] = [one.as_json() for one in self.diagnostics]
+        return found
+
+    def __str__(self) -> str:
+        from harvester.presentation.sheet import sheet
+
+        return "\n".join(sheet(self).lines())
+
+    def __repr__(self) -> str:
+        parts = [f"{name}={_short(self, name)}" for name in self.SHORT if getattr(self, name, None) is not None]
+        doubts = len(self.warnings)
+        parts += [f"{doubts} warning{'s' * (doubts > 1)}"] if doubts else []
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        from harvester.presentation.sheet import sheet
+
+        return sheet(self).html()
+
+
+class TableResult(Result):
+    """A result whose rows, or whose course in time, are a table: its property ``table``."""
+
+    @property
+    def table(self) -> Table:
+        """Its rows."""
+        raise NotImplementedError
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Its rows as a data frame: numbers as numbers, nan where there is none."""
+        return self.table.to_pandas()
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Its rows as a dataset with labels and units."""
+        return self.table.to_xarray()
+
+
+def _short(result: Result, name: str) -> str:
+    """One name's content in a short repr: numbers with their unit, of what is long its size."""
+    from harvester.presentation.glossary import entry
+    from harvester.presentation.sheet import quantity, unit_of
+
+    one = getattr(result, name)
+    if isinstance(one, Value | float) and not isinstance(one, bool):
+        return quantity(one, entry(name), unit_of(entry(name), result))
+    if isinstance(one, str | int | bool):
+        return repr(one)
+    return f"<{len(one)}>" if hasattr(one, "__len__") else f"<{type(one).__name__}>"

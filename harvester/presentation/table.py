@@ -1,0 +1,214 @@
+"""The one table: typed columns, and CSV, pandas, xarray and the terminal's lines made of them.
+
+A cell is a number, a text, a truth value, None, or a `harvester.uncertainty.value.Value`, whose parts become columns of
+their own wherever cells are plain: ``mean_power``, ``mean_power_stderr``, ``mean_power_dof``, ...
+"""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from harvester.presentation.columns import columns
+from harvester.presentation.glossary import entry
+from harvester.uncertainty.value import Value, amount, percent
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Cell: TypeAlias = Value | float | int | str | bool | None
+# The parts of a Value in plain columns: suffix and attribute.
+PARTS = {
+    "": "value",
+    "_stderr": "stderr",
+    "_dof": "dof",
+    "_step_bias": "bias",
+    "_model_bias": "model",
+    "_error95": "error95",
+    "_unknown": "unknown",
+}
+MOST_ROWS = 60  # that a terminal or a notebook shows
+WIDEST = 100  # letters of a line
+FAILED, UNKNOWN = "failed", "not known"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name (of the glossary, or a scene key), its cells, and the unit of its numbers ("" for none)."""
+
+    name: str
+    cells: Sequence[Cell]
+    unit: str = ""
+    label: str = ""
+
+    @property
+    def head(self) -> str:
+        """What stands above it."""
+        return self.label or entry(self.name).label
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether its numbers are values with errors."""
+        return any(isinstance(cell, Value) for cell in self.cells)
+
+    def plain(self) -> dict[str, list[Any]]:
+        """Its cells without `Value`: one column, or one for each of `PARTS`."""
+        if not self.has_errors:
+            return {self.name: list(self.cells)}
+        return {self.name + end: [getattr(cell, part, None) for cell in self.cells] for end, part in PARTS.items()}
+
+    def shown(self) -> dict[str, list[str]]:
+        """Its cells as people read them, and behind values their whole errors at 95 %."""
+        texts = [_shown(cell, self.unit) for cell in self.cells]
+        if not self.has_errors:
+            return {self.head: texts}
+        return {self.head: texts, "error, 95 %": [error_in_percent(cell) for cell in self.cells]}
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length, with a title.
+
+    >>> from harvester.presentation.table import Column, Table
+    >>> from harvester.uncertainty.value import Value
+    >>> powers = [Value(8.4e-6, stderr=1e-7, bias=1e-8, dof=2), Value(9e-6, stderr=1e-7, unknown="the step")]
+    >>> table = Table((Column("load.resistance", [1e5, 1e6], "ohm"), Column("mean_power", powers, "W")))
+    >>> print(table)
+    load.resistance  mean power  error, 95 %
+           100 kohm      8.4 uW        5.2 %
+             1 Mohm        9 uW  at least 2.2 %
+    """
+
+    columns: tuple[Column, ...]
+    title: str = ""
+    index: tuple[str, ...] = ()  # columns that name a row: the axes of its dataset
+
+    def __post_init__(self) -> None:
+        assert len({len(one.cells) for one in self.columns}) <= 1, [len(one.cells) for one in self.columns]
+
+    def __len__(self) -> int:
+        return len(self.columns[0].cells) if self.columns else 0
+
+    def __getitem__(self, name: str) -> Sequence[Cell]:
+        return next(one.cells for one in self.columns if one.name == name)
+
+    def plain(self) -> dict[str, list[Any]]:
+        """All columns without `Value`, by name."""
+        return {name: cells for column in self.columns for name, cells in column.plain().items()}
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """One object a row."""
+        from harvester.presentation.plain import plain
+
+        names = [one.name for one in self.columns]
+        return [dict(zip(names, map(plain, row), strict=True)) for row in zip(*self._cells(), strict=True)]
+
+    def csv(self, units: bool = False) -> str:
+        """The text of a CSV file; with ``units``, these stand in brackets in its heads."""
+        return "".join(self.csv_lines(units))
+
+    def csv_lines(self, units: bool = False) -> Iterator[str]:
+        """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
+        of = {name: column.unit for column in self.columns for name in column.plain()}
+        found = self.plain()
+        heads = [f"{name} ({of[name]})" if units and of[name] else name for name in found]
+        return csv_lines(heads, zip(*found.values(), strict=True))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A data frame: numbers as numbers, nan where there is none."""
+        import pandas
+
+        return pandas.DataFrame({name: _typed(cells) for name, cells in self.plain().items()})
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A dataset over the columns of ``index`` (over the rows where there are none); units are attributes."""
+        frame = self.to_pandas()
+        found = (frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")).to_xarray()
+        for column in self.columns:
+            for name in column.plain():
+                found[name].attrs = {"long_name": column.head} | _unit(column, name)
+        return found
+
+    def shown(self) -> tuple[list[str], list[list[str]]]:
+        """The heads, and the rows as texts."""
+        found = [one for column in self.columns for one in column.shown().items()]
+        return [head for head, _ in found], [list(row) for row in zip(*(cells for _, cells in found), strict=True)]
+
+    def lines(self, indent: str = "", elsewhere: str = "") -> list[str]:
+        """The lines of a terminal: of a long table the first and the last rows; ``elsewhere`` names who has all."""
+        few = self if len(self) <= MOST_ROWS else self._ends()
+        head, body = few.shown()
+        lines = columns([head, *body], indent, right=True)
+        if max(map(len, lines)) > WIDEST:  # keys without their tables
+            lines = columns([[name.rpartition(".")[2] for name in head], *body], indent, right=True)
+        if len(few) < len(self):
+            more = f"({len(self) - len(few)} more rows" + (f" in {elsewhere})" if elsewhere else ")")
+            lines.insert(1 + MOST_ROWS // 2, indent + more)
+        return lines
+
+    def __str__(self) -> str:
+        return "\n".join(([self.title] if self.title else []) + self.lines())
+
+    def __repr__(self) -> str:
+        return f"Table({len(self)} rows: {', '.join(one.name for one in self.columns)})"
+
+    def _repr_html_(self) -> str:
+        from harvester.presentation import html
+
+        head, body = (self if len(self) <= MOST_ROWS else self._ends()).shown()
+        return html.table(self.title, head, body)
+
+    def _cells(self) -> list[Sequence[Cell]]:
+        return [one.cells for one in self.columns]
+
+    def _ends(self) -> "Table":
+        half = MOST_ROWS // 2
+        some = (Column(one.name, [*one.cells[:half], *one.cells[-half:]], one.unit, one.label) for one in self.columns)
+        return Table(tuple(some), self.title, self.index)
+
+
+def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
+    """The lines of a CSV file, its header first; numbers have nine digits, and None is an empty cell."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(heads)
+    for row in rows:
+        yield out.getvalue()
+        out.seek(0)
+        out.truncate()
+        writer.writerow([f"{cell:.9g}" if isinstance(cell, float) else cell for cell in row])
+    yield out.getvalue()
+
+
+def error_in_percent(cell: Cell) -> str:
+    """The whole error of a value at 95 % in percent of it, or that a part of it is not known."""
+    if not isinstance(cell, Value) or cell.value == 0.0:
+        return ""
+    if cell.error95 is not None:
+        return percent(cell.error95, cell.value)
+    return f"at least {percent(cell.known_error95, cell.value)}" if cell.known_error95 else UNKNOWN
+
+
+def _shown(cell: Cell, unit: str) -> str:
+    if cell is None:
+        return ""
+    if isinstance(cell, bool | str):
+        return str(cell)
+    return amount(float(cell.value if isinstance(cell, Value) else cell), unit)
+
+
+def _unit(column: Column, name: str) -> dict[str, str]:
+    bare = name.removeprefix(column.name)
+    return {"units": column.unit} if column.unit and bare not in ("_dof", "_unknown") else {}
+
+
+def _typed(cells: Sequence[Any]) -> Any:
+    """An array of numbers where all cells are numbers or None, else of objects."""
+    if all(cell is None or isinstance(cell, float | int | np.number) for cell in cells):
+        return np.array([math.nan if cell is None else cell for cell in cells])
+    return np.array(cells, dtype=object)
