@@ -9,11 +9,30 @@ The public names stand in ``__init__.pyi``, once each; what a name needs is load
 """
 
 import sys
+from typing import Any
 
 if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].endswith("harvester") and not sys.flags.safe_path:
     del sys.path[0]  # the current folder, put there for -m: a stranger's random.py in it would be taken for Python's
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __version__ = "0.1.0"
+
+_RENAMED = {  # names of version 0.1, which go with version 0.3
+    "Table": "SweepTable",
+    "Identified": "IdentificationResult",
+    "Charging": "ChargingResult",
+    "Response": "FrequencyResponse",
+    "Responses": "FrequencyResponses",
+    "Front": "ParetoFront",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _RENAMED:
+        import warnings
+
+        warnings.warn(f"harvester.{name} is harvester.{_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
+        name = _RENAMED[name]
+    return _attribute(name)

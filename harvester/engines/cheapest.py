@@ -14,6 +14,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, names_arguments
+from harvester.presentation.diagnostic import worded
 
 
 @names_arguments
@@ -75,4 +76,4 @@ def formula(problem: Problem) -> type[Formula]:
 
 def _because(answer: Estimate, why: str) -> Estimate:
     reason = f"engine {answer.engine!r} was chosen as the cheapest: {why}"
-    return dataclasses.replace(answer, reason=f"{reason}; {answer.reason}" if answer.reason else reason)
+    return dataclasses.replace(answer, diagnostics=(worded(reason, "note"), *answer.diagnostics))

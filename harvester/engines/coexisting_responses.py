@@ -60,7 +60,7 @@ def steady_responses(
         power = _power(one, rough, model.name).scaled(scale).with_unknown(unknown)
         middle = one.members[np.argsort(one.entries(model.name))[len(one.members) // 2]]
         x, v, voltage, stored, phase = map(float, places[:, middle])
-        response = SteadyResponse(power, len(one.members) / finer.count, one.turns, one.chaotic, engine)
+        response = SteadyResponse(power, len(one.members) / finer.count, one.turns or None, one.chaotic, engine)
         found.append(SearchedResponse(response, (x, v, voltage, stored), phase))
     return tuple(found)
 

@@ -13,6 +13,7 @@ from harvester.engines.protocol import AnyScene, Progress, needs_resistance, ser
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
+from harvester.presentation.diagnostic import worded
 
 SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
 STOPS = frozenset({"compliant_stop", "opposite_stop"})
@@ -86,4 +87,4 @@ class Formula(Request):
             else f"is estimated at {power.known_error95 / abs(power.value or 1.0):.2g}"
         )
         word = f"`within` {within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
-        return dataclasses.replace(answer, warnings=(*answer.warnings, word))
+        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded(word)))

@@ -11,6 +11,7 @@ from harvester.engines.model import Model
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
+from harvester.presentation.diagnostic import worded
 from harvester.uncertainty.value import amount
 
 LONG = 1000.0  # periods of the mass
@@ -60,8 +61,8 @@ class Ideal(Ensemble):
             answer = super().run(scene, progress)
         except SimulationError as error:
             raise type(error)(f"{error}{_cause(Problem.of(scene))}") from None
-        warnings = (*answer.warnings, *_slow_switching(Problem.of(scene)))
-        return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), warnings=warnings)
+        diagnostics = (*answer.diagnostics, *map(worded, _slow_switching(Problem.of(scene))))
+        return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""

@@ -8,6 +8,7 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError
+from harvester.presentation.diagnostic import worded
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
@@ -119,8 +120,7 @@ def estimate(
         effects=problem.effects,
         seconds=seconds,
         steps=steps,
-        reason=reason,
-        warnings=(*doubts, *warnings),
+        diagnostics=(*map(worded, (*doubts, *warnings)), *((worded(reason, "note"),) if reason else ())),
         details=details or {},
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,

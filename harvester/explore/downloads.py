@@ -8,10 +8,10 @@ from harvester.explore.live import Live
 from harvester.studies.output_folder import provenance
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import answered
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 
 
-def table(live: Live, runs: list[dict[str, Any]]) -> Table:
+def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     """The curves of the page, and its runs of the present design, as the table of a sweep.
 
     Raises SimulationError where there is nothing yet.
@@ -28,7 +28,7 @@ def table(live: Live, runs: list[dict[str, Any]]) -> Table:
     )
     about["command"] = ["explore"]
     points = [places.index(float(row[live.key])) for row in rows]
-    return Table((Axis(live.key, tuple(places)),), rows, points, False, about)
+    return SweepTable((Axis(live.key, tuple(places)),), rows, points, False, about)
 
 
 def figure(live: Live, runs: list[dict[str, Any]], form: str) -> bytes:

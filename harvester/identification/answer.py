@@ -33,7 +33,7 @@ class Parameter:
 
 @names_arguments
 @dataclass(frozen=True, eq=False)
-class Identified:
+class IdentificationResult:
     """What measurements say of a device.
 
     ``parameters`` have intervals; ``missing`` are keys that the data do not determine, with what would.

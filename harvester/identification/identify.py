@@ -12,7 +12,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, quantities
-from harvester.identification.answer import Identified, Parameter
+from harvester.identification.answer import IdentificationResult, Parameter
 from harvester.identification.fit import DeviceFit, channels, fit
 from harvester.identification.intervals import ProfileInterval, Profiles
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
@@ -27,7 +27,7 @@ KNOWN = ("oscillator.mass", "oscillator.damping_ratio", "piezo.capacitance", "st
 
 
 @names_arguments
-def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None = None) -> Identified:
+def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None = None) -> IdentificationResult:
     """Fit one mode with its piezo to measurements in CSV files, each with its state behind an @ where it needs one.
 
     ``known`` are scene keys that are not fitted, such as ``{"mass": "40 g"}``.
@@ -63,7 +63,7 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
     return found
 
 
-def identified(measurements: Sequence[Measurement], known: dict[str, float] | None = None) -> Identified:
+def identified(measurements: Sequence[Measurement], known: dict[str, float] | None = None) -> IdentificationResult:
     """Fit measurements that are read; raises as `identify`."""
     known, notes = dict(known or {}), []
     measurements, alone = _alone(list(measurements))
@@ -133,7 +133,7 @@ def _rms(best: DeviceFit) -> float:
 
 def _answer(
     best: DeviceFit, measurements: Sequence[Measurement], known: dict[str, float], notes: list[str], alone: str
-) -> Identified:
+) -> IdentificationResult:
     profiles = Profiles(best)
     found, missing = [], []
     for one in quantities.answered(set(best.names) | set(known)):
@@ -155,7 +155,7 @@ def _answer(
         missing.insert(0, ("short_circuit_frequency", "a clamped impedance has no resonance: measure it free too"))
     if alone:
         found = [dataclasses.replace(p, key=p.key.removeprefix("oscillator.")) for p in found]
-    return Identified(
+    return IdentificationResult(
         tuple(found),
         tuple(missing),
         _rms(best),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from harvester.devices import scene_file
 from harvester.devices.device import Entry, Tables
-from harvester.identification.answer import Identified, Parameter
+from harvester.identification.answer import IdentificationResult, Parameter
 from harvester.machine import files
 from harvester.scene.toml import loads
 
@@ -22,7 +22,7 @@ _SHORT = dict.fromkeys(NEEDED, "not determined: give it as --known mass=...")
 _SHORT["piezo.capacitance"] = "not determined: measure an impedance"
 
 
-def text(found: Identified, title: str) -> str:
+def text(found: IdentificationResult, title: str) -> str:
     """The text of the scene file; keys that are not determined stand in it as comments."""
     tables: Tables = {"": [Entry("title", title, "")], "excitation": [], "load": []}
     tables |= {name: [] for name in OWN}
@@ -50,12 +50,12 @@ def comment(one: Parameter) -> str:
     return f"{unit}95 %: {one.low:.7g} to {one.high:.7g}"
 
 
-def is_whole(found: Identified) -> bool:
+def is_whole(found: IdentificationResult) -> bool:
     """Whether the scene has all that a scene needs."""
     return set(NEEDED) <= {one.key for one in found.parameters}
 
 
-def write(path: Path, found: Identified, title: str, force: bool) -> None:
+def write(path: Path, found: IdentificationResult, title: str, force: bool) -> None:
     """Write the scene file, whole or not at all.
 
     Raises InputError where the file is there and not to be overwritten, or cannot be written.

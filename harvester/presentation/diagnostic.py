@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from harvester.presentation.messages import sentence
+
 Severity = Literal["warning", "note", "refusal"]
 Number = float | int | str | bool | None
 
@@ -21,8 +23,8 @@ class Diagnostic:
     result, a "note" explains it, a "refusal" says why there is none.  ``str()`` of it is its sentence.
 
     >>> from harvester.presentation.diagnostic import note
-    >>> str(note("two_starts")), note("two_starts").severity
-    ('the mean is over both starts', 'note')
+    >>> str(note("open_circuit")), note("open_circuit").severity
+    ('open circuit: V keeps the offset that it started with, and takes no power', 'note')
     """
 
     code: str
@@ -31,9 +33,7 @@ class Diagnostic:
     numbers: Mapping[str, Number] = field(default_factory=dict, hash=False)
 
     def __str__(self) -> str:
-        from harvester.presentation.messages import sentence
-
-        return sentence(self)
+        return sentence(self.code, self.numbers)
 
     def as_json(self) -> dict[str, Any]:
         """The diagnostic as data, with its sentence."""
@@ -63,3 +63,8 @@ def refusal(code: str, about: str = "", **numbers: Number) -> Diagnostic:
 def has(diagnostics: Iterable[Diagnostic], *codes: str) -> bool:
     """Whether one of the codes is among them."""
     return any(one.code in codes for one in diagnostics)
+
+
+def worded(text: str, severity: Severity = "warning") -> Diagnostic:
+    """A remark that has its sentence already: what is not yet in the catalogue."""
+    return Diagnostic("worded", severity, "", {"text": text})

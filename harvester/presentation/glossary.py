@@ -1,6 +1,6 @@
 """What the names of results mean: label, kind of unit, symbol, and one sentence.
 
-A result's field is shown by its name's entry here.  ``kind`` is an attribute of
+A result's field is shown by its name's term here.  ``kind`` is an attribute of
 `harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is a time of
 computing, always in seconds; "share" is shown in percent; "" is a number without a unit.
 """
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Entry:
+class Term:
     """How a name is shown."""
 
     label: str
@@ -18,11 +18,11 @@ class Entry:
     symbol: str = ""
 
 
-def _entries(**some: tuple[str, ...]) -> dict[str, Entry]:
-    return {name: Entry(*entry) for name, entry in some.items()}
+def _terms(**some: tuple[str, ...]) -> dict[str, Term]:
+    return {name: Term(*term) for name, term in some.items()}
 
 
-GLOSSARY = _entries(
+GLOSSARY = _terms(
     engine=("engine", "", "What computed it: see the page on engines."),
     mean_power=("mean power", "power", "The mean over time of what the load takes.", "E[P]"),
     mean_square_voltage=(
@@ -41,16 +41,25 @@ GLOSSARY = _entries(
     burn_in=("burn-in", "time", "How long transients last, which is left out of the means."),
     duration=("duration", "time", "How long a trajectory is averaged after its burn-in."),
     trajectories=("trajectories", "", "The number of trajectories side by side."),
+    warm_up_seconds=("warm-up", "clock", "The time that imports, compilation and the start of ngspice took."),
     compilation_seconds=("compilation", "clock", "The time that compiling took, once for each combination of effects."),
     displacement_rms=("displacement rms", "length", "The root of the mean square displacement."),
     displacement_phase=("displacement phase", "degrees", "The phase of the displacement behind the shaking."),
     voltage_phase=("voltage phase", "degrees", "The phase of the voltage behind the shaking."),
-    ledger_residual=("ledger residual", "share", "What the energy ledger is off by, of its largest entry."),
-    power_balance=("power balance", "share", "What the power balance is off by, of the power that came in."),
-    slow_share=("slow share", "share", "The share of E[V^2] that swings slower than the mass."),
+    ledger_residual=("ledger residual, of its largest entry", "share", "What the energy ledger is off by."),
+    power_balance=("power balance, of the power in", "share", "What the power balance is off by."),
+    slow_share=("slow share of E[V^2]", "share", "The share of E[V^2] that swings slower than the mass."),
     step_error=("step error", "power", "The part of the error of the mean power that the step has."),
-    tolerance_error=("tolerance error", "power", "The part of the error of the mean power that ngspice's tolerance has."),
-    settling_error=("settling error", "power", "The part of the error of the mean power that settling further may have."),
+    tolerance_error=(
+        "tolerance error",
+        "power",
+        "The part of the error of the mean power that ngspice's tolerance has.",
+    ),
+    settling_error=(
+        "settling error",
+        "power",
+        "The part of the error of the mean power that settling further may have.",
+    ),
     warnings=("warnings", "", "Doubts about the result."),
     reason=("reason", "", "Why an error is not stated, or how it is known."),
     probes=("probes", "", "Other quantities of the circuit that were asked for."),
@@ -65,6 +74,9 @@ GLOSSARY = _entries(
 )
 
 
-def entry(name: str) -> Entry:
-    """The entry of a name; of one that has none its own words."""
-    return GLOSSARY.get(name) or Entry(name.replace("_", " "))
+LEDGER = "ledger_"  # before the names of mean powers of the energy ledger
+
+
+def term(name: str) -> Term:
+    """What a name means; one that is not in the glossary stands for itself."""
+    return GLOSSARY.get(name) or Term(name.replace("_", " "), "power" if name.startswith(LEDGER) else "")

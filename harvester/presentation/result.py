@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.glossary import term
 from harvester.presentation.plain import plain
+from harvester.presentation.sheet import quantity, sheet, unit_of
 from harvester.presentation.table import Table
 from harvester.uncertainty.value import Value
 
@@ -18,17 +20,23 @@ if TYPE_CHECKING:
     import xarray
 
 
+HANDLED = frozenset({"diagnostics", "physical"})
+
+
 class Result:
     """The base of results.
 
-    Of a result's names, its fields and then ``DERIVED`` properties, the text shows all but ``NOT_SHOWN``, JSON all but
-    ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some), and the short repr those of ``SHORT``.  A field
-    ``diagnostics`` becomes the notes and warnings, ``physical`` says whether the numbers have SI units.
+    Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the text shows all but
+    ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some; of those ``OPTIONAL``
+    only what is there), and the short repr those of ``SHORT``.  A field ``diagnostics`` becomes the notes and warnings,
+    ``physical`` says whether the numbers have SI units.
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = ()
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset()
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset()
+    INTERNAL: ClassVar[frozenset[str]] = frozenset()
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset()
     JSON_NAMES: ClassVar[dict[str, str]] = {}
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power")
 
@@ -53,7 +61,7 @@ class Result:
     def names(self) -> list[str]:
         """The names of its fields and derived properties, in order, but for the diagnostics and ``physical``."""
         fields = [one.name for one in dataclasses.fields(self)]
-        return [name for name in (*fields, *self.DERIVED) if name not in ("diagnostics", "physical")]
+        return [name for name in (*fields, *self.DERIVED) if name not in HANDLED | self.INTERNAL]
 
     def shown_names(self) -> list[str]:
         """Those that its text shows."""
@@ -62,6 +70,7 @@ class Result:
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
         names = [name for name in self.names() if name not in self.NOT_IN_JSON]
+        names = [name for name in names if name not in self.OPTIONAL or getattr(self, name)]
         found = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
         if hasattr(self, "diagnostics"):
             found["warnings"] = [str(one) for one in self.warnings]
@@ -70,8 +79,6 @@ class Result:
         return found
 
     def __str__(self) -> str:
-        from harvester.presentation.sheet import sheet
-
         return "\n".join(sheet(self).lines())
 
     def __repr__(self) -> str:
@@ -81,8 +88,6 @@ class Result:
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
-        from harvester.presentation.sheet import sheet
-
         return sheet(self).html()
 
 
@@ -105,12 +110,9 @@ class TableResult(Result):
 
 def _short(result: Result, name: str) -> str:
     """One name's content in a short repr: numbers with their unit, of what is long its size."""
-    from harvester.presentation.glossary import entry
-    from harvester.presentation.sheet import quantity, unit_of
-
     one = getattr(result, name)
     if isinstance(one, Value | float) and not isinstance(one, bool):
-        return quantity(one, entry(name), unit_of(entry(name), result))
+        return quantity(one, term(name), unit_of(term(name), result.unit_names, str(getattr(result, "unit", ""))))
     if isinstance(one, str | int | bool):
         return repr(one)
     return f"<{len(one)}>" if hasattr(one, "__len__") else f"<{type(one).__name__}>"

@@ -4,21 +4,32 @@ It is made from the fields of the result (`sheet`), each named and given its uni
 A `Value` or a number is a row, a mapping of them a row each, a `Table` a table; results inside it are its parts.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, TypeGuard
 
 from harvester.presentation import html
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
-from harvester.presentation.glossary import Entry, entry
-from harvester.presentation.table import Table
+from harvester.presentation.glossary import Term, term
+from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value
 
-if TYPE_CHECKING:
-    from harvester.presentation.result import Result
-
+ERROR_OF = "error_of_"  # before the name of a number: its whole error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
+
+
+class Presentable(Protocol):
+    """What a sheet reads of a result (`harvester.presentation.result.Result`)."""
+
+    @property
+    def unit_names(self) -> AnswerUnits:
+        """The units of its numbers."""
+        ...
+
+    def shown_names(self) -> list[str]:
+        """The names of what its text shows."""
+        ...
 
 
 @dataclass
@@ -38,7 +49,7 @@ class Sheet:
         lines = [indent + self.head] if self.head else []
         lines += columns([list(row) for row in self.rows], inner) if self.rows else []
         for one in self.tables:
-            lines += [inner + one.title] * bool(one.title) + one.lines(inner)
+            lines += [inner + one.title] * bool(one.title) + one.lines(inner + "  ")
         lines += [line for part in self.parts for line in part.lines(inner)]
         return lines + [inner + remark for remark in self.remarks()]
 
@@ -52,43 +63,70 @@ class Sheet:
         return found + "".join(one._repr_html_() for one in self.tables) + "".join(one.html() for one in self.parts)
 
 
-def sheet(result: "Result", head: str | None = None) -> Sheet:
-    """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps."""
+def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None) -> Sheet:
+    """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
+
+    ``units`` are those of the result that it is a part of, where it does not know its own.
+    """
+    units = result.unit_names if units is None or hasattr(result, "physical") else units
     found = Sheet(_head(result) if head is None else head)
     remarks = getattr(result, "diagnostics", ())
     found.notes = [str(one) for one in remarks if one.severity == "note"]
     found.warnings = [str(one) for one in remarks if one.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
-            _add(found, name, getattr(result, name), result)
+            _add(found, name, getattr(result, name), units, str(getattr(result, "unit", "")))
     return found
 
 
-def _add(found: Sheet, name: str, one: Any, result: "Result") -> None:
+def _add(found: Sheet, name: str, one: Any, units: AnswerUnits, own: str) -> None:
     """Put one field on the sheet, as its type asks for."""
-    from harvester.presentation.result import Result
-
     if isinstance(one, Table):
         found.tables.append(one)
-    elif isinstance(one, Result):
-        found.parts.append(sheet(one, entry(name).label))
+    elif _is_result(one):
+        found.parts.append(sheet(one, term(name).label, units))
     elif isinstance(one, Mapping):
-        for key, part in one.items():
-            if isinstance(part, Result):
-                found.parts.append(sheet(part, str(key)))
+        for key, part in with_companions(one).items():
+            if _is_result(part):
+                found.parts.append(sheet(part, str(key), units))
             else:
-                found.rows += _rows(str(key), part, result)
-    elif isinstance(one, tuple) and one and all(isinstance(part, Result) for part in one):
-        of = len(one)
-        found.parts += [sheet(part, f"{entry(name).label} {k} of {of}") for k, part in enumerate(one, 1)]
+                found.rows += _rows(str(key), part, units, own)
+    elif isinstance(one, tuple) and one and all(map(_is_result, one)):
+        found.tables.append(table_of(one, term(name).label, units))
     else:
-        found.rows += _rows(name, one, result)
+        found.rows += _rows(name, one, units, own)
 
 
-def _rows(name: str, one: Any, result: "Result") -> Iterator[tuple[str, str]]:
+def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits) -> Table:
+    """Results of one type as the rows of a table."""
+    names = results[0].shown_names()
+    made = [Column(name, [getattr(one, name) for one in results], unit_of(term(name), units)) for name in names]
+    return Table(tuple(one for one in made if any(cell not in (None, "") for cell in one.cells)), title)
+
+
+def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
+    """Numbers of which some are the errors of others: ``x``, with ``x_stderr`` and ``x_bias``, or ``error_of_x``."""
+    found: dict[str, Any] = {}
+    for name, one in numbers.items():
+        companions = [numbers.get(of) for of in (f"{name}_stderr", f"{name}_bias", f"{ERROR_OF}{name}")]
+        stem = str(name).removesuffix("_stderr").removesuffix("_bias")
+        if str(name).startswith(ERROR_OF) or (stem != name and stem in numbers):
+            continue
+        stderr, bias, whole = companions
+        known = isinstance(one, float | int) and companions != [None, None, None]
+        found[str(name)] = Value(float(one), stderr, whole if bias is None else bias) if known else one
+    return found
+
+
+def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, own: str = "") -> list[tuple[str, str]]:
+    """The rows of numbers by their names."""
+    return [row for name, one in with_companions(numbers).items() for row in _rows(name, one, units, own)]
+
+
+def _rows(name: str, one: Any, units: AnswerUnits, own: str) -> Iterator[tuple[str, str]]:
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
-    about = entry(name)
-    unit = unit_of(about, result)
+    about = term(name)
+    unit = unit_of(about, units, own)
     if isinstance(one, bool):
         yield about.label, "yes" if one else "no"
     elif isinstance(one, Value | float | int):
@@ -99,32 +137,38 @@ def _rows(name: str, one: Any, result: "Result") -> Iterator[tuple[str, str]]:
         yield about.label, ", ".join(one)
 
 
-def quantity(one: Value | float, about: Entry, unit: str) -> str:
+def quantity(one: Value | float, about: Term, unit: str) -> str:
     """A number with its unit, and with its errors where it has them."""
     value = one if isinstance(one, Value) else Value(float(one))
     if about.kind == "share":
         return f"{value.scaled(100.0).format()} %"
     if about.kind == "clock":
         return f"{value.value:.2g} s of computing"
+    if about.kind == "time" and not unit:
+        return f"{value.value:.4g} (1/w0)"
     if not unit and value.value == int(value.value) and abs(value.value) < 1e6:
         return f"{value.value:.0f}"
     return value.format(unit)
 
 
-def unit_of(about: Entry, result: "Result") -> str:
-    """The unit of a kind in a result: of its scene, its own, or the kind itself where it is no quantity of a scene."""
+def unit_of(about: Term, units: AnswerUnits, own: str = "") -> str:
+    """The unit of a kind: of the scene, the result's ``own``, or the kind itself where it is no quantity of a scene."""
     if about.kind == "own":
-        return str(getattr(result, "unit", ""))
+        return own
     if about.kind in AnswerUnits.__dataclass_fields__:
-        return str(getattr(result.unit_names, about.kind))
+        return str(getattr(units, about.kind))
     return "" if about.kind in ("share", "clock") else about.kind
 
 
-def _head(result: "Result") -> str:
+def _is_result(one: Any) -> TypeGuard[Presentable]:
+    return hasattr(one, "shown_names")
+
+
+def _head(result: Presentable) -> str:
     """The engine, and what it took."""
     engine, seconds = getattr(result, "engine", ""), getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)
     took = [] if seconds is None else [f"{seconds:.2g} s"]
     took += [f"{steps:.3g} steps"] if steps else []
-    name = engine or entry(type(result).__name__).label
+    name = engine or term(type(result).__name__).label
     return f"{name}: {', '.join(took)}" if took else name

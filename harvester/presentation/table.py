@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from harvester.presentation.columns import columns
-from harvester.presentation.glossary import entry
+from harvester.presentation.glossary import term
 from harvester.uncertainty.value import Value, amount, percent
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Column:
     @property
     def head(self) -> str:
         """What stands above it."""
-        return self.label or entry(self.name).label
+        return self.label or term(self.name).label
 
     @property
     def has_errors(self) -> bool:
@@ -132,7 +132,7 @@ class Table:
         for column in self.columns:
             for name in column.plain():
                 found[name].attrs = {"long_name": column.head} | _unit(column, name)
-        return found
+        return found  # type: ignore[no-any-return]
 
     def shown(self) -> tuple[list[str], list[list[str]]]:
         """The heads, and the rows as texts."""

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from harvester.answers.details import rows as details_of
 from harvester.answers.estimate import Estimate
+from harvester.presentation.sheet import mapping_rows
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import TextTable
 from harvester.uncertainty.value import Value
@@ -61,7 +61,7 @@ def refusals(refused: dict[str, str]) -> list[TextTable]:
 
 def details(estimate: Estimate) -> list[TextTable]:
     """The table of an answer's details, such as step and trajectories, if there are any."""
-    rows = [[name, signs(text)] for name, text in details_of(estimate.details, estimate.unit_names)]
+    rows = [[name, signs(text)] for name, text in mapping_rows(estimate.details, estimate.unit_names)]
     rows += [
         [f"nondimensional {n.replace('_', ' ')}", NONE if v is None else signs(f"{v:.5g}")]
         for n, v in estimate.nondimensional.items()
@@ -71,7 +71,7 @@ def details(estimate: Estimate) -> list[TextTable]:
 
 def warnings(estimates: Sequence[Estimate]) -> list[str]:
     """The warnings of all answers, each with its engine's name."""
-    return [f"{one.engine}: {signs(word)}" for one in estimates for word in one.warnings]
+    return [f"{one.engine}: {signs(str(word))}" for one in estimates for word in one.warnings]
 
 
 def first(value: Value, unit: str) -> str:

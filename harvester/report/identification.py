@@ -1,13 +1,13 @@
 """The report of `identify`: the parameters with their intervals, the fit, the residuals and the correlations."""
 
-from harvester.identification.answer import Identified, number_words
+from harvester.identification.answer import IdentificationResult, number_words
 from harvester.machine.provenance import origin
 from harvester.report.numbers import signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import command_line, made_by
 
 
-def of_identification(found: Identified, title: str) -> Page:
+def of_identification(found: IdentificationResult, title: str) -> Page:
     """The page of an identified device."""
     about = origin()
     rows = [[one.key, *map(signs, number_words(one)), one.what] for one in found.parameters]

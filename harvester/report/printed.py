@@ -13,8 +13,8 @@ from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.scenes import scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
-from harvester.studies.charging.answer import Charging
-from harvester.studies.frequency_response.responses import Responses
+from harvester.studies.charging.answer import ChargingResult
+from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.studies.motion import Motion
 from harvester.studies.output_folder import provenance
 from harvester.studies.stability.exponent import Stability
@@ -23,7 +23,7 @@ from harvester.studies.stability.region import Edge
 MOST_ROWS = 400  # of a table on a page
 
 
-def of_response(scene: Scene | Problem, answer: Responses, seed: int) -> Page:
+def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -> Page:
     """The page of frequency responses: peaks and bandwidths, hysteresis, and all points with their errors."""
     of, rows = answer.unit_names, []
     points = [(curve, point) for curve in answer.curves for point in curve.points]
@@ -58,7 +58,7 @@ def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:
     return printed_page(scene, f"motion, engine {answer.engine}", str(answer), answer.plot(None), caption, tables, seed)
 
 
-def of_charge(scene: Scene | Problem, answer: Charging, seed: int) -> Page:
+def of_charge(scene: Scene | Problem, answer: ChargingResult, seed: int) -> Page:
     """The page of a storage capacitor that charges: the time to the target, and time and power to each level."""
     of, rows = answer.unit_names, []
     for one in answer.levels:

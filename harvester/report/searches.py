@@ -11,15 +11,15 @@ from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.circuits import KEY, CircuitChoice
-from harvester.studies.robust.front import Front
+from harvester.studies.robust.front import ParetoFront
 from harvester.studies.robust.optimise import RobustOptimum
 
 BEST = 20  # evaluations of an optimum in its table
 
 
-def of_search(scene: Scene | Problem, answer: Optimum | RobustOptimum | Front | CircuitChoice, seed: int) -> Page:
+def of_search(scene: Scene | Problem, answer: Optimum | RobustOptimum | ParetoFront | CircuitChoice, seed: int) -> Page:
     """The page of whatever `optimise` found."""
-    if isinstance(answer, Front):
+    if isinstance(answer, ParetoFront):
         return of_front(scene, answer, seed)
     return of_circuits(scene, answer, seed) if isinstance(answer, CircuitChoice) else of_optimum(scene, answer, seed)
 
@@ -47,7 +47,7 @@ def of_optimum(scene: Scene | Problem, answer: Optimum | RobustOptimum, seed: in
     )
 
 
-def of_front(scene: Scene | Problem, answer: Front, seed: int) -> Page:
+def of_front(scene: Scene | Problem, answer: ParetoFront, seed: int) -> Page:
     """The page of the front of two aims: each design with its power, the other quantity and its keys."""
     rows = [
         [
@@ -82,7 +82,7 @@ def of_circuits(scene: Scene | Problem, answer: CircuitChoice, seed: int) -> Pag
     return printed_page(scene, kind, _told(answer), best.plot(None), caption, tables, seed)
 
 
-def _told(answer: Front | CircuitChoice) -> str:
+def _told(answer: ParetoFront | CircuitChoice) -> str:
     """The first line of an answer, and its warnings; its rows are a table on the page."""
     first, *lines = str(answer).splitlines()
     return "\n".join([first, *(line for line in lines if line.startswith("  warning: "))])

@@ -18,7 +18,7 @@ from harvester.studies.output_folder import provenance
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
 from harvester.studies.sweep.printed_rows import warnings
 from harvester.studies.sweep.rows import Row
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
@@ -87,7 +87,7 @@ def _errors(caption: str, rows: list[CostRow]) -> TextTable:
 MOST_ROWS = 400  # of the table on the page
 
 
-def of_sweep(scene: Scene | Problem, table: Table) -> Page:
+def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
     about = table.about
     names = list(dict.fromkeys(row["engine"] for row in table.rows))
@@ -113,7 +113,7 @@ def of_sweep(scene: Scene | Problem, table: Table) -> Page:
     return scene_page(Problem.of(scene), f"sweep of {keys}", lead, found, about, base, seed=seed)
 
 
-def _best(table: Table, rows: list[Row]) -> str:
+def _best(table: SweepTable, rows: list[Row]) -> str:
     """The largest power in rows of one engine, with its error where there is one, and its place."""
     if not rows:
         return ""
@@ -124,7 +124,7 @@ def _best(table: Table, rows: list[Row]) -> str:
     return f"{row['engine']}: largest {amount(float(row['mean_power']), table.unit_names.power)}{sampling} at {where}"
 
 
-def _summary(table: Table, names: list[str]) -> TextTable:
+def _summary(table: SweepTable, names: list[str]) -> TextTable:
     """The table of what each engine took, and of the largest errors that it states."""
     rows = []
     for name in names:
@@ -157,7 +157,7 @@ def _worst(rows: list[Row], column: str, factor: float) -> str:
     return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
 
 
-def _rows(table: Table, failures: bool) -> TextTable:
+def _rows(table: SweepTable, failures: bool) -> TextTable:
     """The table of all rows, or of the first `MOST_ROWS`."""
     heads = [*(a.key for a in table.axes), "engine", "mean power", "sampling, 95 %", "step and model"]
     heads += ["mean square voltage", "seconds", *(["error"] if failures else [])]

@@ -53,7 +53,7 @@ def test_the_answer_holds_the_reference(name, tmp_path):
     assert abs(1e3 * power.value - expected) < 1e3 * power.error95 + doubt < largest * expected
     words = ["the record's end does not meet its beginning"] if shaking == "recorded" else []
     words += ["the drive has 2 responses, and this is the one from rest"] if spring == "bistable" else []
-    assert len(found.warnings) == len(words) and all(map(str.startswith, found.warnings, words))
+    assert len(found.warnings) == len(words) and all(map(str.startswith, map(str, found.warnings), words))
 
 
 def test_a_record_is_doubted_alike_by_all_engines(tmp_path):

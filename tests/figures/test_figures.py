@@ -14,14 +14,14 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
 from harvester.figures import quantities, style
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
 from harvester.studies.paper import FigurePoint
 from harvester.studies.stability.region import Edge
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import COLUMNS
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 
@@ -36,7 +36,7 @@ def row(power, engine="averaged", **cells):
 
 def table(axes, rows, listed=False, physical=True):
     about = {"scene": {"title": "A title"} | ({} if physical else {"nondimensional": {}})}
-    return Table(tuple(Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
+    return SweepTable(tuple(Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
 
 
 def line(powers, engine="averaged", key=R, values=None, **cells):
@@ -75,7 +75,7 @@ def response(physical):
         for direction in ("up", "down")
         for f in (3.0, 4.0, 5.0, 6.0)
     ]
-    return Response(tuple(points), physical)
+    return FrequencyResponse(tuple(points), physical)
 
 
 def paper_points(panel):
@@ -271,7 +271,7 @@ def test_cost_without_a_known_error():
 
 
 def test_an_error_that_is_not_known_is_no_bar():
-    answer = Estimate("published", True, Value(1.0), Value(0.0), {}, (), 0.1, 0)
+    answer = Estimate("published", True, Value(0.0), Value(1.0), {}, (), 0.1, 0)
     figure = answer.plot()
     assert drawn(figure).count("none, or not known") == 3
     assert not figure.axes[0].patches

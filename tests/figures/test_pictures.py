@@ -14,13 +14,13 @@ from harvester.figures.motions import bins, time_spent
 from harvester.figures.smoothing import smooth
 from harvester.figures.sweep_curves import style
 from harvester.studies.compare import PathComparison
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import COLUMNS
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.uncertainty.value import Value
 
 R, STOP = "load.resistance", "stop.restitution"
@@ -33,7 +33,7 @@ def row(engine, power, stderr="", bias="", **keys):
 
 
 def table(axes, rows):
-    return Table(tuple(Axis(*axis) for axis in axes), rows, (), False, {"scene": {}})
+    return SweepTable(tuple(Axis(*axis) for axis in axes), rows, (), False, {"scene": {}})
 
 
 def texts(figure):
@@ -122,7 +122,7 @@ def responses(down, error=1e-9):
         for f in (3.0, 4.0, 5.0, 6.0, 7.0):
             power = factor * 1e-6 / (0.1 + (f - 5.0) ** 2)
             points.append(ResponsePoint(direction, f, Value(power), Value(power, None, error), None))
-    return Response(tuple(points), True)
+    return FrequencyResponse(tuple(points), True)
 
 
 def test_up_and_down_alike_are_one_curve():

@@ -137,12 +137,13 @@ def test_tests_use_no_private_name():
 
 
 def test_public_names_are_written_once():
-    """One line of __init__.pyi each, in alphabetical order of rooms; nothing else lists them."""
+    """One line of __init__.pyi each, in alphabetical order of rooms; nothing else lists them but for old names."""
     lines = (PACKAGE / "__init__.pyi").read_text().splitlines()
     names = [found[2] for line in lines if (found := re.fullmatch(r"from \.[\w.]+ import (\w+) as (\w+)", line))]
     assert sorted(names) == sorted(hv.__all__)
     assert len(set(names)) == len(names)
     text = (PACKAGE / "__init__.py").read_text().partition('"""\n')[2].rpartition('"""')[2]
+    text = re.sub(r"_RENAMED = \{.*?\n\}", "", text, flags=re.DOTALL)
     assert [name for name in names if re.search(rf"\b{name}\b", text)] == []
 
 

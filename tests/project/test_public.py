@@ -44,12 +44,12 @@ def test_example(name):
 def test_a_module_does_not_hide_a_function():
     """Whichever is imported first, the package's name is the function, and what the module held is found."""
     code = """
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 import harvester.studies.sweep.sweep
 import harvester.studies.compare, harvester.studies.stability.exponent
 import harvester as hv
 assert all(callable(f) for f in (hv.sweep, hv.compare, hv.stability, hv.optimise, hv.response, hv.motion))
-assert Table is hv.Table
+assert SweepTable is hv.SweepTable
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
@@ -182,7 +182,7 @@ scene: hv.Scene = hv.load("plate.toml")
 power: float = hv.Averaged(within="1%").run(scene).mean_power.value
 answer: hv.Estimate = hv.Ensemble(within="1%", budget="30s", seed=1).run(scene.with_load(1e6))
 load: hv.Load = hv.Netlist("bridge", R="1 Mohm", C=1e-5)
-table: hv.Table = hv.sweep(scene, "load.resistance", hv.logspace("1 kohm", "10 Mohm", 25), engines=[hv.Spice()])
+table: hv.SweepTable = hv.sweep(scene, "load.resistance", hv.logspace("1 kohm", "10 Mohm", 25), engines=[hv.Spice()])
 grid = hv.sweep(scene, {"load.resistance": "1k:10M:5", "stop.restitution": [0.9, 0.96]}, out="grid")
 best: hv.Optimum = hv.optimise(scene, {"load.resistance": ("1 kohm", 1e7)}, hv.Averaged())
 found: hv.Comparison = hv.compare(scene, within=0.01)

@@ -17,12 +17,13 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
+from harvester.presentation.diagnostic import worded
 from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import EFFECTS, effects_section
 from harvester.studies.compare import Comparison
 from harvester.studies.optimum.circuits import CircuitChoice
 from harvester.studies.paper import Drawn, FigurePoint
-from harvester.studies.robust.front import Front, FrontPoint
+from harvester.studies.robust.front import FrontPoint, ParetoFront
 from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
 from harvester.studies.work_precision.cost_table import Cost, CostRow
@@ -170,8 +171,12 @@ def test_paper(harvester, tmp_path):
 
 def estimates():
     power = Value(2e-6, 1e-8, 2e-9)
-    sampled = Estimate("ensemble", True, Value(1.0, 0.01), power, {"beta": 0.1}, (), 0.3, 1000, "", ("<b>beware</b>",))
-    formula = Estimate("averaged", True, Value(1.0), Value(2.01e-6, model=1e-8), {}, (), 0.01, 0, "no sampling error")
+    sampled = Estimate(
+        "ensemble", True, power, Value(1.0, 0.01), {"beta": 0.1}, (), 0.3, 1000, (worded("<b>beware</b>"),)
+    )
+    none = worded("no sampling error", "note")
+    formula = Estimate("averaged", True, Value(2.01e-6, model=1e-8), Value(1.0), {}, (), 0.01, 0, (none,))
+
     return sampled, formula
 
 
@@ -222,7 +227,7 @@ def test_front_and_circuits():
     """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
     points = tuple(FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r) for r in (1e5, 1e6))
-    front = Front("averaged", "peak_displacement", -1, points, True, 1.0, ("beware",))
+    front = ParetoFront("averaged", "peak_displacement", -1, points, True, 1.0, ("beware",))
     page = checked(report.html(report.of_search(scene, front, 0)))
     for word in ("100 µm", "100 kΩ", "peak displacement", "beware"):
         assert word in page.text

@@ -20,6 +20,7 @@ from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import make_precise, to_be_found
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError
+from harvester.presentation.diagnostic import worded
 from harvester.uncertainty.value import Value
 
 NAME = "spice"
@@ -39,22 +40,24 @@ def with_others(
     problem = problem.plain
     engine = Ensemble() if problem.netlist is None else Ideal()
     if engine.refusal(problem):
-        return dataclasses.replace(answer, reason=f"{answer.reason}; other responses to the drive are not looked for")
+        return dataclasses.replace(
+            answer, diagnostics=(*answer.diagnostics, worded("other responses to the drive are not looked for", "note"))
+        )
     begin = time.perf_counter()
     found = steady_responses(problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN)
     told = f"engine {engine.NAME!r} from many starts"
     if not found:
         word = "a search for other responses to the drive, from other starts, did not settle"
-        answer = dataclasses.replace(answer, warnings=(*answer.warnings, word))
+        answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded(word)))
     elif steady is not None and [one.response.periods for one in found] == [steady.last.turns]:
         only = dataclasses.replace(found[0].response, mean_power=answer.mean_power, engine=NAME)
-        reason = f"{answer.reason}; {told} finds no other response to the drive"
-        answer = dataclasses.replace(answer, responses=(only,), reason=reason)
+        known = (*answer.diagnostics, worded(f"{told} finds no other response to the drive", "note"))
+        answer = dataclasses.replace(answer, responses=(only,), diagnostics=known)
     else:
         responses = _followed(options, problem, reltol, steady, answer.mean_power, found)
         this = "the mean is that of runs from rest" if steady is None else "this is the one from rest"
         word = f"the drive has {len(responses)} responses, and {this}; the others are found by {told}"
-        answer = dataclasses.replace(answer, responses=responses, warnings=(*answer.warnings, word))
+        answer = dataclasses.replace(answer, responses=responses, diagnostics=(*answer.diagnostics, worded(word)))
     return dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
 
 
@@ -83,14 +86,14 @@ def _followed(
         if steady is not rest:
             make_precise(steady)
         power = mean_power if steady is rest else _power(problem, steady)
-        shares = [found[k].response.share for k in leading if k >= 0]
+        shares = [found[k].response.share_of_starts for k in leading if k >= 0]
         note = f"{len(shares)} responses without ngspice lead there" if len(shares) > 1 else ""
         note = note if shares else "only from rest"
         responses.append(SteadyResponse(power, sum(shares), steady.last.turns, False, NAME, note))
     for one, end in zip(found, ends, strict=True):
         if not isinstance(end, Steady):
             responses.append(dataclasses.replace(one.response, note=end))
-    return tuple(sorted(responses, key=lambda one: -one.share))
+    return tuple(sorted(responses, key=lambda one: -one.share_of_starts))
 
 
 def _followed_from(
@@ -104,7 +107,7 @@ def _followed_from(
     section = CoupledState(x, v, across=(voltage * volts, stored * volts))
     steady = to_be_found(options, problem, reltol)
     try:
-        comes_back = steady.begin(None, Origin(section, found.phase, max(found.response.periods, 1)))
+        comes_back = steady.begin(None, Origin(section, found.phase, found.response.periods or 1))
     except CircuitError as error:
         return f"ngspice does not follow it: {error}"
     return steady if comes_back else "ngspice finds none near it that comes back"

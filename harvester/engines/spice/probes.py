@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.answers.details import ERROR_OF, LEDGER
 from harvester.answers.estimate import Estimate
 from harvester.answers.probes import ProbeMeans
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import Probe, element_powers, read_probes
+from harvester.presentation.glossary import LEDGER
+from harvester.presentation.sheet import ERROR_OF
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value, mean_and_error
 

@@ -2,8 +2,7 @@
 
 import dataclasses
 
-from harvester.answers.details import DISPLACEMENT, PHASES
-from harvester.answers.estimate import Estimate
+from harvester.answers.estimate import DISPLACEMENT, PHASES, Estimate
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
 from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries

@@ -1,17 +1,14 @@
 """The sentence of every diagnostic, once, by its code.
 
-Each file of this folder has a ``MESSAGES`` for the rooms that it is named after: a text with the names of its numbers in
-braces, or a function of them where the sentence depends on them.  An argument of Python stands in backticks (`within`);
-a command prints it as --within.
+Each file of this folder has the ``MESSAGES`` of the rooms that it is named after: a text with the names of its numbers
+in braces, or a function of them where the sentence depends on them.  An argument of Python stands in backticks, such as
+`within`; a command prints it as --within.
 """
 
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, TypeAlias
-
-if TYPE_CHECKING:
-    from harvester.presentation.diagnostic import Diagnostic
+from typing import TypeAlias
 
 Message: TypeAlias = str | Callable[..., str]
 FILES = ("engines", "studies")
@@ -28,7 +25,11 @@ def catalogue() -> Mapping[str, Message]:
     return found
 
 
-def sentence(diagnostic: "Diagnostic") -> str:
-    """The sentence of a diagnostic, without its severity."""
-    message = catalogue()[diagnostic.code]
-    return message.format(**diagnostic.numbers) if isinstance(message, str) else message(**diagnostic.numbers)
+def sentence(code: str, numbers: Mapping[str, float | int | str | bool | None]) -> str:
+    """The sentence of a code with its numbers.
+
+    >>> sentence("worded", {"text": "all is well"})
+    'all is well'
+    """
+    message = catalogue()[code]
+    return message.format(**numbers) if isinstance(message, str) else message(**numbers)

@@ -33,7 +33,7 @@ class Level:
 
 @names_arguments
 @dataclass(frozen=True)
-class Charging:
+class ChargingResult:
     """How a circuit charges from empty, in the scene's units.
 
     ``time`` is the mean time to the ``target``, None where a run never reaches it within the ``duration``: then

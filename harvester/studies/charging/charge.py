@@ -17,7 +17,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.scene.plausibility import unusual_values
-from harvester.studies.charging.answer import FEW, Charging, Level
+from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.by_spice import charge_in_ngspice
 from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
@@ -45,7 +45,7 @@ def charge(
     anywhere: bool = False,
     progress: Progress | None = None,
     notice: Callable[[str], None] | None = None,
-) -> Charging:
+) -> ChargingResult:
     """The time from empty until ``probe`` reaches ``to``, over many runs or, where nothing is random, of one.
 
     ``to`` is a number or a text such as "3.3 V" (nondimensional scene: a number, in units of theta l/Cp); ``probe`` is
@@ -103,8 +103,8 @@ def charge(
 
 def _answer(
     problem: Problem, passages: Passages, engine: str, probe: Probe, target: float, reason: str, by_default: bool
-) -> Charging:
-    """The answer in the scene's units; arguments as of `Charging`, ``by_default``: nobody chose the duration."""
+) -> ChargingResult:
+    """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
     s, units = problem.scales, problem.units
     clock, scale, watts = s.frequency / units.frequency, problem.in_circuit(probe.unit), units.watts / s.watts
     curves = passages.curves / scale
@@ -132,7 +132,7 @@ def _answer(
     stderr = None if runs == 1 else entries.std(axis=0, ddof=1) / math.sqrt(len(entries))
     low_curve, high_curve = np.quantile(curves, [LOW, HIGH], axis=0)
     found = levels[-1]
-    return Charging(
+    return ChargingResult(
         engine=engine,
         probe=probe.name,
         unit=probe.unit if problem.physical else "",
@@ -213,7 +213,7 @@ def draw(
     progress: Progress | None = None,
     notice: Callable[[str], None] | None = None,
     **options: object,
-) -> Charging:
+) -> ChargingResult:
     """Compute a `charge`, and write charge.csv, levels.csv, charge.png and its ``vector`` forms, and provenance.json.
 
     ``options`` are those of `charge`; ``out`` None writes nothing.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.answers.details import DISPLACEMENT, PHASES
+from harvester.answers.estimate import DISPLACEMENT, PHASES
 from harvester.engines import Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
@@ -80,7 +80,7 @@ def _step(
     means = found.mean_square_voltage, found.mean_power
     point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
     near = None if steady is None else steady.found[0, 0]
-    return Step(point, found.warnings, None if near is None else _state(near)), near
+    return Step(point, tuple(map(str, found.warnings)), None if near is None else _state(near)), near
 
 
 def _state(near: "Neighbour") -> State:

@@ -18,7 +18,7 @@ from harvester.uncertainty.value import number
 
 @names_arguments
 @dataclass(frozen=True)
-class Response:
+class FrequencyResponse:
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
     Engine `spice` goes over those of a linear mass once: the one direction is "from rest".  ``resolved`` says that the

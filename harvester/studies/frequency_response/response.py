@@ -20,11 +20,11 @@ from harvester.errors import CannotServeError, InputError, invalid, names_argume
 from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
 from harvester.studies.frequency_response.closed_form import closed_form, power_at
 from harvester.studies.frequency_response.continued import continued
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.resolved import resolved
-from harvester.studies.frequency_response.responses import Responses
+from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.studies.frequency_response.steps import Diary, Steps, diary
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
@@ -73,7 +73,7 @@ def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points
 @names_arguments
 def response(
     scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Tick | None = None, engine: Named | None = None
-) -> Response:
+) -> FrequencyResponse:
     """The response of a scene with a harmonic drive at the frequencies ``sweep``.
 
     ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".  With a text,
@@ -105,7 +105,7 @@ def responses(
     engines: Sequence[Named] | None = None,
     seed: int = 0,
     tick: Tick | None = None,
-) -> Responses:
+) -> FrequencyResponses:
     """The responses for all combinations of the values that scene keys take, and by each of some engines.
 
     ``vary`` maps keys to their values, as of `harvester.sweep`: {"load.resistance": "10k:1M:3"}.  ``engines`` are
@@ -137,24 +137,24 @@ def _responses(
     tick: Tick,
     skip: Tick = _nothing,
     kept: Diary | None = None,
-) -> Responses:
+) -> FrequencyResponses:
     """All curves; with ``kept``, each step is kept at once, and ``skip`` is called for those that were."""
     several = [dict[str, float]()]
     if points is not None:
         several = [dict(zip(points.keys, points.values(k), strict=True)) for k in range(len(points))]
-    curves = list[Response]()
+    curves = list[FrequencyResponse]()
     for number, values in enumerate(several):
         driven = HarmonicDrive(Problem(problem.scene.varied(values)) if values else problem)
         for place, engine in enumerate(engines):
             each = partial(tick, engine.NAME), partial(skip, engine.NAME)
             steps = Steps(tick=each[0]) if kept is None else kept.steps(number, place, engine.NAME, *each)
             curves.append(_curve(engine, driven, sweep, values, steps))
-    return Responses(tuple(curves))
+    return FrequencyResponses(tuple(curves))
 
 
 def _curve(
     engine: Engine, driven: HarmonicDrive, sweep: str | Sequence[float], varied: Mapping[str, float], steps: Steps
-) -> Response:
+) -> FrequencyResponse:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
     at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
@@ -173,7 +173,7 @@ def _curve(
         found = continued(engine, driven, at, steps)
     whole = resolving and isinstance(engine, Exact)
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
-    return Response(tuple(found), problem.physical, tuple(warnings), whole, *known)
+    return FrequencyResponse(tuple(found), problem.physical, tuple(warnings), whole, *known)
 
 
 def draw(
@@ -188,7 +188,7 @@ def draw(
     per_g: bool = False,
     resume: bool = False,
     skip: Tick | None = None,
-) -> Responses:
+) -> FrequencyResponses:
     """Compute `responses` over the frequencies of a text (`frequencies`), and write their files.
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power

@@ -9,7 +9,7 @@ from harvester.errors import names_arguments
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
 from harvester.scene.keys import unit_of
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import heads
 from harvester.studies.output_folder import csv_text, named
 from harvester.uncertainty.value import Value, amount, percent
@@ -19,7 +19,7 @@ MOST_ROWS = 60
 
 @names_arguments
 @dataclass(frozen=True)
-class Responses:
+class FrequencyResponses:
     """Responses over the same frequencies, one for each engine and combination of the varied keys' values.
 
     >>> import harvester as hv
@@ -29,7 +29,7 @@ class Responses:
     [({'nondimensional.mu': 0.5}, 1.0), ({'nondimensional.mu': 2.0}, 1.0)]
     """
 
-    curves: tuple[Response, ...]
+    curves: tuple[FrequencyResponse, ...]
 
     @property
     def keys(self) -> list[str]:

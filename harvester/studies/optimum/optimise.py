@@ -176,7 +176,7 @@ def _answer(
         flat=found.flat,
         points=tuple(surface.points),
         seconds=seconds,
-        warnings=(*dict.fromkeys((*found.warnings, *warnings, *failures, *estimate.warnings)),),
+        warnings=(*dict.fromkeys((*found.warnings, *warnings, *failures, *map(str, estimate.warnings))),),
         scanned=found.scanned,
     )
 

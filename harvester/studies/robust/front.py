@@ -16,9 +16,9 @@ from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """A design on the front: the values of the keys, the power, and the second quantity (`Front.quantity`).
+    """A design on the front: the values of the keys, the power, and the second quantity (`ParetoFront.quantity`).
 
-    ``quantity_error95`` is its error where an engine samples; None: that of `Front`.
+    ``quantity_error95`` is its error where an engine samples; None: that of `ParetoFront`.
     """
 
     keys: dict[str, float]
@@ -29,7 +29,7 @@ class FrontPoint:
 
 @names_arguments
 @dataclass(frozen=True)
-class Front:
+class ParetoFront:
     """Designs of which none has both more power and a better ``quantity``, from the best quantity to the most power.
 
     ``sign`` is -1 where the quantity is to be low, 1 where high.  Peaks are at the unsafe end of their error; a

@@ -27,7 +27,7 @@ from harvester.studies.optimum.optimise import optimise
 from harvester.studies.optimum.ranges import Range, ranges, spread
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.robust.engine import Robust
-from harvester.studies.robust.front import Front, FrontPoint
+from harvester.studies.robust.front import FrontPoint, ParetoFront
 from harvester.studies.robust.optimise import read_share, robust_engine, with_counted_peaks
 from harvester.studies.robust.sampled_front import sampled_front
 from harvester.studies.tolerance.limits import QUANTITIES, Limit, lifetime_of
@@ -59,7 +59,7 @@ def pareto(
     out: str | Path | None = None,
     tick: Tick | None = None,
     vector: Sequence[str] = (),
-) -> Front:
+) -> ParetoFront:
     """The front of two aims: much power, and little (or much) of another quantity.
 
     ``aim`` is the quantity, "peak_displacement" or another that `harvester.tolerance` may limit, to be low; with
@@ -99,7 +99,7 @@ def pareto(
         target = number(Request(within=within).within) or 0.0
         sampled = sampled_front(problem, found, aimed, bounds, chosen, years, target, asked, tick)
         taken = time.perf_counter() - begin
-        some = Front(
+        some = ParetoFront(
             chosen.NAME, quantity, sign, sampled.points, problem.physical, taken, sampled.warnings, sampled.alike
         )
         return _saved(some, folder, problem, found, aim, texts)
@@ -119,18 +119,18 @@ def pareto(
         warnings.append(f"there is nothing to choose: the most power has the best {quantity} too")
     told = tuple(dict.fromkeys([*warnings, *search.warnings]))
     taken = time.perf_counter() - begin
-    answer = Front(free.engine.NAME, quantity, sign, _front(designs, sign), problem.physical, taken, told)
+    answer = ParetoFront(free.engine.NAME, quantity, sign, _front(designs, sign), problem.physical, taken, told)
     return _saved(answer, folder, problem, found, aim, texts)
 
 
 def _saved(
-    answer: Front,
+    answer: ParetoFront,
     folder: OutputFolder | None,
     problem: Problem,
     found: Sequence[Range],
     aim: str,
     limits: Sequence[str],
-) -> Front:
+) -> ParetoFront:
     """The answer, whose files are written where there is a folder."""
     if folder is not None:
         over_ends = {one.key: [one.low, one.high] for one in found}

@@ -26,7 +26,7 @@ from harvester.studies.sweep.journal import Journal, JournalRow, check_same, ide
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, Row, failed, holds_an_answer, lines
 from harvester.studies.sweep.runners import Done, here, pool
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.studies.sweep.tasks import Task, tasks
 
 SAVED = 60.0  # seconds between two times that sweep.csv is written on the way
@@ -48,7 +48,7 @@ def compute_table(
     workers: int | None = None,
     scheduler: str | None = None,
     vector: Sequence[str] = (),
-) -> Table:
+) -> SweepTable:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json into a folder ``out``.
 
     The points are computed in ``workers`` processes (None: one a core where there is work for them; 1: this one), or by
@@ -178,14 +178,14 @@ def _finished(
     about: dict[str, Any],
     last: HarvesterError | None,
     drawn: bool,
-) -> Table:
+) -> SweepTable:
     """The whole table, in its files where they are ``drawn``; the last error where there is nothing but errors."""
     which = array("q")
     rows: list[Row] = []
     for point, _, row in journal.rows():
         which.append(point)
         rows.append(points.cells(point) | row)
-    table = Table(points.axes, rows, which, points.listed, about)
+    table = SweepTable(points.axes, rows, which, points.listed, about)
     if drawn:
         _save(folder, points, journal)
     if last is not None and all(row["error"] for row in table.rows):

@@ -29,7 +29,7 @@ MEANINGS = {
 
 
 class TableShape(SweepShape, Protocol):
-    """What a dataset reads of a `harvester.Table`, beside what its figure does."""
+    """What a dataset reads of a `harvester.SweepTable`, beside what its figure does."""
 
     @property
     def points(self) -> Sequence[int]:

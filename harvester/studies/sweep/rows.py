@@ -47,7 +47,7 @@ def answered(estimate: Estimate) -> Row:
         "seconds": f"{estimate.seconds:.4g}",
         "error": "",
         "mean_power_bias": text(_bias(estimate.mean_power)),
-        "warnings": "; ".join(estimate.warnings),
+        "warnings": "; ".join(map(str, estimate.warnings)),
         "responses": str(len(estimate.responses) or ""),
     }
 

@@ -10,7 +10,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, axis_of, grid
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 
 Values = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
 
@@ -28,7 +28,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     vector: Sequence[str] = (),
-) -> Table:
+) -> SweepTable:
     """Run every engine at every value of a scene key, or on the grid of several keys.
 
     ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @names_arguments
 @dataclass
-class Table:
+class SweepTable:
     """The rows of a sweep as they are written: the varied keys, then `COLUMNS`, all as text.
 
     ``points`` are the numbers of the rows' points, in the order of the grid (the last key fastest) or of the list.

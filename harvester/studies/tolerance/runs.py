@@ -11,7 +11,7 @@ from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.spreads import PartSpread
@@ -122,7 +122,7 @@ class Study:
 
         return peaks.peak_surfaces(scenes, x, first, self.lifetime, self.seed, told)(many)
 
-    def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> Table:
+    def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
         told = [done]
 
@@ -135,7 +135,7 @@ class Study:
         return compute_table(self.scene, points, [engine], out, tick=tick, **self.options)
 
 
-def _part(table: Table, begin: int, end: int) -> Table:
+def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
     """Some rows of a table of one engine."""
     return replace(table, rows=table.rows[begin:end], points=table.points[begin:end])
 
@@ -152,7 +152,7 @@ def _outside(computed: Floats, many: Floats) -> tuple[str, ...]:
     )
 
 
-def _told(table: Table) -> tuple[str, ...]:
+def _told(table: SweepTable) -> tuple[str, ...]:
     """What went wrong at samples, and the first warning of the engine, with how many it concerns."""
     failed = [row["error"] for row in table.rows if row["error"]]
     warned = [row["warnings"] for row in table.rows if row["warnings"]]

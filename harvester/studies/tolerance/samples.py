@@ -22,7 +22,7 @@ from harvester.engines import Averaged, Ensemble, Exact, Ideal, Published, Spice
 from harvester.engines.protocol import Engine, Vectorised
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError
-from harvester.studies.sweep.table import Table
+from harvester.studies.sweep.table import SweepTable
 from harvester.studies.tolerance.surface import Polynomial, fit
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
@@ -80,12 +80,12 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
     return count, kind(within=target if within is None else within, seed=seed)
 
 
-def column(table: Table, name: str) -> Floats:
+def column(table: SweepTable, name: str) -> Floats:
     """A column of all rows as numbers, in the order of the points; nan where there is none."""
     return np.array([float(row[name]) if row[name] else math.nan for row in table.rows])
 
 
-def stated(table: Table, name: str) -> Floats | None:
+def stated(table: SweepTable, name: str) -> Floats | None:
     """The engine's own relative error at 95 % of each row, shape (n,); None where it states none for a row."""
     value, stderr = column(table, name), column(table, f"{name}_stderr")
     bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
@@ -94,7 +94,7 @@ def stated(table: Table, name: str) -> Floats | None:
     return np.asarray(np.nan_to_num(1.96 * stderr / np.abs(value)) + np.nan_to_num(bias))
 
 
-def direct(engine: Engine, table: Table) -> Samples:
+def direct(engine: Engine, table: SweepTable) -> Samples:
     """The samples of an engine that computed each of them, with the error that it states itself."""
     found = {name: column(table, name) for name in QUANTITIES}
     served = ~np.isnan(found["mean_power"])
@@ -115,7 +115,7 @@ class Ratio:
     check: str
 
 
-def compared(table: Table, checked: Sequence[int], dearer: Table, engine: Engine, by: Engine) -> Ratio:
+def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine) -> Ratio:
     """Compare the rows ``checked`` of a table by an ``engine`` with those of a ``dearer`` table.
 
     Raises InputError where fewer than two of them have an answer by both.

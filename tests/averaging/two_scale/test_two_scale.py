@@ -329,8 +329,8 @@ def test_engine():
     assert answer.mean_square_voltage.stderr is None
     assert not answer.warnings
     assert "(model, estimated)" in str(answer)
-    assert "doubtful" in hv.Averaged().run(scene(changed(PAPER, restitution=0.5))).warnings[0]
-    assert "below 0.3" in hv.Averaged().run(scene(changed(PAPER, restitution=0.25))).warnings[1]
+    assert "doubtful" in str(hv.Averaged().run(scene(changed(PAPER, restitution=0.5))).warnings[0])
+    assert "below 0.3" in str(hv.Averaged().run(scene(changed(PAPER, restitution=0.25))).warnings[1])
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ def test_what_one_run_had_come_to():
     assert answer.mean_square_voltage.value == pytest.approx(0.5, rel=1e-12)
     assert answer.mean_power.error95 is None
     assert answer.as_json()["mean_power"]["error95"] is None
-    (said,) = answer.warnings
+    (said,) = map(str, answer.warnings)
     assert "over 3 s of ngspice, in which" in said
     assert "a periodic response takes several such runs" in said
 
@@ -42,8 +42,8 @@ def test_the_cheap_model_stands_in():
     assert answer.mean_power.value == pytest.approx(2.0 * eqs.beta * eqs.mu * units.watts, rel=1e-12)
     assert answer.mean_power.unknown == "leaving ngspice out"
     assert answer.mean_power.error95 is None
-    assert answer.warnings[-2] == "a doubt"
-    assert "the mean is that of the same equations, as of engine 'ensemble'" in answer.warnings[-1]
+    assert str(answer.warnings[-2]) == "a doubt"
+    assert "the mean is that of the same equations, as of engine 'ensemble'" in str(answer.warnings[-1])
 
 
 def test_nothing_is_known_before_the_means_begin():

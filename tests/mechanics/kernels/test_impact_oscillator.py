@@ -162,4 +162,4 @@ def test_chaotic_response_is_told():
     """Beyond the cascade trajectories differ, and the engine says so."""
     eqs = changed(driven(2.8), c1=-0.02, beta=0.01, mu=1.0)
     answer = hv.Ensemble(trajectories=128, duration=200.0).run(scene(eqs))
-    assert any("a chaotic one" in one for one in answer.warnings)
+    assert any("a chaotic one" in str(one) for one in answer.warnings)

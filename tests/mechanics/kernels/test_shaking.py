@@ -115,7 +115,7 @@ def test_several_responses_are_told():
     """A hardening spring below its jump down: trajectories that begin at rest and far out end on different branches."""
     eqs = Equations(alpha=1.0, beta=0.01, mu=1.0, c1=-0.05, drive=0.2, drive_frequency=1.5)
     answer = hv.Ensemble(trajectories=256).run(scene(eqs))
-    assert "several responses" in answer.warnings[0]
+    assert "several responses" in str(answer.warnings[0])
     assert answer.mean_square_voltage.stderr > 0.0
 
 

@@ -97,7 +97,7 @@ def test_energy_of_a_single_shock():
     assert 0.96 * given < energy.value < given
     assert answer.mean_power.value * answer.as_json()["event_rate"] ** -1 == pytest.approx(energy.value)
     assert "energy per event" in str(answer)
-    assert answer.warnings[0].startswith("the shock is a single one: the mean power is over ")
+    assert str(answer.warnings[0]).startswith("the shock is a single one: the mean power is over ")
     rare = hv.run(plate(**SHOCK, event_rate=0.02), "exact")
     often = hv.run(plate(**SHOCK, event_rate=0.05), "exact")
     assert rare.energy_per_event.value == pytest.approx(often.energy_per_event.value, rel=1e-3)

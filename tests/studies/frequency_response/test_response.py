@@ -14,7 +14,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.response import draw, frequencies, response
 from harvester.uncertainty.value import Value
@@ -103,7 +103,7 @@ def test_noise_beside_the_drive_has_a_sampling_error():
 
 def triangle(powers):
     points = [ResponsePoint("up", float(k), Value(p), Value(p), 0.0) for k, p in enumerate(powers)]
-    return Response(tuple(points), True)
+    return FrequencyResponse(tuple(points), True)
 
 
 @pytest.mark.parametrize(

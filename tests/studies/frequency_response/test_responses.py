@@ -10,11 +10,11 @@ import harvester as hv
 from harvester.engines import Spice
 from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, CircuitError, InputError
-from harvester.studies.frequency_response.curve import Response
+from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.response import draw, points_of, rows_of
-from harvester.studies.frequency_response.responses import Responses
+from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.uncertainty.value import Value
 from tests.support.bimorph import bimorph
 from tests.support.systems import DRIVEN, changed, scene
@@ -193,8 +193,8 @@ def test_a_csv_file_of_what_is_not_known():
     """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
     known, half = Value(2.0, bias=0.5), Value(2.0, bias=0.5, unknown="ideal diodes")
     points = [ResponsePoint("up", float(k), Value(1.0), power, 0.0) for k, power in enumerate((known, half))]
-    found = Response(tuple(points), False, failures=((7.0, "no convergence, at node 7"),))
-    several = Responses((found,)).text()
+    found = FrequencyResponse(tuple(points), False, failures=((7.0, "no convergence, at node 7"),))
+    several = FrequencyResponses((found,)).text()
     for text in (found.text(), several):
         rows = list(csv.DictReader(text.splitlines()))
         assert [row["mean_power_error95"] for row in rows] == ["0.5", "", ""]
@@ -210,7 +210,7 @@ def test_numbers_without_a_unit():
         for way, v2 in (("up", 1.0), ("down", 2.0))
         for f in (1.3, 1.4, 1.6)
     ]
-    text = str(Response(tuple(points), False))
+    text = str(FrequencyResponse(tuple(points), False))
     assert "between 1.3 and 1.6: hysteresis" in text and "are up to 0.2 apart" in text
 
 

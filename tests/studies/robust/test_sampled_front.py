@@ -6,7 +6,7 @@ import json
 import pytest
 
 import harvester as hv
-from harvester.studies.robust.front import Front, FrontPoint
+from harvester.studies.robust.front import FrontPoint, ParetoFront
 from harvester.studies.robust.sampled_front import split
 from tests.support import systems
 from tests.support.paths import ROOT
@@ -31,7 +31,7 @@ def test_a_design_beaten_within_the_errors_is_said():
 
 def test_the_picture_has_bars_both_ways_on_every_design():
     """The designs that cannot be told from the front, too: their errors are why."""
-    found = Front("ensemble", "peak_voltage", -1, (design(1.0, 1.0, 0.2), design(3.0, 3.0, 0.2)), False, 1.0, ())
+    found = ParetoFront("ensemble", "peak_voltage", -1, (design(1.0, 1.0, 0.2), design(3.0, 3.0, 0.2)), False, 1.0, ())
     found = dataclasses.replace(found, alike=(design(2.9, 3.1, 0.3),))
     wide = []
     for bars in found.plot().figure.axes[0].collections:

@@ -1,0 +1,5 @@
+"""What studies say of their results."""
+
+from collections.abc import Callable
+
+MESSAGES: dict[str, str | Callable[..., str]] = {}
