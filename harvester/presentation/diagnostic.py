@@ -40,6 +40,11 @@ class Diagnostic:
         own = {"code": self.code, "severity": self.severity, "about": self.about}
         return own | {"numbers": dict(self.numbers), "message": str(self)}
 
+    @property
+    def line(self) -> str:
+        """Its sentence, after what it is about where that is not the whole result."""
+        return f"{self.about}: {self}" if self.about else str(self)
+
     def of(self, about: str) -> "Diagnostic":
         """The same remark, about something else."""
         return replace(self, about=about)

@@ -17,8 +17,12 @@ def plain(one: Any) -> Any:
         return number(one)
     if isinstance(one, Diagnostic):
         return str(one)
+    if isinstance(one, Exception):
+        return str(one)
     if hasattr(one, "as_json"):
         return one.as_json()
+    if hasattr(one, "_asdict"):  # a NamedTuple
+        return plain(one._asdict())
     if isinstance(one, Mapping):
         return {_key(name): plain(part) for name, part in one.items()}
     if isinstance(one, np.ndarray):

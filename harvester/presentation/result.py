@@ -73,8 +73,8 @@ class Result:
         names = [name for name in names if name not in self.OPTIONAL or getattr(self, name)]
         found = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
         if hasattr(self, "diagnostics"):
-            found["warnings"] = [str(one) for one in self.warnings]
-            found["reason"] = "; ".join(str(one) for one in self.notes)
+            found["warnings"] = [one.line for one in self.warnings]
+            found["reason"] = "; ".join(one.line for one in self.notes)
             found["diagnostics"] = [one.as_json() for one in self.diagnostics]
         return found
 

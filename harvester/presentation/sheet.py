@@ -71,8 +71,8 @@ def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | Non
     units = result.unit_names if units is None or hasattr(result, "physical") else units
     found = Sheet(_head(result) if head is None else head)
     remarks = getattr(result, "diagnostics", ())
-    found.notes = [str(one) for one in remarks if one.severity == "note"]
-    found.warnings = [str(one) for one in remarks if one.severity == "warning"]
+    found.notes = [one.line for one in remarks if one.severity == "note"]
+    found.warnings = [one.line for one in remarks if one.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
             _add(found, name, getattr(result, name), units, str(getattr(result, "unit", "")))

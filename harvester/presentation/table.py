@@ -8,7 +8,7 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -39,12 +39,18 @@ FAILED, UNKNOWN = "failed", "not known"
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its name (of the glossary, or a scene key), its cells, and the unit of its numbers ("" for none)."""
+    """A column: its name (of the glossary, or a scene key), its cells, and the unit of its numbers ("" for none).
+
+    ``units`` are those of each cell, where they differ from row to row, as those of scene keys do.  ``exact`` numbers
+    are written into files to the last digit.
+    """
 
     name: str
     cells: Sequence[Cell]
     unit: str = ""
     label: str = ""
+    units: Sequence[str] = ()
+    exact: bool = False
 
     @property
     def head(self) -> str:
@@ -64,7 +70,8 @@ class Column:
 
     def shown(self) -> dict[str, list[str]]:
         """Its cells as people read them, and behind values their whole errors at 95 %."""
-        texts = [_shown(cell, self.unit) for cell in self.cells]
+        units = self.units or [self.unit] * len(self.cells)
+        texts = [_shown(cell, unit) for cell, unit in zip(self.cells, units, strict=True)]
         if not self.has_errors:
             return {self.head: texts}
         return {self.head: texts, "error, 95 %": [error_in_percent(cell) for cell in self.cells]}
@@ -114,9 +121,9 @@ class Table:
 
     def csv_lines(self, units: bool = False) -> Iterator[str]:
         """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
-        of = {name: column.unit for column in self.columns for name in column.plain()}
-        found = self.plain()
-        heads = [f"{name} ({of[name]})" if units and of[name] else name for name in found]
+        of = {name: column for column in self.columns for name in column.plain()}
+        found = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
+        heads = [f"{name} ({of[name].unit})" if units and of[name].unit else name for name in found]
         return csv_lines(heads, zip(*found.values(), strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -168,8 +175,12 @@ class Table:
 
     def _ends(self) -> "Table":
         half = MOST_ROWS // 2
-        some = (Column(one.name, [*one.cells[:half], *one.cells[-half:]], one.unit, one.label) for one in self.columns)
-        return Table(tuple(some), self.title, self.index)
+
+        def both(some: Sequence[Any]) -> list[Any]:
+            return [*some[:half], *some[-half:]]
+
+        some = (replace(one, cells=both(one.cells), units=both(one.units)) for one in self.columns)
+        return replace(self, columns=tuple(some))
 
 
 def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
@@ -199,6 +210,8 @@ def _shown(cell: Cell, unit: str) -> str:
         return ""
     if isinstance(cell, bool | str):
         return str(cell)
+    if unit == "%":
+        return f"{float(cell.value if isinstance(cell, Value) else cell):.4g} %"
     return amount(float(cell.value if isinstance(cell, Value) else cell), unit)
 
 
