@@ -14,6 +14,7 @@ from .errors import MissingProgramError as MissingProgramError
 from .errors import SimulationError as SimulationError
 from .identification.answer import IdentificationResult as IdentificationResult
 from .identification.identify import identify as identify
+from .machine.execution import Execution as Execution
 from .quantities.spacing import linspace as linspace
 from .quantities.spacing import logspace as logspace
 from .scene.load import Load as Load

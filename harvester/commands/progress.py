@@ -23,7 +23,7 @@ MOST = 0.99  # of a bar that goes by the clock
 
 
 class Bar(tqdm):  # type: ignore[misc]
-    """A progress bar that shows the fraction done, the time left and what is at work.
+    """A progress bar that shows the fraction done, the time left and what is at work: a `Progress` of studies.
 
     ``known`` is False where nobody knows how much there is to do.  ``budget`` says that the fraction is that of so many
     seconds, which ``at_most`` need not be spent.  ``shorter`` names what shortens the work, such as "--budget": with
@@ -72,6 +72,13 @@ class Bar(tqdm):  # type: ignore[misc]
             rest = max(seconds - (now - self.last[0]), self._overdue(now), 1.0)
             left = ("at most " if self.at_most else "") + self.format_interval(round(rest))
         return {**super().format_dict, "left": left}
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Begin work that is measured by its fraction."""
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Show the fraction done."""
+        self.tell(done, what)
 
     def tell(self, fraction: float, what: str = "") -> None:
         """Show the fraction done and ``what`` is at work; the rest is taken to go on at the same rate."""
@@ -155,12 +162,28 @@ class RowsBar(Bar):
     """
 
     def __init__(
-        self, what: str, rows: dict[str, int], file: Any = None, shorter: str = "", warms_up: bool = False
+        self, what: str, rows: dict[str, int] | None = None, file: Any = None, shorter: str = "", warms_up: bool = False
     ) -> None:
-        self.rows_of, self.left_of, self.seconds_of = dict(rows), dict(rows), dict.fromkeys(rows, 0.0)
-        self.done_of = dict.fromkeys(rows, -1 if warms_up else 0)
-        self.rows = sum(rows.values())
+        self.rows_of: dict[str, int] = {}
+        self.left_of: dict[str, int] = {}
+        self.seconds_of: dict[str, float] = {}
+        self.done_of: dict[str, int] = {}
+        self.warms_up = warms_up
         super().__init__(what, file, shorter=shorter)
+        for engine, total in (rows or {}).items():
+            self.start(total, engine)
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Begin so many rows of an engine, of which some are done by an earlier run."""
+        self.rows_of[what], self.left_of[what], self.seconds_of[what] = total or 0, (total or 0) - done, 0.0
+        self.done_of[what] = -1 if self.warms_up else 0
+        if done:
+            self._count(what)
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Count rows that were computed since the last one."""
+        for _ in range(int(done)):
+            self.row(what)
 
     def skip(self, engine: str) -> None:
         """Count a row that was there already."""
@@ -181,7 +204,8 @@ class RowsBar(Bar):
     def _count(self, engine: str) -> None:
         """Show how many rows there are of all, and of this engine."""
         done, of = self.rows_of[engine] - self.left_of[engine], self.rows_of[engine]
-        self._show(1.0 - sum(self.left_of.values()) / self.rows, f"{engine} {done} of {of}".strip())
+        rows = max(sum(self.rows_of.values()), 1)
+        self._show(1.0 - sum(self.left_of.values()) / rows, f"{engine} {done} of {of}".strip())
 
     def _means(self) -> dict[str, float] | None:
         """The mean seconds of a row of each engine that has rows to come; None where one has no row yet."""

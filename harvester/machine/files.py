@@ -56,11 +56,11 @@ def _why(error: OSError | ValueError) -> str:
     return error.strerror or "" if isinstance(error, OSError) else "its name has a NUL character"
 
 
-def check_vector(forms: Sequence[str]) -> None:
-    """Raise an InputError for a vector form that is none of `VECTOR`, before anything is computed."""
+def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
+    """Raise an InputError for a vector form that is none of `VECTOR`; it names the ``argument``."""
     for form in forms:
         if form not in VECTOR:
-            raise invalid("`vector`", "be svg or pdf", form)
+            raise invalid(f"`{argument}`", "be svg or pdf", form)
 
 
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:

@@ -197,3 +197,22 @@ def test_of_a_path_there_is_the_time_only(tmp_path):
     status, screen = on_terminal("motion", PLATE, "--out", "out", cwd=tmp_path)
     assert status == 0
     assert "motion: 00:0" in screen
+
+
+def test_bars_are_what_studies_tell(clock):
+    """The one protocol: a fraction with what is at work, or rows of several engines, some of them done before."""
+    with Bar("compare", Screen()) as bar:
+        bar.start()
+        for fraction in (0.0, 0.25):
+            clock[0] += 1.0
+            bar.step(fraction, "spice")
+        assert bar.seconds == pytest.approx(3.0)
+        assert str(bar).endswith("spice")
+    with RowsBar("sweep", file=Screen()) as rows:
+        rows.start(10, "spice", done=4)
+        rows.start(2, "exact")
+        assert str(rows).endswith("spice 4 of 10")
+        for engine in ("exact", "exact", "spice"):
+            clock[0] += 2.0
+            rows.step(1, engine)
+        assert rows.seconds == pytest.approx(10.0)

@@ -1,0 +1,97 @@
+"""How far a study has come: the one protocol by which studies tell a bar, a log or whatever else listens.
+
+A study calls `Progress.start` where its work begins, `Progress.step` as it goes on, and `Progress.close` at its end,
+also where that is an error.  Work is measured in one of two ways: by the fraction that is done, where nobody can count
+it, or in rows of one or several kinds, such as the points of each engine of a sweep.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+ProgressCallback: TypeAlias = Callable[[float], None]  # the simplest progress, of one engine: called with the fraction
+
+
+class Progress(Protocol):
+    """What listens to a study."""
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Begin work that is measured by its fraction (``total`` None), or ``total`` rows of a kind ``what``.
+
+        Work in several kinds of rows begins each of them.  So many are ``done`` already, by an earlier run.
+        """
+        ...
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Say that the fraction ``done`` of all the work is done, or that so many more rows of ``what`` are.
+
+        Where work is measured by its fraction, ``what`` names that which is at work.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the work."""
+        ...
+
+
+class NoProgress:
+    """A progress that tells nobody."""
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Do nothing."""
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+NO_PROGRESS = NoProgress()
+
+
+class CallingBack(NoProgress):
+    """A progress that calls a function with each step's number and its name."""
+
+    def __init__(self, function: Callable[[float, str], object]) -> None:
+        self.function = function
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Call the function."""
+        self.function(done, what)
+
+
+@dataclass
+class PartOfProgress:
+    """The progress of a part of some work, which itself is measured by its fraction: from ``begin`` on, a ``share``.
+
+    Whatever the part is measured in becomes the fraction of the ``whole``, which is told ``what`` is at work.
+
+    >>> told = []
+    >>> part = PartOfProgress(CallingBack(lambda done, what: told.append((done, what))), 0.5, 0.25, "spice")
+    >>> part.start(4); part.step(2); part.step()
+    >>> told
+    [(0.625, 'spice'), (0.6875, 'spice')]
+    """
+
+    whole: Progress
+    begin: float
+    share: float
+    what: str = ""
+    _total: int = field(default=0, init=False)
+    _done: float = field(default=0.0, init=False)
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Begin the part, or one more kind of its rows."""
+        self._total += total or 0
+        self._done += done
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Tell the whole."""
+        if self._total:
+            self._done += done
+            done = self._done / self._total
+        self.whole.step(self.begin + self.share * min(done, 1.0), self.what or what)
+
+    def close(self) -> None:
+        """Leave the whole open: it is for whoever began it to close."""
