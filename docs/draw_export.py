@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from harvester.figures.style import STYLES, image, legend, new, styled
+from harvester.engines.selection import ENGINES
+from harvester.figures.style import image, legend, new, styled
 from harvester.machine import files
 
 HERE = Path(__file__).parent
@@ -30,7 +31,7 @@ def main() -> None:
         for panel, name in zip(axes, CASES, strict=True):
             t, plain, ours = both(name)
             panel.plot(1e3 * t, plain, color="0.6", linewidth=3.0, label="the exported part, in ngspice alone")
-            panel.plot(1e3 * t, ours, color=STYLES["spice"]["color"], linewidth=1.0, label="engine spice")
+            panel.plot(1e3 * t, ours, color=ENGINES["spice"].LOOK.colour, linewidth=1.0, label="engine spice")
             share = 100.0 * np.sqrt(np.mean((plain - ours) ** 2) / np.mean(plain**2))
             panel.set_title(f"{WORDS[name]}: {share:.2g} % apart (RMS)", loc="left")
             panel.set_ylabel("store (V)")

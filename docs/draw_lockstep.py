@@ -16,9 +16,10 @@ import numpy as np
 
 import harvester as hv
 from harvester.cosimulation import runs as worker
+from harvester.engines.selection import ENGINES
 from harvester.engines.spice.setup import prepare
 from harvester.equations.problem import Problem
-from harvester.figures.style import STYLES, image, legend, new, styled
+from harvester.figures.style import image, legend, new, styled
 from harvester.mechanics.kernels.noise import gaussian_grid
 
 HERE = Path(__file__).parent
@@ -28,8 +29,8 @@ from tests.support.python_callbacks import PythonCallbacks, run_in_python  # noq
 EXAMPLES = HERE.parent / "examples"
 STEP, KICKS = 0.25, 400  # large enough a step to be seen
 SHOWN = 4  # drifts, one of them with an impact
-INK, STOP = "0.25", STYLES["published"]["color"]
-POINTS = {"markerfacecolor": STYLES["spice"]["color"], "markeredgecolor": STYLES["spice"]["color"]}
+INK, STOP = "0.25", ENGINES["published"].LOOK.colour
+POINTS = {"markerfacecolor": ENGINES["spice"].LOOK.colour, "markeredgecolor": ENGINES["spice"].LOOK.colour}
 
 
 class Recorder(PythonCallbacks):

@@ -14,18 +14,20 @@ from matplotlib.ticker import EngFormatter
 
 import harvester as hv
 from harvester.arrays import Floats
-from harvester.figures.style import STYLES, Plot, image, legend, new
+from harvester.engines.selection import ENGINES
+from harvester.figures.style import Plot, image, legend, new
+from harvester.presentation.engine_look import look
 from harvester.studies import paper
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "benchmarks"))
 import published  # noqa: E402
 
-THEIRS = {"color": STYLES["published"]["color"], "linestyle": (0, (5, 2))}
-OURS = {"color": STYLES["spice"]["color"]}
+THEIRS = {"color": ENGINES["published"].LOOK.colour, "linestyle": (0, (5, 2))}
+OURS = {"color": ENGINES["spice"].LOOK.colour}
 SETTLING = 0.3  # s, of load and smoothing capacitor: 14 periods
-POINTS = {"fmt": "o", "color": STYLES["spice"]["color"], "capsize": 2}
-IDEAL, REAL = POINTS, POINTS | {"fmt": "^", "color": STYLES["spice alone"]["color"]}
+POINTS = {"fmt": "o", "color": ENGINES["spice"].LOOK.colour, "capsize": 2}
+IDEAL, REAL = POINTS, POINTS | {"fmt": "^", "color": look("spice alone").colour}
 
 
 def finished(figure: Plot) -> Plot:
@@ -93,7 +95,7 @@ def rectifier(file: str, loads: Floats, frequencies: Floats, theirs: dict[str, o
 
 def bridge() -> Plot:
     """The formula of 2006 and the whole first harmonic."""
-    whole = {"color": STYLES["averaged"]["color"]}
+    whole = {"color": ENGINES["averaged"].LOOK.colour}
     formulas = {"Shu and Lien 2006": (published.shu_lien, THEIRS)}
     return rectifier(
         "shu_lien_2006.toml",

@@ -12,6 +12,7 @@ from harvester.engines.protocol import NOT_WHITE, estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ class Averaged(Formula):
     """
 
     NAME: ClassVar[str] = "averaged"
+    LOOK: ClassVar[EngineLook] = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
+    next_fidelity: ClassVar[str | None] = "ensemble"
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | NOT_WHITE
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:

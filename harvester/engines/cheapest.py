@@ -10,7 +10,7 @@ from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.formula import Formula
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import AnyScene, Progress
+from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, names_arguments
@@ -19,7 +19,7 @@ from harvester.presentation.diagnostic import worded
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Cheapest(MonteCarloOptions):
+class Cheapest(MonteCarloOptions, Engine):
     """`exact` where that serves, `averaged` where its own error allows it, else `ensemble`; for a netlist `spice`.
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.

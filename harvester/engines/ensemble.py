@@ -15,11 +15,12 @@ from harvester.engines.model import Model
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.power_balance import power_balance, power_balance_bias
-from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Progress, estimate, needs_resistance, served
+from harvester.engines.protocol import OPEN_CIRCUIT, AnyScene, Engine, Progress, estimate, needs_resistance, served
 from harvester.engines.settling import BETWEEN, HALF, settle
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, best_factor, further
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
@@ -41,7 +42,7 @@ CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by f
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Ensemble(MonteCarloOptions):
+class Ensemble(MonteCarloOptions, Engine):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
 
     >>> import harvester as hv
@@ -62,6 +63,11 @@ class Ensemble(MonteCarloOptions):
     """
 
     NAME: ClassVar[str] = "ensemble"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "ensemble (exact RC)", "#999999", "s", width=4.0, order=2.0, paler=0.6, trust=4
+    )
+    samples: ClassVar[bool] = True
+    has_frequency_response: ClassVar[bool] = True
     TRAJECTORIES: ClassVar[int] = TRAJECTORIES
     REASON: ClassVar[str] = ""  # why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from

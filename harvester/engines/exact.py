@@ -10,6 +10,7 @@ from harvester.engines.protocol import OPEN_CIRCUIT, estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 
@@ -32,6 +33,11 @@ class Exact(Formula):
     """
 
     NAME: ClassVar[str] = "exact"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "exact (linear, closed form)", "#000000", "*", (0, (1, 2)), order=3.3, trust=5
+    )
+    is_exact: ClassVar[bool] = True
+    has_frequency_response: ClassVar[bool] = True
     WHO: ClassVar[str] = "engine 'exact', for linear equations,"
     UNSERVED: ClassVar[frozenset[str]] = NOT_LINEAR
 

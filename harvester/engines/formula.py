@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Progress, needs_resistance, served, unknown_effects
+from harvester.engines.protocol import AnyScene, Engine, Progress, needs_resistance, served, unknown_effects
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
@@ -22,10 +22,11 @@ NOT_LINEAR |= {"impact", "compliant_stop", "gap", "opposite_stop"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Formula(Request):
+class Formula(Request, Engine):
     """The base of `Exact` and the theories: they sample nothing, so that any seed and budget give the same answer."""
 
-    NAME: ClassVar[str]
+    is_formula: ClassVar[bool] = True
+    share_of_time: ClassVar[float] = 0.02
     WHO: ClassVar[str] = ""  # refuses, if there is more to say than the name
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 

@@ -12,6 +12,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
 from harvester.presentation.diagnostic import worded
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import amount
 
 LONG = 1000.0  # periods of the mass
@@ -36,6 +37,12 @@ class Ideal(Ensemble):
     """
 
     NAME: ClassVar[str] = "ideal"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "ideal circuit (ensemble)", "#CC79A7", "D", (0, (1, 1)), width=3.0, order=2.5, paler=0.3, trust=2
+    )
+    takes_netlists: ClassVar[bool] = True
+    needs_netlist: ClassVar[bool] = True
+    next_fidelity: ClassVar[str | None] = "spice"
     REASON: ClassVar[str] = "the error of ideal diodes and switches is not known from within: compare with 'spice'"
 
     UNKNOWN: ClassVar[str] = "ideal diodes and switches"

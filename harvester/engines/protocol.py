@@ -1,14 +1,15 @@
-"""What all engines share: the protocol, the check that a problem is theirs, and the way to an Estimate."""
+"""What all engines share: their base, the check that a problem is theirs, and the way to an Estimate."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import Any, ClassVar, TypeAlias
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, HarvesterError
+from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
 from harvester.presentation.diagnostic import worded
+from harvester.presentation.engine_look import EngineLook
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
@@ -23,45 +24,52 @@ NOT_WHITE = frozenset(
 OPEN_CIRCUIT = "open circuit: V keeps the offset that it started with, and takes no power"
 
 
-class Engine(Protocol):
-    """What all engines have in common."""
+class Engine:
+    """The base of all engines: what they have in common, and what each of them can.
+
+    Studies, figures and pages ask for what an engine can, never for its name or its class.
+    """
 
     NAME: ClassVar[str]
+    LOOK: ClassVar[EngineLook] = EngineLook("")
+    is_formula: ClassVar[bool] = False  # samples nothing, and solves many scenes for little more than one
+    is_exact: ClassVar[bool] = False  # its only error is rounding
+    samples: ClassVar[bool] = False  # means over trajectories, so that more of them make the error smaller
+    takes_netlists: ClassVar[bool] = False
+    needs_netlist: ClassVar[bool] = False  # serves nothing else
+    runs_ngspice: ClassVar[bool] = False  # in processes of their own; it alone sees all nodes of a circuit
+    has_frequency_response: ClassVar[bool] = False
+    next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
+    share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why the engine cannot serve a problem, and what can; empty where it can."""
-        ...
+        return ""
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
-        ...
-
-
-@runtime_checkable
-class Vectorised(Protocol):
-    """An engine that computes many scenes at once for little more than the price of one."""
-
-    NAME: ClassVar[str]
+        raise NotImplementedError
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`Engine.run` for each scene, or the error that it raises."""
-        ...
+        """`run` for each scene, or the error that it raises."""
+        found: list[Estimate | HarvesterError] = []
+        for scene in scenes:
+            try:
+                found.append(self.run(scene))
+            except MissingProgramError:  # which is no fault of a scene
+                raise
+            except HarvesterError as error:
+                found.append(error)
+        return found
 
-
-@runtime_checkable
-class Continuing(Protocol):
-    """An engine that finds an answer in less time from that of a neighbouring scene."""
-
-    NAME: ClassVar[str]
-
-    def follows(self, problem: Problem) -> bool:
-        """Whether it does so with such a problem, whose answer does not depend on where it is looked for."""
-        ...
+    def continues(self, problem: Problem) -> bool:
+        """Whether it finds the answer to such a problem sooner from that of a neighbouring one, and the same answer."""
+        return False
 
     def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`Engine.run` for each scene, from that before, or the error that it raises."""
-        ...
+        """`run_many`, each from the answer before where it `continues`."""
+        return self.run_many(scenes)
 
 
 def served(engine: type[Engine], scene: AnyScene) -> Problem:

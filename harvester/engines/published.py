@@ -10,6 +10,7 @@ from harvester.engines.protocol import NOT_WHITE, estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 STOP_WARNING = (
@@ -42,6 +43,8 @@ class Published(Formula):
     """
 
     NAME: ClassVar[str] = "published"
+    LOOK: ClassVar[EngineLook] = EngineLook("published averaging", "#D55E00", "X", (0, (5, 2)), order=3.2)
+    next_fidelity: ClassVar[str | None] = "ensemble"
     UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | NOT_WHITE | {"gap"}
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:

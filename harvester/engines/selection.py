@@ -14,11 +14,13 @@ from harvester.engines.published import Published
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, unknown
+from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
 ENGINES: dict[str, type[Engine]] = {
     engine.NAME: engine for engine in (Exact, Published, Averaged, Ensemble, Ideal, Spice)
 }
+LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
 
 def refusals(scene: AnyScene) -> dict[str, str]:
@@ -27,7 +29,7 @@ def refusals(scene: AnyScene) -> dict[str, str]:
     `Ideal`, which is about netlists only, is not listed for another load.
     """
     problem = Problem.of(scene)
-    about = [name for name in ENGINES if name != Ideal.NAME or problem.netlist is not None]
+    about = [name for name in ENGINES if problem.netlist is not None or not ENGINES[name].needs_netlist]
     return {name: ENGINES[name].refusal(problem) for name in about}
 
 

@@ -12,7 +12,6 @@ from .papers import paper as paper
 from .papers import region as region
 from .records import record as record
 from .responses import response as response
-from .style import STYLES as STYLES
 from .style import Plot as Plot
 from .style import image as image
 from .style import new as new

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 
 from harvester.figures.quantities import logarithm, scale
 from harvester.figures.shapes import EstimateShape, PathShape
-from harvester.figures.style import INK, MARKERS, STYLES, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.presentation.engine_look import look as look_of
 
 _SHOWN = 0.4  # of the path, its end
 _LEDGER = "ledger_"
@@ -44,7 +45,7 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
         "model, estimated": power.model,
     }
     by = abs(power.value) / 100.0
-    colour = STYLES.get(answer.engine, {}).get("color", "0.6")
+    colour = look_of(answer.engine).colour
     for place, (name, error) in enumerate(parts.items()):
         if error is None or by == 0.0:
             text = "none, or not known" if error is None else "the power is 0"
@@ -72,7 +73,7 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
         values = [e.mean_power.value for e in estimates]
         x = scale("mean power", estimates[0].unit_names.power, values)
         for place, answer in enumerate(estimates):
-            look = {"color": STYLES[answer.engine]["color"], "marker": MARKERS[answer.engine], "markersize": 6}
+            look = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker, "markersize": 6}
             bars = {"markeredgecolor": INK, "ecolor": INK, "capsize": 3, "linestyle": "none", "zorder": 3}
             error = answer.mean_power.known_error95 / x.factor
             powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
@@ -93,13 +94,13 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
             clock = scale("time", path.unit_names.time, path.t[shown])
             volt = scale("voltage", path.unit_names.voltage, [*path.spice[shown], *path.decoupled[shown]])
             t = path.t[shown] / clock.factor
-            published, spice = STYLES["published"], STYLES["spice"]["color"]
-            look = {"color": published["color"], "linestyle": published["linestyle"], "linewidth": 1.1}
+            published, spice = look_of("published"), look_of("spice").colour
+            look = {"color": published.colour, "linestyle": published.line, "linewidth": 1.1}
             panel.plot(t, path.decoupled[shown] / volt.factor, **look, label="published: V decoupled from x and x'")
             panel.plot(
                 t,
                 path.exact[shown] / volt.factor,
-                color=STYLES["ensemble"]["color"],
+                color=look_of("ensemble").colour,
                 linewidth=4,
                 label="exact RC update",
             )
@@ -138,9 +139,9 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
         for engine in dict.fromkeys(point[0] for point in shown):
             of_engine = [(seconds, error) for name, seconds, error, _ in shown if name == engine]
             whole, _, lacks = engine.partition(", ")
-            look = {"color": STYLES[whole]["color"], "marker": MARKERS[whole], "fillstyle": _FILLED[lacks]}
+            look = {"color": look_of(whole).colour, "marker": look_of(whole).marker, "fillstyle": _FILLED[lacks]}
             look |= {"linestyle": "none", "markersize": 6, "markeredgecolor": INK, "zorder": 3}
-            label = STYLES[whole]["label"] + (f", {lacks}" if lacks else "")
+            label = look_of(whole).label + (f", {lacks}" if lacks else "")
             here.plot(*zip(*of_engine, strict=True), label=label, **look)
             worth.plot(*zip(*((error, seconds * error**2) for seconds, error in of_engine), strict=True), **look)
         if best:

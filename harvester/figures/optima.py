@@ -9,7 +9,8 @@ from harvester.arrays import Floats
 from harvester.figures.quantities import broken, mark, scale
 from harvester.figures.shapes import BestKeyShape, OptimumShape
 from harvester.figures.smoothing import FEWEST, smooth
-from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
@@ -59,7 +60,7 @@ def _panel(
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     if np.ptp([*x, key.value]) < 1e-6 * abs(key.value):  # all at one place: no width that an axis could have
         here.set_xlim(key.range.low / by, key.range.high / by)
-    colour = STYLES.get(answer.engine, {}).get("color", "0.3")
+    colour = look_of(answer.engine).colour
     if key.low95 is not None and key.high95 is not None:
         here.axvspan(key.low95 / by, key.high95 / by, color="0.88", zorder=0, label="interval of the best value")
     if len(answer.keys) > 1:

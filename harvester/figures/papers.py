@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.shapes import PaperPointShape, TheoriesShape
-from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, paler, styled
+from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, paler, styled
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 _MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
@@ -52,10 +53,10 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
     """Draw one curve of the three sources, in paler colours for each next ``number``."""
     x, y = np.array([p.x for p in rows]), np.array([p.ensemble for p in rows])
     for name in ("published", "averaged"):
-        style = STYLES[name] | {"color": paler(STYLES[name]["color"], _PALER * number), "linewidth": 1.2}
+        style = look_of(name).style() | {"color": paler(look_of(name).colour, _PALER * number), "linewidth": 1.2}
         here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
     error = NORMAL_QUANTILE * np.array([p.ensemble_stderr for p in rows])
-    marks: dict[str, Any] = {"color": STYLES["ensemble"]["color"], "linestyle": "none", "zorder": 2.5}
+    marks: dict[str, Any] = {"color": look_of("ensemble").colour, "linestyle": "none", "zorder": 2.5}
     marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}
     marks |= {"markeredgecolor": paler(INK, _PALER * number), "ecolor": paler(INK, _PALER * number), "elinewidth": 0.8}
     here.errorbar(x, y / unit, error / unit, **marks, label="_" if number else "ensemble (Monte Carlo)")
@@ -86,8 +87,8 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
         edge = np.minimum([e.ensemble for e in edges], top) / y.factor
         here.fill_between(mu, 0.0, edge, color="0.92", linewidth=0, label="stable (Monte Carlo)", zorder=0)
         for name in ("published", "averaged"):
-            here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **STYLES[name])
-        marks: dict[str, Any] = {"color": STYLES["ensemble"]["color"], "markeredgecolor": INK, "ecolor": INK}
+            here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **look_of(name).style())
+        marks: dict[str, Any] = {"color": look_of("ensemble").colour, "markeredgecolor": INK, "ecolor": INK}
         marks |= {"linestyle": "none", "marker": "s", "zorder": 3.5, "label": "ensemble (Monte Carlo)"}
         known = [(m, e.ensemble, e.ensemble_stderr) for m, e in zip(mu, edges, strict=True)]
         places, noises, errors = np.array([one for one in known if np.isfinite(one[2])]).reshape(-1, 3).T

@@ -10,8 +10,9 @@ from harvester.arrays import Floats
 from harvester.figures.quantities import amount, quantity, scale
 from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
-from harvester.figures.style import MARKERS, MOST_BARS, STYLES, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, colour
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
 _UP = "#0072B2"
@@ -88,11 +89,11 @@ def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape])
             words = [*([values[number]] if len(values) > 1 else []), *([answer.engine] if len(engines) > 1 else [])]
             look["label"] = ", ".join([*words, *([] if alike or len(directions) == 1 else [direction])])
             look["color"] = (
-                colour(number, min(len(values), MOST_CURVES)) if len(values) > 1 else STYLES[answer.engine]["color"]
+                colour(number, min(len(values), MOST_CURVES)) if len(values) > 1 else look_of(answer.engine).colour
             )
             if len(engines) > 1:
-                look["marker"] = MARKERS[answer.engine]
-                look["markerfacecolor"] = "white" if answer.engine == "spice" else look["color"]
+                look["marker"] = look_of(answer.engine).marker
+                look["markerfacecolor"] = "white" if look_of(answer.engine).line == "none" else look["color"]
         look["markersize"] = 3 if len(answer.sweep(direction)) < _FEW else 0
         found.append((answer, direction, look))
     return found

@@ -1,7 +1,7 @@
-"""The look of all figures: fonts, sizes and lines, and for each engine a colour, a line and a marker.
+"""The look of all figures: fonts, sizes and lines.
 
-Drawn for a journal's page 178 mm wide.  What tells engines apart survives a grey print: dashes, width and markers
-beside the colour.  Text is taken as it stands (a title may hold a dollar sign), so units are written in Unicode.
+Drawn for a journal's page 178 mm wide.  Text is taken as it stands (a title may hold a dollar sign), so units are
+written in Unicode.  How each engine looks is in `harvester.presentation.engine_look`.
 """
 
 import io
@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 
 from harvester.arrays import Floats
 from harvester.machine import files
+from harvester.presentation.engine_look import LOOKS, EngineLook
 
 WIDTH = 7.0  # inches: two columns of a journal
 MOST_BARS = 60  # points of a curve with an error bar each; more are a band
@@ -39,25 +40,8 @@ STYLE: Any = {  # of matplotlib's hundreds of names
     "svg.fonttype": "path",  # looks the same where the font is missing
     "pdf.fonttype": 42,  # letters stay letters
 }
-# Okabe and Ito's palette.  Lines first to last: wide and pale under thin and dark, so that engines that agree all show.
-STYLES: dict[str, dict[str, Any]] = {
-    "exact": {"color": "#000000", "linestyle": (0, (1, 2)), "zorder": 3.3, "label": "exact (linear, closed form)"},
-    "published": {"color": "#D55E00", "linestyle": (0, (5, 2)), "zorder": 3.2, "label": "published averaging"},
-    "averaged": {"color": "#009E73", "linestyle": "-", "zorder": 3.1, "label": "averaged (impact-aware)"},
-    "ensemble": {"color": "#999999", "linestyle": "-", "linewidth": 4.0, "zorder": 2.0, "label": "ensemble (exact RC)"},
-    "ideal": {"color": "#CC79A7", "linestyle": (0, (1, 1)), "linewidth": 3.0, "zorder": 2.5},
-    "spice": {"color": "#0072B2", "linestyle": "none", "marker": "o", "zorder": 4.0, "label": "SPICE (ngspice)"},
-    "spice alone": {
-        "color": "#56B4E9",
-        "linestyle": "none",
-        "marker": "^",
-        "zorder": 3.9,
-        "label": "SPICE alone (ngspice)",
-    },
-}
-STYLES["ideal"]["label"] = "ideal circuit (ensemble)"
-MARKERS = {"exact": "*", "published": "X", "averaged": "P", "ensemble": "s", "ideal": "D", "spice": "o"}
-MARKERS["spice alone"] = "^"
+# Okabe and Ito's palette.  Engines state theirs (`harvester.presentation.engine_look`); this one is of a study.
+LOOKS.setdefault("spice alone", EngineLook("SPICE alone (ngspice)", "#56B4E9", "^", "none", order=3.9))
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
 _ONE_PLACE = 1e-9  # a width of an axis, relative to its end, that is rounding alone

@@ -1,6 +1,6 @@
 """The curves of a sweep's figure: which rows make a curve, and what tells engines and values of other keys apart.
 
-One curve an engine: colour, line and marker are the engine's (`harvester.figures.style.STYLES`).  Several curves an
+One curve an engine: colour, line and marker are the engine's (`harvester.presentation.engine_look`).  Several curves an
 engine, one for each value of the other keys: the colour, dark to light, and the marker are the value's, and the line
 is the engine's.  Both survive a grey print.
 """
@@ -14,7 +14,8 @@ from matplotlib.lines import Line2D
 from harvester.arrays import Floats
 from harvester.figures.quantities import amount, quantity
 from harvester.figures.shapes import SweepShape
-from harvester.figures.style import INK, MARKERS, STYLES, paler
+from harvester.figures.style import INK, paler
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Rows = list[dict[str, str]]
@@ -23,7 +24,6 @@ FEW_POINTS = 30  # of a line, which show as markers
 MOST_CURVES = 6  # values of the other keys
 _MARKS = "osv^Dx"  # one for each value of the other keys
 _COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#BFA000", "#E67E22")  # viridis, its end darkened for paper
-_PALE = {"ensemble": 0.6, "ideal": 0.3}  # wide lines under the thin ones of the same colour
 
 
 @dataclass(frozen=True)
@@ -92,14 +92,14 @@ def style(engine: str, table: SweepShape, number: int, groups: int, points: int)
 
     Points of a list, which are no line, and a point alone are markers.
     """
-    look = dict(STYLES.get(engine, {"label": engine, "color": "0.3"}))
+    look = look_of(engine).style()
     alone = points == 1 or (table.listed and len(table.axes) > 1)
     if groups > 1:
-        look["color"] = paler(colour(number, groups), _PALE.get(engine, 0.0))
+        look["color"] = paler(colour(number, groups), look_of(engine).paler)
     if alone:
-        look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o"), "markersize": 5}
-    elif groups == 1 and points <= FEW_POINTS and engine in ("exact", "published", "averaged"):
-        look |= {"marker": MARKERS.get(engine, "o"), "markersize": 4.5}  # straight lines between points are no results
+        look |= {"linestyle": "none", "marker": look_of(engine).marker, "markersize": 5}
+    elif groups == 1 and points <= FEW_POINTS and look["linestyle"] != "none" and "linewidth" not in look:
+        look |= {"marker": look_of(engine).marker, "markersize": 4.5}  # straight lines between points are no results
     elif groups > 1:
         marks = look.get("linestyle") == "none"  # hollow, over the filled ones of the lines
         look |= {"marker": _MARKS[number], "markersize": 6 if marks else 3.5, "markevery": max(1, points // 15)}
@@ -113,10 +113,10 @@ def legend_lines(found: dict[str, Any], engines: list[str], points: int) -> list
         return []
     entries = []
     for engine in engines:
-        look: dict[str, Any] = {"color": paler(INK, _PALE.get(engine, 0.0)), "label": engine}
-        look |= {k: v for k, v in STYLES.get(engine, {}).items() if k in ("linestyle", "linewidth", "marker", "label")}
+        look: dict[str, Any] = {"color": paler(INK, look_of(engine).paler), "label": engine}
+        look |= {k: v for k, v in look_of(engine).style().items() if k in ("linestyle", "linewidth", "marker", "label")}
         if points == 1:
-            look |= {"linestyle": "none", "marker": MARKERS.get(engine, "o")}
+            look |= {"linestyle": "none", "marker": look_of(engine).marker}
         entries.append(Line2D([], [], markerfacecolor="none", **look))
     marks: dict[str, Any] = {"linestyle": "none", "markersize": 4.5}
     return entries + [

@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, logarithm, mark, scale
 from harvester.figures.shapes import SweepShape
-from harvester.figures.style import MARKERS, MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, Levels, Rows, groups, legend_lines, number, style
+from harvester.presentation.engine_look import look as look_of
 
 
 def sweep(table: SweepShape, title: str | None) -> Plot:
@@ -23,7 +24,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     found = groups(table)
     shown = dict(list(found.items())[:MOST_CURVES])
     several = len(engines) > 1
-    reference = next((e for e in ("exact", "ensemble", "spice", "ideal", "averaged") if e in engines), engines[-1])
+    reference = max(engines, key=lambda engine: look_of(engine).trust)
     powers = np.array([number(row, "mean_power") for row in table.rows])
     known = powers[np.isfinite(powers)]
     with styled():
@@ -59,7 +60,7 @@ def _draw(axes: Axes, engine: str, x: Floats, levels: Levels, look: dict[str, An
     """Draw a curve with bars of sampling and step, and a band of the error that `averaged` states of its model."""
     if engine == "averaged":
         _band(axes, x, levels.power, levels.model, look)
-    curve(axes, x, levels.power, levels.sampling + levels.step, look, MARKERS.get(engine, "o"))
+    curve(axes, x, levels.power, levels.sampling + levels.step, look, look_of(engine).marker)
 
 
 def _band(axes: Axes, x: Floats, middle: Floats, error: Floats, look: dict[str, Any]) -> None:

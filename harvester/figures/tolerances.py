@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 
 from harvester.figures.quantities import quantity, scale, written
 from harvester.figures.shapes import ToleranceShape, TornadoShape
-from harvester.figures.style import INK, STYLES, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
 _LOW, _HIGH, _LIMIT = "#56B4E9", "#E69F00", "#D55E00"
@@ -32,7 +33,7 @@ def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
 def _histogram(here: Axes, answer: ToleranceShape) -> None:
     """Draw how many devices have which power."""
     unit = scale("mean power", answer.unit_names.power, answer.power)
-    colour = STYLES.get(answer.engine, {}).get("color", "0.5")
+    colour = look_of(answer.engine).colour
     bins = int(np.clip(np.sqrt(len(answer.power)), 8, _MOST_BINS))
     here.hist(answer.power / unit.factor, bins=bins, color=colour, alpha=0.7, label=f"samples by {answer.engine}")
     marks = {0.05: (":", "5 %, 95 % of devices below"), 0.5: ("--", "median"), 0.95: (":", "")}

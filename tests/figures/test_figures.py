@@ -14,6 +14,7 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
 from harvester.figures import quantities, style
+from harvester.presentation.engine_look import LOOKS
 from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
@@ -214,10 +215,11 @@ def test_the_legend_covers_no_axes():
 
 
 def test_engines_are_told_apart_without_colour():
-    looks = [(str(s.get("linestyle")), s.get("linewidth", 1.4), s.get("marker", "")) for s in style.STYLES.values()]
+    styles = {name: one.style() for name, one in LOOKS.items()}
+    looks = [(str(s.get("linestyle")), s.get("linewidth", 1.4), s.get("marker", "")) for s in styles.values()]
     assert len(set(looks)) == len(looks)
-    assert len(set(style.MARKERS.values())) == len(style.MARKERS) == len(style.STYLES)
-    assert {name: s["color"] for name, s in style.STYLES.items()} == {
+    assert len({one.marker for one in LOOKS.values()}) == len(LOOKS)
+    assert {name: s["color"] for name, s in styles.items()} == {
         "exact": "#000000",
         "published": "#D55E00",
         "averaged": "#009E73",

@@ -14,7 +14,7 @@ from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.power_balance import power_balance
-from harvester.engines.protocol import AnyScene, Progress, estimate, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, served
 from harvester.engines.spice.coexisting_responses import with_others
 from harvester.engines.spice.effort import FEWEST, fewest_pairs
 from harvester.engines.spice.partial_answer import unfinished
@@ -28,6 +28,7 @@ from harvester.engines.spice.steady_response import along, follows, steady_respo
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, HarvesterError, OutOfTimeError, SimulationError, invalid, names_arguments
 from harvester.machine.folders import machine_code
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their proces
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Spice(MonteCarloOptions):
+class Spice(MonteCarloOptions, Engine):
     """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
 
     A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
@@ -83,6 +84,12 @@ class Spice(MonteCarloOptions):
     ledger: bool = False
 
     NAME: ClassVar[str] = "spice"
+    LOOK: ClassVar[EngineLook] = EngineLook("SPICE (ngspice)", "#0072B2", "o", "none", order=4.0, trust=3)
+    samples: ClassVar[bool] = True
+    takes_netlists: ClassVar[bool] = True
+    runs_ngspice: ClassVar[bool] = True
+    has_frequency_response: ClassVar[bool] = True
+    share_of_time: ClassVar[float] = 2.0
     TRAJECTORIES: ClassVar[int] = 16
     KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
     PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
@@ -120,13 +127,13 @@ class Spice(MonteCarloOptions):
         except OutOfTimeError as error:
             return unfinished(self.NAME, problem, error, time.perf_counter() - begin)
 
-    def follows(self, problem: Problem) -> bool:
+    def continues(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
         return not self.refusal(problem) and follows(self, problem)
 
     def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`run` for each scene, where it `follows` from the one before, or the error that it raises."""
-        return along(self.NAME, scenes, self.follow, self.follows)
+        """`run` for each scene, where it `continues` from the one before, or the error that it raises."""
+        return along(self.NAME, scenes, self.follow, self.continues)
 
     def follow(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None

@@ -13,7 +13,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Spice
 from harvester.engines.options import number
-from harvester.engines.protocol import Engine, Vectorised
+from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
 from harvester.scene.scene import Scene
@@ -85,7 +85,7 @@ class Surface:
         Raises SpentError when ``share`` of the budget is spent before all are done; those that are done are kept.
         """
         done: list[Evaluation] = []
-        some = _TOGETHER if isinstance(engine, Vectorised) else 1
+        some = _TOGETHER if engine.is_formula else 1
         for at in range(0, len(where), some):
             if self.points and self.left < (1.0 - self.share) * self.budget:
                 raise SpentError
@@ -111,7 +111,7 @@ class Surface:
                 places.append(len(answers) - 1)
             except InputError as error:  # such as stops without room between them, at this place
                 answers[-1] = error
-        many = engine.run_many(scenes) if isinstance(engine, Vectorised) else (_run(engine, one) for one in scenes)
+        many = engine.run_many(scenes) if engine.is_formula else (_run(engine, one) for one in scenes)
         for place, answer in zip(places, many, strict=True):
             answers[place] = answer
         return answers

@@ -12,7 +12,7 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.engines import Cheapest
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Vectorised
+from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named, default_engine
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
@@ -82,7 +82,7 @@ class SearchAsked:
 
     def search(self, surface: Surface) -> SampledSearch | None:
         """The search of an engine that samples; None for an engine of formulas."""
-        return None if isinstance(self.engine, Vectorised) else SampledSearch(surface, self.engine, self.within)
+        return None if self.engine.is_formula else SampledSearch(surface, self.engine, self.within)
 
 
 def prepared(
@@ -99,7 +99,7 @@ def prepared(
     engine = engine_of(default_engine(problem) if engine is None else engine)
     if isinstance(engine, Cheapest):
         raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
-    if any(r.steps for r in found_ranges) and not isinstance(engine, Vectorised):
+    if any(r.steps for r in found_ranges) and not engine.is_formula:
         raise InputError(f"`engine` must be one of formulas for the values of a series, but is {engine.NAME!r}")
     asked = Request(within=within, budget=budget)
     if asked.within is None or asked.budget is None:

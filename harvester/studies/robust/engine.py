@@ -19,7 +19,7 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.formula import Formula
-from harvester.engines.protocol import AnyScene, Progress
+from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.scene.scene import Scene
@@ -51,7 +51,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Robust:
+class Robust(Engine):
     """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
 
     ``vary`` are pairs of a key and its spread, about the values of each place; none: the device as it stands.  Of a
@@ -67,6 +67,7 @@ class Robust:
     counted: PlacePeaks | None = None
 
     NAME: ClassVar[str] = "robust"
+    is_formula: ClassVar[bool] = True
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.protocol import Continuing, Engine, Vectorised
+from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
 from harvester.scene.scene import Scene
@@ -38,7 +38,7 @@ class Task:
     @property
     def by_continuation(self) -> bool:
         """Whether its engine goes from point to point."""
-        return isinstance(self.engine, Continuing) and len(self.points) > 1
+        return not self.engine.is_formula and len(self.points) > 1
 
     def again(self) -> "list[Task]":
         """The tasks that replace this one after its worker died: itself once more, then its points one by one."""
@@ -75,7 +75,7 @@ def tasks(
     def task(place: int, some: Sequence[int]) -> Task:
         return Task(scene, engines[place], place, points.keys, tuple(some), tuple(points.values(p) for p in some))
 
-    batched = [place for place, engine in enumerate(engines) if isinstance(engine, Vectorised)]
+    batched = [place for place, engine in enumerate(engines) if engine.is_formula]
     single = [place for place in range(len(engines)) if place not in batched]
     for begin in range(0, len(points), BATCH):
         some = range(begin, min(begin + BATCH, len(points)))
@@ -96,10 +96,10 @@ def tasks(
 
 def _by_continuation(engine: Engine, scene: Scene, points: Points, first: int) -> bool:
     """Whether an engine goes from point to point, as it would at the first one."""
-    if not isinstance(engine, Continuing) or len(points) == 1:
+    if len(points) == 1:
         return False
     try:
-        return engine.follows(Problem(scene.varied(dict(zip(points.keys, points.values(first), strict=True)))))
+        return engine.continues(Problem(scene.varied(dict(zip(points.keys, points.values(first), strict=True)))))
     except HarvesterError:  # which its own task will tell
         return False
 
@@ -126,9 +126,9 @@ def compute(task: Task) -> list[Answer]:
     answers: list[Estimate | HarvesterError] = []
     try:
         scenes = [task.scene.varied(dict(zip(task.keys, values, strict=True))) for values in task.values]
-        if isinstance(task.engine, Vectorised):
+        if task.engine.is_formula:
             answers = task.engine.run_many(scenes)
-        elif isinstance(task.engine, Continuing) and task.by_continuation:
+        elif task.by_continuation:
             answers = task.engine.run_continued(scenes)
         else:
             answers = [task.engine.run(scenes[0])]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from harvester.arrays import Floats
 from harvester.engines import Averaged, Ensemble, Exact, Ideal, Published, Spice
-from harvester.engines.protocol import Engine, Vectorised
+from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError
 from harvester.studies.sweep.table import SweepTable
@@ -167,4 +167,4 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
 
 def formulas(engine: Engine) -> bool:
     """Whether the engine computes each sample itself."""
-    return isinstance(engine, Vectorised)
+    return engine.is_formula

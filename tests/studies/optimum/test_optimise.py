@@ -13,6 +13,7 @@ from click.testing import CliRunner
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.cli import cli
+from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.studies.optimum import evaluations, optimise, ranges
@@ -32,7 +33,7 @@ def linear_power(mu, beta=BETA):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Surface:
+class Surface(Engine):
     """An engine whose power over mu is a given function, with the noise of its trajectories.
 
     Each trajectory's power is P (1 + a + b cos(3 log mu)), a and b its own: most of the noise is common to all places.

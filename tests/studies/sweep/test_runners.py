@@ -14,7 +14,7 @@ import pytest
 
 import harvester as hv
 from harvester import figures
-from harvester.engines.protocol import Progress
+from harvester.engines.protocol import Engine, Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
 from harvester.studies.sweep import cluster, compute, runners, tasks
@@ -121,7 +121,7 @@ def test_no_workers(tmp_path, workers):
 
 
 @dataclass(frozen=True)
-class Deadly:
+class Deadly(Engine):
     """An engine whose process dies at the loads below ``limit``: always, or where ``once`` is a folder, once."""
 
     limit: float
@@ -142,6 +142,7 @@ class DeadlyMany(Deadly):
     """One that answers many scenes at once, and dies at one of them."""
 
     NAME: ClassVar[str] = "averaged"
+    is_formula: ClassVar[bool] = True
 
     def run_many(self, scenes):
         for scene in scenes:

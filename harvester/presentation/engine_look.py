@@ -1,0 +1,46 @@
+"""How an engine looks in every figure and on the page of `harvester explore`: colour, line, marker and label.
+
+An engine states its look beside what it computes; the list of engines puts it into `LOOKS`, which figures read by the
+engine's name.  What tells engines apart survives a grey print: dashes, width and markers beside the colour.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class EngineLook:
+    """The look of one engine, in the words of matplotlib.
+
+    ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for wide lines, which
+    stand under thin ones so that engines that agree all show; ``order`` is which stands on top; ``paler`` is the share
+    of white where its colour tells something else.  With several engines, the others are drawn over that of the
+    largest ``trust``.
+    """
+
+    label: str
+    colour: str = "#4D4D4D"
+    marker: str = "o"
+    line: Any = "-"
+    width: float | None = None
+    order: float = 3.0
+    paler: float = 0.0
+    trust: int = 0
+
+    def style(self) -> dict[str, Any]:
+        """The arguments of matplotlib for its curve."""
+        found: dict[str, Any] = {"color": self.colour, "linestyle": self.line, "zorder": self.order}
+        found |= {"label": self.label}
+        if self.width is not None:
+            found["linewidth"] = self.width
+        if self.line == "none":
+            found["marker"] = self.marker
+        return found
+
+
+LOOKS: dict[str, EngineLook] = {}
+
+
+def look(engine: str) -> EngineLook:
+    """The look of an engine by its name; of one that is in no list, a plain one."""
+    return LOOKS.get(engine) or EngineLook(engine)
