@@ -1,0 +1,255 @@
+"""How tidy the house is, in numbers that may only fall: `python -m tests.support.house` prints them.
+
+    python -m tests.support.house                       each number
+    python -m tests.support.house "words made"          and the places of those whose name has a match
+
+A number is the count of its places, which are lines of the package's files.  The bounds are in
+tests/project/test_house.py.
+"""
+
+import ast
+import re
+import sys
+from collections import defaultdict
+from functools import cache
+
+from radon.complexity import cc_visit
+
+from tests.support.paths import ROOT
+
+PACKAGE = ROOT / "harvester"
+MOST_BRANCHES, MOST_PARAMETERS = 15, 12
+NORMAL_95 = (1.9599, 1.9601)  # between these lies the quantile that makes 95 % of a normal distribution
+
+WORDS = r"(warning|note|reason|doubt|refusal|remark|advice|missed|missing|why|told|said)s?"
+OF_WORDS = re.compile(rf"(.*_)?{WORDS}", re.IGNORECASE)  # names of what holds sentences for the user
+READERS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "rpartition", "find", "index"}
+MESSAGES = re.compile(r"harvester/presentation/messages\b")
+CAPTIONS = re.compile(r"harvester/(figures|report|explore)/")  # whose notes are below pictures and tables of a page
+
+
+@cache
+def parsed(folder=PACKAGE):
+    """Every Python file below a folder: its path from the project's root, and its syntax tree.
+
+    That takes two seconds, which those processes do not spend that run other tests.
+    """
+    return {file.relative_to(ROOT).as_posix(): ast.parse(file.read_text()) for file in sorted(folder.rglob("*.py"))}
+
+
+def walked(*types):
+    """File and node of each syntax node of these types in the package."""
+    for name, tree in parsed().items():
+        for node in ast.walk(tree):
+            if isinstance(node, types):
+                yield name, node
+
+
+def place(name, node, text=""):
+    """A place as editors find it."""
+    return f"{name}:{node.lineno}: {text or ast.unparse(node)[:100]}"
+
+
+def lines_of_code():
+    """Lines that hold more than blanks, comments and docstrings."""
+    for name, tree in parsed().items():
+        texts = [node for node in ast.walk(tree) if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)]
+        silent = {line for text in texts for line in range(text.lineno, text.end_lineno + 1)}
+        for number, line in enumerate((ROOT / name).read_text().splitlines(), 1):
+            if line.strip() and not line.lstrip().startswith("#") and number not in silent:
+                yield f"{name}:{number}: {line}"
+
+
+def functions_of_many_branches():
+    """Functions and methods with a cyclomatic complexity above 15, as radon counts it."""
+    for name in parsed():
+        for block in cc_visit((ROOT / name).read_text()):
+            if block.letter != "C" and block.complexity > MOST_BRANCHES:
+                yield f"{name}:{block.lineno}: {block.fullname} has {block.complexity}"
+
+
+def functions_of_many_parameters():
+    """Functions with more than 12 parameters, `self` among them."""
+    for name, node in walked(ast.FunctionDef, ast.AsyncFunctionDef):
+        a = node.args
+        count = len([*a.posonlyargs, *a.args, *a.kwonlyargs]) + sum(one is not None for one in (a.vararg, a.kwarg))
+        if count > MOST_PARAMETERS:
+            yield place(name, node, f"{node.name} has {count}")
+
+
+def names_of_several_files():
+    """Base names that more than one file has, each with its files."""
+    files = defaultdict(list)
+    for name in parsed():
+        files[name.rpartition("/")[2]].append(name)
+    for base, several in sorted(files.items()):
+        if len(several) > 1 and base != "__init__.py":
+            yield f"{base}: {', '.join(several)}"
+
+
+@cache
+def engines():
+    """Classes of engines and their names, as `harvester/engines` writes them: {"Spice": "spice", ...}."""
+    found = {}
+    for file, node in walked(ast.ClassDef):
+        if file.startswith("harvester/engines/"):
+            for line in node.body:
+                target = line.target if isinstance(line, ast.AnnAssign) else getattr(line, "targets", [None])[0]
+                value = getattr(line, "value", None)
+                if isinstance(target, ast.Name) and target.id == "NAME" and isinstance(value, ast.Constant):
+                    found[node.name] = value.value
+    return found
+
+
+def tests_of_engines():
+    """Questions of which engine it is, outside harvester/engines: by `isinstance`, by class, or by name."""
+
+    def about(node):
+        if isinstance(node, ast.Tuple | ast.List | ast.Set):
+            return any(map(about, node.elts))
+        if isinstance(node, ast.Attribute):
+            return node.attr in engines() or (node.attr == "NAME" and about(node.value))
+        return (isinstance(node, ast.Name) and node.id in engines()) or (
+            isinstance(node, ast.Constant) and node.value in engines().values()
+        )
+
+    for name, node in walked(ast.Call, ast.Compare):
+        if name.startswith("harvester/engines/"):
+            continue
+        if isinstance(node, ast.Compare):
+            asked = any(map(about, [node.left, *node.comparators]))
+        else:
+            asked = isinstance(node.func, ast.Name) and node.func.id in ("isinstance", "issubclass")
+            asked = asked and any(map(about, node.args[1:]))
+        if asked:
+            yield place(name, node)
+
+
+def normal_quantiles():
+    """The number 1.96 outside harvester/uncertainty, also under the name that it has there."""
+
+    def is_it(node):
+        return isinstance(node, ast.Constant) and isinstance(node.value, float) and inside(node.value)
+
+    def inside(value):
+        return NORMAL_95[0] < value < NORMAL_95[1]
+
+    named = {
+        target.id
+        for _, node in walked(ast.Assign)
+        if is_it(node.value)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    for name, node in walked(ast.Constant, ast.Name, ast.Attribute):
+        used = getattr(node, "id", "") in named or getattr(node, "attr", "") in named or is_it(node)
+        if used and not name.startswith("harvester/uncertainty/"):
+            yield place(name, node)
+
+
+def is_sentence(node):
+    """Whether a string, or an f-string, has a space between words."""
+    if isinstance(node, ast.JoinedStr):
+        text = "".join(part.value if isinstance(part, ast.Constant) else "x" for part in node.values)
+        return is_sentence(ast.Constant(text))
+    return isinstance(node, ast.Constant) and isinstance(node.value, str) and bool(re.search(r"\w \w", node.value))
+
+
+def sentences(node):
+    """The outermost sentences in an expression."""
+    if is_sentence(node):
+        yield node
+    else:
+        for part in ast.iter_child_nodes(node):
+            yield from sentences(part)
+
+
+@cache
+def names_of_sentences():
+    """Names that files give to sentences, and to nothing else: SPENT = "the budget is spent"."""
+    given = defaultdict(list)
+    for _, node in walked(ast.Assign):
+        for target in node.targets:
+            given[getattr(target, "id", "")].append(is_sentence(node.value))
+    return {name for name, several in given.items() if name.isupper() and all(several)}
+
+
+def name_of(node):
+    """The last name of an expression: `warnings` of `answer.warnings` and of `warnings[0]`."""
+    while isinstance(node, ast.Subscript | ast.Call | ast.Starred):
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return getattr(node, "attr", None) or getattr(node, "id", "")
+
+
+def sentences_read():
+    """Tests of what a sentence says: it is compared, searched, or what holds sentences is."""
+    for name, node in walked(ast.Call, ast.Compare):
+        if MESSAGES.match(name):
+            continue
+        if isinstance(node, ast.Compare):
+            parts = [node.left, *node.comparators]
+            texts = [one for one in parts if isinstance(one, ast.Constant) and isinstance(one.value, str) and one.value]
+            held = [one for one in parts if OF_WORDS.fullmatch(name_of(one)) and not isinstance(one, ast.Call)]
+        elif isinstance(node.func, ast.Attribute) and node.func.attr in READERS and node.args:
+            parts = texts = node.args
+            held = [node.func.value] if OF_WORDS.fullmatch(name_of(node.func.value)) else []
+        else:
+            continue
+        known = any(is_sentence(one) or name_of(one) in names_of_sentences() for one in parts)
+        if known or (texts and held):
+            yield place(name, node)
+
+
+def words_made():
+    """Sentences for warnings, notes, reasons and refusals that are written outside presentation/messages.
+
+    Such a sentence is given to an argument or a name that is called so, or added to it, or stands in a function that
+    is called so, or begins with "warning:".  What is raised is no such sentence, nor is a caption of a page.
+    """
+    for name, tree in parsed().items():
+        if MESSAGES.match(name) or CAPTIONS.match(name):
+            continue
+        raised = {id(part) for one in ast.walk(tree) if isinstance(one, ast.Raise) for part in ast.walk(one)}
+        found = {}
+        for node in ast.walk(tree):
+            given = []
+            if isinstance(node, ast.keyword) and node.arg and OF_WORDS.fullmatch(node.arg):
+                given = [node.value]
+            elif isinstance(node, ast.Assign | ast.AugAssign | ast.AnnAssign):
+                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+                given = [node.value] if node.value and any(OF_WORDS.fullmatch(name_of(one)) for one in targets) else []
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                adds = node.func.attr in ("append", "extend", "insert", "add")
+                given = node.args if adds and OF_WORDS.fullmatch(name_of(node.func.value)) else []
+            elif isinstance(node, ast.FunctionDef) and OF_WORDS.fullmatch(node.name):
+                given = node.body[1:] if ast.get_docstring(node) else node.body
+            elif is_sentence(node) and re.match(r"'(warning|note): ", ast.unparse(node).lstrip("f")):
+                given = [node]
+            spoken = (one for value in given for one in sentences(value) if id(one) not in raised)
+            found |= {(one.lineno, one.col_offset): one for one in spoken}
+        yield from (place(name, found[where]) for where in sorted(found))
+
+
+MEASURES = {
+    "lines of code": lines_of_code,
+    "functions above 15 branches": functions_of_many_branches,
+    "functions above 12 parameters": functions_of_many_parameters,
+    "base names of several files": names_of_several_files,
+    "tests of engines outside engines": tests_of_engines,
+    "1.96 outside uncertainty": normal_quantiles,
+    "sentences read by code": sentences_read,
+    "words made outside messages": words_made,
+}
+
+
+def main():
+    """Print the numbers, and the places of those that are asked for."""
+    for title, places in MEASURES.items():
+        found = list(places())
+        print(f"{len(found):6d}  {title}")
+        if any(re.search(asked, title) for asked in sys.argv[1:]):
+            print("\n".join(f"        {line}" for line in found))
+
+
+if __name__ == "__main__":
+    main()
