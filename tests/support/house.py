@@ -23,6 +23,7 @@ NORMAL_95 = (1.9599, 1.9601)  # between these lies the quantile that makes 95 % 
 
 WORDS = r"(warning|note|reason|doubt|refusal|remark|advice|missed|missing|why|told|said)s?"
 OF_WORDS = re.compile(rf"(.*_)?{WORDS}", re.IGNORECASE)  # names of what holds sentences for the user
+HELD = re.compile(r"(.*_)?(warning|note|reason|doubt|refusal)s?", re.IGNORECASE)  # which nothing else is called
 READERS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "rpartition", "find", "index"}
 MESSAGES = re.compile(r"harvester/presentation/messages\b")
 CAPTIONS = re.compile(r"harvester/(figures|report|explore)/")  # whose notes are below pictures and tables of a page
@@ -37,12 +38,15 @@ def parsed(folder=PACKAGE):
     return {file.relative_to(ROOT).as_posix(): ast.parse(file.read_text()) for file in sorted(folder.rglob("*.py"))}
 
 
+@cache
+def nodes():
+    """Every syntax node of the package, each with its file."""
+    return [(name, node) for name, tree in parsed().items() for node in ast.walk(tree)]
+
+
 def walked(*types):
     """File and node of each syntax node of these types in the package."""
-    for name, tree in parsed().items():
-        for node in ast.walk(tree):
-            if isinstance(node, types):
-                yield name, node
+    return ((name, node) for name, node in nodes() if isinstance(node, types))
 
 
 def place(name, node, text=""):
@@ -189,10 +193,10 @@ def sentences_read():
         if isinstance(node, ast.Compare):
             parts = [node.left, *node.comparators]
             texts = [one for one in parts if isinstance(one, ast.Constant) and isinstance(one.value, str) and one.value]
-            held = [one for one in parts if OF_WORDS.fullmatch(name_of(one)) and not isinstance(one, ast.Call)]
+            held = [one for one in parts if HELD.fullmatch(name_of(one)) and not isinstance(one, ast.Call)]
         elif isinstance(node.func, ast.Attribute) and node.func.attr in READERS and node.args:
             parts = texts = node.args
-            held = [node.func.value] if OF_WORDS.fullmatch(name_of(node.func.value)) else []
+            held = [node.func.value] if HELD.fullmatch(name_of(node.func.value)) else []
         else:
             continue
         known = any(is_sentence(one) or name_of(one) in names_of_sentences() for one in parts)
