@@ -4,8 +4,17 @@ import cloup
 
 from harvester.commands.completion import engines
 from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_written
-from harvester.commands.options import figure, probe_option, scene_argument, seed_option, time_of, vector_option
+from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.options import (
+    figure,
+    json_option,
+    probe_option,
+    scene_argument,
+    seed_option,
+    time_of,
+    vector_needs_out,
+    vector_option,
+)
 from harvester.commands.reports import report_file, report_option, save_report
 
 
@@ -37,21 +46,24 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for motion.csv, motion.npz, motion.png and provenance.json."),
+    cloup.option("--out", help="Folder for motion.csv, motion.npz, motion.png and provenance.json."),
     vector_option,
     report_option,
+    json_option,
 )
 @cloup.option_group("Accuracy", seed_option)
+@vector_needs_out()
 def motion(
     path: str,
     engine: str | None,
     duration: float | None,
     from_rest: bool,
     probe: tuple[str, ...],
-    out: str,
+    out: str | None,
     seed: int,
     vector: tuple[str, ...],
     report: str | None,
+    as_json: bool,
 ) -> None:
     """One path of SCENE: displacement, voltage and probes over time, phase plane, density."""
     from harvester.commands.progress import Bar
@@ -64,6 +76,7 @@ def motion(
         engine = "spice" if probe else default_sampler(scene)
     with Bar("motion", known=False, shorter="a shorter --duration") as bar:
         answer = study.draw(scene, out, engine, duration, seed, vector, from_rest, probe, bar.expect)
-    echo(str(answer))
-    echo_written(out, "motion.csv", "motion.npz", *figure("motion", vector), "provenance.json")
-    save_report(file, lambda report: report.of_motion(scene, answer, seed), scene=path)
+    echo_answer(answer, as_json)
+    if out is not None and not as_json:
+        echo_written(out, "motion.csv", "motion.npz", *figure("motion", vector), "provenance.json")
+    save_report(file, lambda report: report.of_motion(scene, answer, seed), quiet=as_json, scene=path)

@@ -63,10 +63,10 @@ class Sheet:
         return found + "".join(one._repr_html_() for one in self.tables) + "".join(one.html() for one in self.parts)
 
 
-def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None) -> Sheet:
+def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | None = None, own: str = "") -> Sheet:
     """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
 
-    ``units`` are those of the result that it is a part of, where it does not know its own.
+    ``units`` and ``own`` are those of the result that it is a part of, where it does not know its own.
     """
     units = result.unit_names if units is None or hasattr(result, "physical") else units
     found = Sheet(_head(result) if head is None else head)
@@ -75,7 +75,7 @@ def sheet(result: Presentable, head: str | None = None, units: AnswerUnits | Non
     found.warnings = [one.line for one in remarks if one.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
-            _add(found, name, getattr(result, name), units, str(getattr(result, "unit", "")))
+            _add(found, name, getattr(result, name), units, str(getattr(result, "unit", own)))
     return found
 
 
@@ -84,23 +84,23 @@ def _add(found: Sheet, name: str, one: Any, units: AnswerUnits, own: str) -> Non
     if isinstance(one, Table):
         found.tables.append(one)
     elif _is_result(one):
-        found.parts.append(sheet(one, term(name).label, units))
+        found.parts.append(sheet(one, term(name).label, units, own))
     elif isinstance(one, Mapping):
         for key, part in with_companions(one).items():
             if _is_result(part):
-                found.parts.append(sheet(part, str(key), units))
+                found.parts.append(sheet(part, str(key), units, own))
             else:
                 found.rows += _rows(str(key), part, units, own)
     elif isinstance(one, tuple) and one and all(map(_is_result, one)):
-        found.tables.append(table_of(one, term(name).label, units))
+        found.tables.append(table_of(one, term(name).label, units, own))
     else:
         found.rows += _rows(name, one, units, own)
 
 
-def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits) -> Table:
-    """Results of one type as the rows of a table."""
+def table_of(results: Sequence[Presentable], title: str, units: AnswerUnits, own: str = "") -> Table:
+    """Results of one type as the rows of a table; units as of `unit_of`."""
     names = results[0].shown_names()
-    made = [Column(name, [getattr(one, name) for one in results], unit_of(term(name), units)) for name in names]
+    made = [Column(name, [getattr(one, name) for one in results], unit_of(term(name), units, own)) for name in names]
     return Table(tuple(one for one in made if any(cell not in (None, "") for cell in one.cells)), title)
 
 
@@ -135,6 +135,8 @@ def _rows(name: str, one: Any, units: AnswerUnits, own: str) -> Iterator[tuple[s
         yield about.label, one
     elif isinstance(one, tuple) and one and all(isinstance(part, str) for part in one):
         yield about.label, ", ".join(one)
+    elif isinstance(one, tuple) and len(one) == 2 and all(isinstance(part, float) for part in one):
+        yield about.label, " to ".join(quantity(part, about, unit) for part in one)
 
 
 def quantity(one: Value | float, about: Term, unit: str) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.presentation.columns import columns
 from harvester.presentation.glossary import term
 from harvester.uncertainty.value import Value, amount, percent
@@ -46,7 +47,7 @@ class Column:
     """
 
     name: str
-    cells: Sequence[Cell]
+    cells: "Sequence[Cell] | Floats"
     unit: str = ""
     label: str = ""
     units: Sequence[str] = ()
@@ -65,7 +66,7 @@ class Column:
     def plain(self) -> dict[str, list[Any]]:
         """Its cells without `Value`: one column, or one for each of `PARTS`."""
         if not self.has_errors:
-            return {self.name: list(self.cells)}
+            return {self.name: [*self.cells]}
         return {self.name + end: [getattr(cell, part, None) for cell in self.cells] for end, part in PARTS.items()}
 
     def shown(self) -> dict[str, list[str]]:
@@ -101,7 +102,7 @@ class Table:
     def __len__(self) -> int:
         return len(self.columns[0].cells) if self.columns else 0
 
-    def __getitem__(self, name: str) -> Sequence[Cell]:
+    def __getitem__(self, name: str) -> "Sequence[Cell] | Floats":
         return next(one.cells for one in self.columns if one.name == name)
 
     def plain(self) -> dict[str, list[Any]]:
@@ -123,8 +124,16 @@ class Table:
         """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
         found = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
-        heads = [f"{name} ({of[name].unit})" if units and of[name].unit else name for name in found]
+        heads = [f"{name} ({unit})" if units and (unit := _unit(of[name], name)) else name for name in found]
         return csv_lines(heads, zip(*found.values(), strict=True))
+
+    def npz(self) -> bytes:
+        """The bytes of an NPZ file (numpy.load): an array for each column, and ``units``, their names and units."""
+        out = io.BytesIO()
+        of = {name: _unit(column, name) for column in self.columns for name in column.plain()}
+        arrays: dict[str, Any] = {name: _typed(cells) for name, cells in self.plain().items()}
+        np.savez_compressed(out, units=np.array([*of.items()]), **arrays)
+        return out.getvalue()
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A data frame: numbers as numbers, nan where there is none."""
@@ -138,7 +147,9 @@ class Table:
         found = (frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")).to_xarray()
         for column in self.columns:
             for name in column.plain():
-                found[name].attrs = {"long_name": column.head} | _unit(column, name)
+                found[name].attrs = {"long_name": column.head} | (
+                    {"units": unit} if (unit := _unit(column, name)) else {}
+                )
         return found  # type: ignore[no-any-return]
 
     def shown(self) -> tuple[list[str], list[list[str]]]:
@@ -170,8 +181,13 @@ class Table:
         head, body = (self if len(self) <= MOST_ROWS else self._ends()).shown()
         return html.table(self.title, head, body)
 
-    def _cells(self) -> list[Sequence[Cell]]:
+    def _cells(self) -> "list[Sequence[Cell] | Floats]":
         return [one.cells for one in self.columns]
+
+    def head(self, rows: int) -> "Table":
+        """Its first rows."""
+        some = (replace(one, cells=one.cells[:rows], units=one.units[:rows]) for one in self.columns)
+        return replace(self, columns=tuple(some))
 
     def _ends(self) -> "Table":
         half = MOST_ROWS // 2
@@ -215,9 +231,9 @@ def _shown(cell: Cell, unit: str) -> str:
     return amount(float(cell.value if isinstance(cell, Value) else cell), unit)
 
 
-def _unit(column: Column, name: str) -> dict[str, str]:
-    bare = name.removeprefix(column.name)
-    return {"units": column.unit} if column.unit and bare not in ("_dof", "_unknown") else {}
+def _unit(column: Column, name: str) -> str:
+    """The unit of a plain column: that of its numbers, but for counts and texts."""
+    return "" if name.removeprefix(column.name) in ("_dof", "_unknown") else column.unit
 
 
 def _typed(cells: Sequence[Any]) -> Any:

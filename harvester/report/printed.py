@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 from harvester import figures
 from harvester.equations.problem import Problem
-from harvester.report.numbers import NONE, amount, share, signs, with_errors
+from harvester.report.numbers import NONE, amount, share, signs
 from harvester.report.page import Page, Section, TextTable, drawing
+from harvester.report.result import of_result
 from harvester.report.scenes import scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
@@ -48,31 +49,16 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
 
 def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:
     """The page of one path: its figure, and between which ends each of its quantities goes."""
-    rows = [
-        [name.replace("_", " "), *(amount(float(end), unit) for end in (values.min(), values.max()))]
-        for name, (unit, values) in answer.columns().items()
-        if name != "time"
-    ]
-    tables = [TextTable("On this path, from its beginning", ["what", "least", "largest"], rows, (1, 2))]
     caption = "The end of one path over time, its phase plane, and how often each value is taken."
-    return printed_page(scene, f"motion, engine {answer.engine}", str(answer), answer.plot(None), caption, tables, seed)
+    kind = f"motion, engine {answer.engine}"
+    return of_result(scene, kind, answer, answer.plot(None), caption, (answer.ranges,), seed=seed)
 
 
 def of_charge(scene: Scene | Problem, answer: ChargingResult, seed: int) -> Page:
     """The page of a storage capacitor that charges: the time to the target, and time and power to each level."""
-    of, rows = answer.unit_names, []
-    for one in answer.levels:
-        energy = "J" if answer.physical else ""
-        known = [
-            NONE if v is None else with_errors(v, unit) for v, unit in ((one.time, of.time), (one.power, of.power))
-        ]
-        store = NONE if one.energy is None else amount(one.energy, energy)
-        rows.append([amount(one.voltage, answer.unit), store, f"{one.reached:.1%}", *known])
-    heads = [answer.probe, "energy", "reached by", "mean time", "power on the way"]
-    note = "-: not known; a mean time is that of all runs, and not known where some never get there."
-    tables = [TextTable("On the way", heads, rows, range(5), note)]
     caption = "The voltage from empty, the share of runs that have been at the target, and the power into the store."
-    return printed_page(scene, f"charge, engine {answer.engine}", str(answer), answer.plot(None), caption, tables, seed)
+    kind = f"charge, engine {answer.engine}"
+    return of_result(scene, kind, answer, answer.plot(None), caption, (answer.ladder,), seed=seed)
 
 
 def of_stability(scene: Scene | Problem, answer: Stability, seed: int, region: Sequence[Edge] = ()) -> Page:

@@ -4,12 +4,12 @@ By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or 
 error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
 """
 
-import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path as File
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,13 +18,16 @@ from harvester.arrays import Floats
 from harvester.engines import Ensemble, Spice
 from harvester.engines.options import check_time
 from harvester.engines.protocol import AnyScene, served
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.netlists.probes import Probe, read_probes
-from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.diagnostic import Diagnostic, note, worded
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
-from harvester.studies.output_folder import OutputFolder, csv_text, named, provenance
+from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
@@ -33,11 +36,11 @@ MOST_STEPS = 5_000_000
 
 
 @names_arguments
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, repr=False)
+class Motion(TableResult):
     """One path of a scene, in its units: arrays of shape (n,), one entry for each reading.
 
-    ``text()`` is the CSV file, ``packed()`` the NPZ file.  ``shown`` is the length of its last part, which a plot
+    ``table`` has them as columns.  ``shown`` is the length of its last part, which a plot
     shows; ``probes`` are further quantities of the circuit by name, ``probe_units`` their units;
     ``hides_noise`` says that white noise goes beside the ``acceleration``, which leaves it out;
     ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
@@ -50,6 +53,14 @@ class Motion:
     (True, 0)
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("duration", "number_of_impacts", "ranges")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+        {"stops", "shown", "hides_noise", "probes", "probe_units", "ranges"}
+    )
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"ranges"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"t": "time", "x": "displacement", "v": "velocity"}
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "duration", "step", "number_of_impacts")
+
     t: Floats
     x: Floats
     v: Floats
@@ -61,54 +72,41 @@ class Motion:
     step: float
     physical: bool
     engine: str
-    warnings: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
     probes: dict[str, Floats] = field(default_factory=dict)
     probe_units: dict[str, str] = field(default_factory=dict)
-    note: str = ""
     hides_noise: bool = False
 
     @property
-    def unit_names(self) -> AnswerUnits:
-        """The units of its numbers."""
-        return AnswerUnits.of(self.physical)
+    def duration(self) -> float:
+        """How long it is."""
+        return float(self.t[-1])
+
+    @property
+    def number_of_impacts(self) -> int | None:
+        """How many impacts it has; None without a stop."""
+        return len(self.impacts) if self.stops else None
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The path as a matplotlib figure."""
         return figures.motion(self, title)
 
-    def columns(self) -> dict[str, tuple[str, Floats]]:
-        """Every column of the files by name: its unit, and its values of shape (n,)."""
+    @property
+    def table(self) -> Table:
+        """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
         of = self.unit_names
-        found = {"time": (of.time, self.t), "displacement": (of.length, self.x), "velocity": (of.speed, self.v)}
-        found["voltage"] = of.voltage, self.voltage
+        columns = [Column("time", self.t, of.time), Column("displacement", self.x, of.length)]
+        columns += [Column("velocity", self.v, of.speed), Column("voltage", self.voltage, of.voltage)]
         if self.acceleration is not None:
-            found["base_acceleration"] = of.acceleration, self.acceleration
-        return found | {name: (self.probe_units[name], values) for name, values in self.probes.items()}
+            columns.append(Column("base_acceleration", self.acceleration, of.acceleration))
+        columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
+        return Table(tuple(columns), index=("time",))
 
-    def text(self) -> str:
-        """The CSV file."""
-        columns = self.columns()
-        heads = [named(name, unit) for name, (unit, _) in columns.items()]
-        return csv_text(heads, zip(*(values for _, values in columns.values()), strict=True))
-
-    def packed(self) -> bytes:
-        """The NPZ file (numpy.load): an array for each column, and ``units``, names and units of shape (columns, 2)."""
-        columns = self.columns()
-        units = np.array([[name, unit] for name, (unit, _) in columns.items()])
-        out = io.BytesIO()
-        arrays: dict[str, Any] = {name: values for name, (_, values) in columns.items()}
-        np.savez_compressed(out, units=units, **arrays)
-        return out.getvalue()
-
-    def __str__(self) -> str:
-        unit = f" {self.unit_names.time}".rstrip()
-        lines = [f"one path by {self.engine}: {self.t[-1]:.4g}{unit}, step {self.step:.4g}{unit}"]
-        if self.stops:
-            lines.append(f"impacts: {len(self.impacts)}")
-        if self.note:
-            lines.append(f"note: {self.note}")
-        lines.append("note: one path is no mean: for the power and its error, harvester run")
-        return "\n".join([*lines, *(f"warning: {word}" for word in self.warnings)])
+    @property
+    def ranges(self) -> Table:
+        """Between which ends each of its quantities goes."""
+        ends = [Column(one.name, [min(one.cells), max(one.cells)], one.unit) for one in self.table.columns[1:]]
+        return Table((Column("end", ["least", "largest"]), *ends), "On this path, from its beginning")
 
 
 @names_arguments
@@ -141,57 +139,69 @@ def motion(
     CannotServeError
         for a netlist without engine `spice`, and what that does not know.
     """
-    from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.kernels.shaking import forcing
-
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     problem = served(ENGINES[engine], scene)
     check_time("duration", duration, problem.physical)
-    eqs, s = problem.equations, problem.units
-    unit = s.frequency
+    h, unit = _step(problem), problem.units.frequency
     shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
-    h = _step(problem)
-    lead = 0 if from_rest else LEAD
-    if not h < shown < MOST_STEPS * h / (1 + lead):
-        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / (1 + lead):.3g}", duration)
+    parts = 1 if from_rest else 1 + LEAD
+    if not h < shown < MOST_STEPS * h / parts:
+        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", duration)
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
-
-    def at_step(h: float) -> tuple[Any, Floats, int]:
-        sequence = np.random.SeedSequence([seed, 7])
-        noise = gaussian_grid(sequence, math.ceil((1 + lead) * shown / h))
-        shaking = forcing(eqs, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
-        stride = max(1, round(0.05 / h))
-        if engine == "ensemble":
-            return trace(eqs, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
-        return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
-
-    (path, seen, stride), h, note = at_smaller_steps(problem, h, at_step)
+    computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
+    (path, seen, stride), h, notes = at_smaller_steps(problem, h, computed)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
-    low, high = eqs.gap or 0.0, eqs.opposite_gap
-    has_stop = eqs.restitution is not None or eqs.stop_stiffness is not None
-    stops = ((-low,) if has_stop else ()) + ((high,) if high is not None else ())
-    speed = s.length * s.frequency
-    base = a if a is None or not problem.physical else -a * speed * s.frequency  # the mass feels the opposite
+    s, speed = problem.units, problem.units.length * unit
+    base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
     return Motion(
-        path.t / unit,
-        path.x * s.length,
-        path.v * speed,
-        path.V * s.volts,
-        base,
-        path.impacts * [1.0 / unit, speed],
-        tuple(stop * s.length for stop in stops),
-        shown / unit,
-        h / unit,
-        problem.physical,
-        engine,
-        tuple(unusual_values(problem.scene)),
-        {one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
-        {one.name: one.unit if problem.physical else "" for one in probes},
-        note,
-        hides_noise=base is not None and eqs.n1 is not None,
+        t=path.t / unit,
+        x=path.x * s.length,
+        v=path.v * speed,
+        voltage=path.V * s.volts,
+        acceleration=base,
+        impacts=path.impacts * [1.0 / unit, speed],
+        stops=tuple(stop * s.length for stop in _stops(problem.equations)),
+        shown=shown / unit,
+        step=h / unit,
+        physical=problem.physical,
+        engine=engine,
+        diagnostics=(*map(worded, unusual_values(problem.scene)), *notes, note("one_path")),
+        probes={one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
+        probe_units={one.name: one.unit if problem.physical else "" for one in probes},
+        hides_noise=base is not None and problem.equations.n1 is not None,
     )
+
+
+def _computed(
+    problem: Problem,
+    engine: str,
+    duration: float,
+    seed: int,
+    probes: tuple[Probe, ...],
+    expected: Expected | None,
+    h: float,
+) -> tuple[Any, Floats, int]:
+    """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
+    from harvester.mechanics.kernels.noise import gaussian_grid
+    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.kernels.shaking import forcing
+
+    sequence = np.random.SeedSequence([seed, 7])
+    noise = gaussian_grid(sequence, math.ceil(duration / h))
+    shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
+    stride = max(1, round(0.05 / h))
+    if engine == Ensemble.NAME:
+        return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+    return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
+
+
+def _stops(eqs: Equations) -> Iterator[float]:
+    """Where the stops are."""
+    if eqs.restitution is not None or eqs.stop_stiffness is not None:
+        yield -(eqs.gap or 0.0)
+    if eqs.opposite_gap is not None:
+        yield eqs.opposite_gap
 
 
 def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe, ...]:
@@ -213,7 +223,7 @@ def _step(problem: Problem) -> float:
 
 def draw(
     scene: AnyScene,
-    out: str | File,
+    out: str | File | None,
     engine: str = "ensemble",
     duration: float | None = None,
     seed: int = 0,
@@ -222,15 +232,16 @@ def draw(
     probe: Sequence[str] = (),
     expected: Expected | None = None,
 ) -> Motion:
-    """Compute a `motion`, and write its files.
+    """Compute a `motion`, and write its files; none where ``out`` is None.
 
     These are motion.csv, motion.npz, motion.png, its ``vector`` forms (svg, pdf) and provenance.json.
     """
-    folder = OutputFolder(out, vector)
+    folder = None if out is None else OutputFolder(out, vector)
     problem = Problem.of(scene)
     found = motion(problem, engine, duration, seed, from_rest, probe, expected)
     asked = {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)}
     about = provenance(problem, **asked, duration=found.shown, step=found.step)
-    folder.packed("motion", found.packed())
-    folder.save("motion", found.text(), figures.motion(found, problem.scene.title), about)
+    if folder is not None:
+        folder.packed("motion", found.table.npz())
+        folder.save("motion", found.table.csv(units=True), figures.motion(found, problem.scene.title), about)
     return found

@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.uncertainty.value import amount
 
 PARTS, TRIES = 4.0, 3  # each try has a step so many times smaller than the one before
@@ -12,7 +13,9 @@ UNCONVERGED = "did not converge"  # words of `harvester.cosimulation.ngspice.dia
 Found = TypeVar("Found")
 
 
-def at_smaller_steps(problem: Problem, h: float, compute: Callable[[float], Found]) -> tuple[Found, float, str]:
+def at_smaller_steps(
+    problem: Problem, h: float, compute: Callable[[float], Found]
+) -> tuple[Found, float, tuple[Diagnostic, ...]]:
     """What ``compute`` gives at the step ``h`` (1/w0), or a smaller one; that step, and a note where it is smaller.
 
     Raises CircuitError where ngspice does not converge at any of them, and what ``compute`` raises otherwise.
@@ -31,6 +34,6 @@ def at_smaller_steps(problem: Problem, h: float, compute: Callable[[float], Foun
             if k == TRIES - 1:
                 raise CircuitError(f"{error}; steps of {said(h)} to {said(step)} were tried") from None
             continue
-        note = f"ngspice did not converge with a step of {said(h)}: it is {said(step)}"
-        return found, step, note if k else ""
+        taken = note("smaller_step_converges", asked=said(h), taken=said(step))
+        return found, step, (taken,) if k else ()
     raise AssertionError("every try returns or raises")

@@ -155,6 +155,11 @@ def mean_and_error(values: Floats) -> tuple[float, float]:
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
 
 
+def bound95(change: float, stderr: float) -> float:
+    """The size that a change, measured with a standard error, may have at 95 %: ``|change| + 1.96 stderr``."""
+    return abs(change) + NORMAL_QUANTILE * stderr
+
+
 def z_score(a: Value, b: Value) -> float | None:
     """The difference of two values over its standard error; None where neither value has one."""
     error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)

@@ -2,4 +2,7 @@
 
 from collections.abc import Callable
 
-MESSAGES: dict[str, str | Callable[..., str]] = {}
+MESSAGES: dict[str, str | Callable[..., str]] = {
+    "one_path": "one path is no mean: for the power and its error, harvester run",
+    "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",
+}

@@ -67,8 +67,8 @@ def charge_in_ngspice(
 
     if h is not None:
         return at_step(h)
-    passages, _, note = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
-    return dataclasses.replace(passages, note=note)
+    passages, _, notes = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
+    return dataclasses.replace(passages, notes=notes)
 
 
 def lengths_of_runs(end: float, whole: bool) -> list[float]:

@@ -7,6 +7,7 @@ the time is over is counted, and told: a mean without it would be too short.
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
+from harvester.presentation.diagnostic import Diagnostic, note, warning, worded
 from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_ideal import charge_ideal
@@ -87,7 +89,7 @@ def charge(
     count = count_of_runs(trajectories, name, steady)
     check_anywhere(anywhere, problem)
     if notice is not None and name == Spice.NAME and reason and count > 1:
-        notice(f"{reason}; {count} runs, which may take minutes")
+        notice(str(note("many_ngspice_runs", why=str(reason), runs=count)))
     watched, chosen = time_watched(duration, problem)
     h = read_step(dt, problem)
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
@@ -102,7 +104,13 @@ def charge(
 
 
 def _answer(
-    problem: Problem, passages: Passages, engine: str, probe: Probe, target: float, reason: str, by_default: bool
+    problem: Problem,
+    passages: Passages,
+    engine: str,
+    probe: Probe,
+    target: float,
+    reason: Diagnostic | None,
+    by_default: bool,
 ) -> ChargingResult:
     """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
     s, units = problem.scales, problem.units
@@ -156,53 +164,39 @@ def _answer(
         physical=problem.physical,
         seconds=passages.seconds,
         steps=passages.steps,
-        reason="; ".join(filter(None, (reason, passages.note, _known(engine, runs)))),
-        warnings=(*unusual_values(problem.scene), *_doubts(problem, passages, clock, by_default, runs)),
+        diagnostics=(
+            *map(worded, unusual_values(problem.scene)),
+            *_doubts(problem, passages, clock, by_default, runs),
+            *([] if reason is None else [reason]),
+            *passages.notes,
+            *_known(engine, runs),
+        ),
     )
 
 
-def _known(engine: str, runs: int) -> str:
+def _known(engine: str, runs: int) -> list[Diagnostic]:
     """What is known of the error."""
     if engine == Ideal.NAME:
-        return (
-            "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; "
-            "as runs are looked at now and then, a few that just reach the target may be missed, and the share that "
-            "does is a lower bound; the error of ideal diodes and switches is not known from within: compare with "
-            "engine 'spice'"
-        )
-    random = "" if runs > 1 else "nothing is random, so that one run is all; "
-    change = "the error of the step is the change at twice the step and ten times ngspice's tolerance"
-    return f"{random}{change}, on the same shaking"
+        return [note("error_of_ideal_charging")]
+    return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]
 
 
-def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int) -> list[str]:
+def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int) -> list[Diagnostic]:
     """What to beware of."""
-    said, unit = [], " s" if problem.physical else ""
+    found, unit = [], " s" if problem.physical else ""
     if passages.reached < 1.0:
-        top = float(passages.curves[:, -1].mean())
-        unit_of_time = f"{passages.end * clock:.4g}{unit}"
-        limit = "what is watched by default" if by_default else "`duration`"
-        share = f"{1.0 - passages.reached:.1%} of the runs do" if runs > 1 else "the run does"
-        height = f"{top / passages.levels[-1]:.3g} times the target"
-        said.append(
-            f"{share} not get there within {unit_of_time} ({limit}), where it is at {height} on average: the "
-            "mean time is not known; watch longer (`duration`), or take a larger load resistance or more shaking"
-        )
+        height = float(passages.curves[:, -1].mean()) / float(passages.levels[-1])
+        known: dict[str, Any] = {"runs": runs, "time": passages.end * clock, "unit": unit, "by_default": by_default}
+        found.append(warning("target_not_reached", share=1.0 - passages.reached, height=height, **known))
     record = problem.equations.record
     if record is not None and passages.end * problem.scales.frequency > record.period * (1.0 + 1e-6):
-        said.append(
-            f"the record lasts {record.period / problem.units.frequency:.4g}{unit} and was played again and again: a "
-            "single shock is a `duration` within the record"
-        )
+        found.append(warning("record_repeats", period=record.period / problem.units.frequency, unit=unit))
     records = runs // passages.together
     if records < runs and records < FEW:
-        said.append(
-            f"the runs are on {records} records of the tabulated density, {passages.together} on each, which say "
-            "little of 5 and 95 %: take more `trajectories`"
-        )
+        found.append(warning("few_records", records=records, together=passages.together))
     elif 1 < runs < FEW:
-        said.append(f"5 and 95 % of {runs} runs are near the first and the last: take more `trajectories`")
-    return said
+        found.append(warning("few_runs", runs=runs))
+    return found
 
 
 def draw(
@@ -223,6 +217,6 @@ def draw(
     found = charge(problem, to, progress=progress, notice=notice, **options)  # type: ignore[arg-type]
     if folder is not None:
         about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **options)
-        folder.table("levels", found.levels_text())
-        folder.save("charge", found.text(), figures.charging(found, problem.scene.title), about)
+        folder.table("levels", found.ladder.csv(units=True))
+        folder.save("charge", found.table.csv(units=True), figures.charging(found, problem.scene.title), about)
     return found

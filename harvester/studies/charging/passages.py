@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.studies.charging.afterwards import Afterwards
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value, mean_and_error
+from harvester.uncertainty.value import Value, bound95, mean_and_error
 
 LEVELS = 20  # up to the target
 SAMPLES = 201  # times of the curve, from the beginning
@@ -37,7 +38,7 @@ class Passages:
     unknown: str = ""
     counted: float = 1.0  # times the change at the coarser step that its error is
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
-    note: str = ""  # of how it was computed, for the user
+    notes: tuple[Diagnostic, ...] = ()  # of how it was computed
     together: int = 1  # consecutive runs on one record of a density, which are no more than one independent entry
 
     @property
@@ -83,7 +84,7 @@ class Passages:
         values, coarse = self.independent(values), self.independent(coarse)
         value, error = mean_and_error(values)
         change, unsure = mean_and_error(coarse - values)
-        bias = self.counted * (abs(change) + NORMAL_QUANTILE * unsure)
+        bias = self.counted * bound95(change, unsure)
         return Value(value, error, bias, dof=float(len(values) - 1), unknown=self.unknown)
 
     def independent(self, values: Floats) -> Floats:
@@ -147,7 +148,7 @@ class Passages:
     def power_between(self, level: int, joules: float) -> Value | None:
         """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.
 
-        The energy over the mean time that this takes; None where a run does not get there.
+        The energy over the mean time that this takes, with its relative errors; None where a run does not get there.
         """
 
         def durations(times: Floats) -> Floats:
@@ -156,12 +157,7 @@ class Passages:
         if not (np.isfinite(self.times[:, level]).all() and np.isfinite(self.coarse[:, level]).all()):
             return None
         took = self.mean(durations(self.times), durations(self.coarse))
-        return None if took.value <= 0.0 else over(joules, took)
-
-
-def over(joules: float, time: Value) -> Value:
-    """The power of an energy over a time, with its relative errors."""
-    return time.scaled(joules / time.value**2)
+        return None if took.value <= 0.0 else took.scaled(joules / took.value**2)
 
 
 def share_interval(reached: float, runs: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
 from harvester.netlists.probes import STORE, Probe
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.quantities.kinds import NUMBER_ABOVE_0, TIME, Kind, with_prefix
 
 ENGINES = {engine.NAME: engine for engine in (Ideal, Spice)}
@@ -18,29 +19,29 @@ MOST = 1e6  # nondimensional duration
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
 
 
-def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[str, str]:
+def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[str, Diagnostic | None]:
     """The engine's name, and why it is that one where it was not chosen."""
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     if engine is not None:
         served(ENGINES[engine], problem)
-        if engine == Ideal.NAME and (refusal := _refusal_of_ideal(problem, probe)):
-            raise CannotServeError(f"{refusal}: use engine 'spice'")
-        return engine, ""
-    refusal = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)
-    if not refusal:
-        return Ideal.NAME, ""
+        if engine == Ideal.NAME and (why := _refusal_of_ideal(problem, probe)):
+            raise CannotServeError(str(why))
+        return engine, None
+    excuse = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)
+    if not excuse:
+        return Ideal.NAME, None
     served(Spice, problem)
-    return Spice.NAME, f"engine 'spice' was taken: {refusal.partition(': use')[0]}"
+    return Spice.NAME, note("engine_chosen", engine=Spice.NAME, why=str(excuse))
 
 
-def _refusal_of_ideal(problem: Problem, probe: Probe) -> str:
-    """Why engine `ideal` cannot charge what it serves otherwise; empty where it can."""
+def _refusal_of_ideal(problem: Problem, probe: Probe) -> Diagnostic | None:
+    """Why engine `ideal` cannot charge what it serves otherwise; None where it can."""
     if probe.name != STORE:
-        return f"engine 'ideal' knows `probe` store alone, but it is {probe.name}"
+        return refusal("ideal_probe", probe=probe.name)
     if problem.equations.shaking_period is not None:
-        return "engine 'ideal' begins at no certain place of what repeats, and charges under noise alone"
-    return ""
+        return refusal("ideal_repeats")
+    return None
 
 
 def read_target(to: str | float, probe: Probe, problem: Problem) -> float:

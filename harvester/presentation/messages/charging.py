@@ -1,0 +1,26 @@
+"""What `charge` says of its result."""
+
+from collections.abc import Callable
+
+
+def _not_reached(share: float, runs: int, time: float, unit: str, by_default: bool, height: float) -> str:
+    who = f"{share:.1%} of the runs do" if runs > 1 else "the run does"
+    limit = "what is watched by default" if by_default else "`duration`"
+    where = f"where it is at {height:.3g} times the target on average"
+    remedy = "watch longer (`duration`), or take a larger load resistance or more shaking"
+    return f"{who} not get there within {time:.4g}{unit} ({limit}), {where}: the mean time is not known; {remedy}"
+
+
+MESSAGES: dict[str, str | Callable[..., str]] = {
+    "engine_chosen": "engine {engine!r} was taken: {why}",
+    "ideal_probe": "engine 'ideal' knows `probe` store alone, but it is {probe}: use engine 'spice'",
+    "ideal_repeats": "engine 'ideal' begins at no certain place of what repeats, and charges under noise alone: use engine 'spice'",
+    "many_ngspice_runs": "{why}; {runs} runs, which may take minutes",
+    "error_of_ideal_charging": "the error of the step is 2.4 times the change at twice the step and half the looks, on the same noise; as the voltage is checked at intervals, a few runs that just reach the target may be missed, and the share that does is a lower bound; the error of ideal diodes and switches is not known from within: compare with engine 'spice'",
+    "one_run_is_all": "nothing is random, so that one run is all",
+    "error_of_charging": "the error of the step is the change at twice the step and ten times ngspice's tolerance, on the same shaking",
+    "target_not_reached": _not_reached,
+    "record_repeats": "the record lasts {period:.4g}{unit} and was played again and again: a single shock is a `duration` within the record",
+    "few_records": "the runs are on {records} records of the tabulated density, {together} on each, which say little of 5 and 95 %: take more `trajectories`",
+    "few_runs": "5 and 95 % of {runs} runs are near the first and the last: take more `trajectories`",
+}
