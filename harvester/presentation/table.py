@@ -192,7 +192,7 @@ class Table:
     def _ends(self) -> "Table":
         half = MOST_ROWS // 2
 
-        def both(some: Sequence[Any]) -> list[Any]:
+        def both(some: Any) -> list[Any]:
             return [*some[:half], *some[-half:]]
 
         some = (replace(one, cells=both(one.cells), units=both(one.units)) for one in self.columns)
