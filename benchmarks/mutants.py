@@ -6,6 +6,10 @@ why (``=``).  Any other mutant that survives is a hole in the tests.
 
     python benchmarks/mutants.py --check                    only look whether each piece is found, exactly once
     python benchmarks/mutants.py --only "scaling|^watts"    the mutants whose area or name fits an expression
+    python benchmarks/mutants.py --tier "not thorough"      how many of them `make test` kills, with --sample 48 of some
+
+With `--tier` a mutant meets the tests of its files that have those markers, whatever their names, and if it survives
+these, all such tests of the package's room that it is in.
 
 The exit status is 1 where a mutant survived, and 2 where the table does not fit or tests fail without a mutant.  A
 mutant of `harvester/mechanics` or `harvester/cosimulation` compiles its kernels anew: some seconds to a minute each.
@@ -110,13 +114,13 @@ correlated-noise: test_equation_of_motion.py -k intensity
 stiff-damping: test_equation_of_motion.py -k kick or stiff
 - (1.0 + y + 0.5 * y * y)
 + (1.0 + y)
-rounds-between-stops: test_other_stops.py -k between_is
+rounds-between-stops: test_offset_stops.py -k between_is
 - decayed(mu * past) * (V1 - 0.5 * way * room)
 + decayed(mu * past) * (V1 - way * room)
-energy-in-contact: test_other_stops.py -k contact_is_the_equation
+energy-in-contact: test_offset_stops.py -k contact_is_the_equation
 - before += k * y * y
 + before += 0.5 * k * y * y
-voltage-in-contact: test_other_stops.py -k contact_is_the_equation
+voltage-in-contact: test_offset_stops.py -k contact_is_the_equation
 - + mu * (v1 - p * v)) / d
 + - mu * (v1 - p * v)) / d
 work-of-the-shaking: test_shaking.py -k balance or linear_response
@@ -336,10 +340,10 @@ error-without-the-step: test_value.py
 - return self.sampling95 + (self.bias or 0.0)
 + return self.sampling95
 student-quantile: test_value.py
-- stdtrit(self.freedom, 0.975)
-+ stdtrit(self.freedom, 0.95)
+- stdtrit(self.dof, 0.975)
++ stdtrit(self.dof, 0.95)
 freedom-is-lost-in-units: test_value.py
-- Value(self.value * factor, stderr, bias, model, self.freedom, self.unknown)
+- Value(self.value * factor, stderr, bias, model, self.dof, self.unknown)
 + Value(self.value * factor, stderr, bias, model, None, self.unknown)
 z-score: test_engines.py -k text_carries
 - error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
@@ -351,11 +355,11 @@ error-of-the-long-mean: test_control_variate.py -k stated
 - abs(weight) * (mean.stderr or 0.0)
 + mean.stderr or 0.0
 welch-satterthwaite: test_control_variate.py -k stated
-- error**4 / freedom
-+ error**4 * freedom
+- error**4 / dof
++ error**4 * dof
 freedom-of-pairs: test_control_variate.py -k freedom
-- (len(rest) - 2.0, mean.freedom or 1e6)
-+ (len(rest) + 2.0, mean.freedom or 1e6)
+- (len(rest) - 2.0, mean.dof or 1e6)
++ (len(rest) + 2.0, mean.dof or 1e6)
 third-of-a-bias: test_trajectories.py -k richardson
 - return difference / 3.0, error / 3.0
 + return difference, error
@@ -541,11 +545,21 @@ def misfit(one, texts, files):
     return ""
 
 
-def tested(one, folder, timeout):
+def tested(one, folder, timeout, tier, place):
     """Run a mutant's tests in a copy, with kernels of its own: its fate, and the test that failed."""
     files = [str(test_files(folder)[name][0]) for name in one.tests]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
-    command += ["-k", one.k] if one.k else []
+    if tier is None:
+        return run_tests(folder, timeout, [*files, *(["-k", one.k] if one.k else [])])
+    fate = run_tests(folder, timeout, [*files, "-m", tier])
+    if fate[0] == "survived" and place:
+        room = folder / "tests" / place.relative_to(folder / "harvester").parts[0]
+        fate = run_tests(folder, timeout, [str(room), "-m", tier])
+    return fate
+
+
+def run_tests(folder, timeout, chosen):
+    """Run chosen tests in a copy: what became of them, and the test that failed."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *chosen]
     own = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / ".kernels"), "PYTHONDONTWRITEBYTECODE": "1"}
     with tempfile.TemporaryFile("w+") as said:
         streams = {"stdin": subprocess.DEVNULL, "stdout": said, "stderr": subprocess.STDOUT}
@@ -564,7 +578,12 @@ def tested(one, folder, timeout):
     if status == 1 and failed:
         file, _, test = failed[0].partition("::")
         return "killed", f"{Path(file).name}::{test[:80]}"
-    return ("survived", "") if status == 0 else ("table", f"pytest ended with {status}: {' '.join(lines[-2:])}")
+    none_left = 5  # pytest's status where no test has these markers
+    return (
+        ("survived", "")
+        if status in (0, none_left)
+        else ("table", f"pytest ended with {status}: {' '.join(lines[-2:])}")
+    )
 
 
 @contextlib.contextmanager
@@ -585,17 +604,17 @@ def applied(one, folder):
     path, text = next((path, text) for path, text in sources(folder).items() if one.old in text)
     times = path.stat().st_atime_ns, path.stat().st_mtime_ns
     path.write_text(text.replace(one.old, one.new))
-    yield
+    yield path
     path.write_text(text)
     os.utime(path, ns=times)
 
 
-def attempt(one, folder, timeout):
+def attempt(one, folder, timeout, tier):
     """Give a mutant its fate, and print it; one without ``old`` is the package as it is."""
     begin = time.perf_counter()
     wrong = misfit(one, sources(folder), test_files(folder)) if one.old else ""
-    with applied(one, folder) if one.old and not wrong else contextlib.nullcontext():
-        one.fate, one.by = ("table", wrong) if wrong else tested(one, folder, timeout)
+    with applied(one, folder) if one.old and not wrong else contextlib.nullcontext() as place:
+        one.fate, one.by = ("table", wrong) if wrong else tested(one, folder, timeout, tier, place)
     if one.equivalent and one.fate == "survived":
         one.fate, one.by = "equivalent", one.equivalent
     one.seconds = round(time.perf_counter() - begin, 1)
@@ -614,15 +633,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="only whether the table fits the package")
     parser.add_argument("--only", default="", help="regular expression of areas and names")
+    parser.add_argument("--tier", help="markers of the tests that are run, as pytest's -m; default: the table's own")
+    parser.add_argument("--sample", type=int, help="only so many of them, spread evenly over the table")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", type=Path, help="file for the results")
     parser.add_argument("--timeout", type=float, default=300.0, help="seconds for the tests of a mutant")
     options = parser.parse_args()
     chosen = [one for one in mutants() if any(map(re.compile(options.only).search, (one.name, one.area)))]
+    if options.sample:
+        chosen = [chosen[k * len(chosen) // options.sample] for k in range(min(options.sample, len(chosen)))]
     if options.check:
         sys.exit(2 if check(chosen) else 0)
-    asked = {}  # what the mutants ask of each set of test files, which must pass without a mutant
-    for one in chosen:
+    asked = {}  # without --tier, what the mutants ask of each set of test files, which must pass without a mutant
+    for one in chosen if options.tier is None else ():
         asked.setdefault(one.tests, set()).add(one.k)
     plain = [
         Mutant("no mutant", "tests", files, "" if "" in ks else " or ".join(f"({k})" for k in sorted(ks)))
@@ -636,7 +659,7 @@ def main():
         def run(one):
             folder = folders.get()
             try:
-                attempt(one, folder, options.timeout * (1.0 if one.old else 10.0))
+                attempt(one, folder, options.timeout * (1.0 if one.old else 10.0), options.tier)
             finally:
                 folders.put(folder)
 

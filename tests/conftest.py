@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 from unittest import mock
 
 import pytest
@@ -13,6 +14,8 @@ from tests.support.judge import asked
 
 os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
 gc.disable()  # while tests are collected
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script: programs must hear their ^C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LIBRARY = "NGSPICE_LIBRARY_PATH"
 NOWHERE = "/this test lacks the marker ngspice"
