@@ -6,7 +6,15 @@ from harvester.commands.completion import engines as known_engines
 from harvester.commands.completion import scene_keys
 from harvester.commands.help import command
 from harvester.commands.messages import echo_answer, echo_written, typed
-from harvester.commands.options import duration, figure, json_option, scene_argument, seed_option, vector_option
+from harvester.commands.options import (
+    duration,
+    figure,
+    json_option,
+    scene_argument,
+    seed_option,
+    vector_needs_out,
+    vector_option,
+)
 from harvester.commands.reports import report_file, report_option, save_report
 
 
@@ -38,7 +46,7 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for response.csv, response.png and provenance.json."),
+    cloup.option("--out", help="Folder for response.csv, response.png and provenance.json."),
     cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
     cloup.option(
         "--resume", is_flag=True, help="Keep the frequencies that an interrupted run of the same response did."
@@ -54,12 +62,13 @@ from harvester.commands.reports import report_file, report_option, save_report
     ),
     seed_option,
 )
+@vector_needs_out("per_g", "resume")
 def response(
     path: str,
     sweep: str,
     varied: tuple[str, ...],
     engines: tuple[str, ...],
-    out: str,
+    out: str | None,
     per_g: bool,
     resume: bool,
     vector: tuple[str, ...],
@@ -88,9 +97,9 @@ def response(
     rows = study.rows_of(problem, chosen, len(frequencies), points)
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
         for doubt in HarmonicDrive(problem).doubts(frequencies):  # before minutes go by
-            bar.notice(f"warning: {typed(doubt)}")
+            bar.notice(f"warning: {typed(str(doubt))}")
         answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g, resume, bar.skip)
     echo_answer(answer, as_json)
-    if not as_json:
+    if out is not None and not as_json:
         echo_written(out, "response.csv", *figure("response", vector), "provenance.json")
     save_report(file, lambda report: report.of_response(scene, answer, seed), quiet=as_json, scene=path)

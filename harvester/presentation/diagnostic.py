@@ -65,6 +65,15 @@ def refusal(code: str, about: str = "", **numbers: Number) -> Diagnostic:
     return Diagnostic(code, "refusal", about, numbers)
 
 
+def without_repeats(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Each remark once, in the order of the first of each."""
+    found: list[Diagnostic] = []
+    for one in diagnostics:
+        if one not in found:
+            found.append(one)
+    return found
+
+
 def has(diagnostics: Iterable[Diagnostic], *codes: str) -> bool:
     """Whether one of the codes is among them."""
     return any(one.code in codes for one in diagnostics)

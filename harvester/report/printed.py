@@ -3,16 +3,16 @@
 Their lines, notes and warnings are those of the terminal; beside them stand the figure and a table.
 """
 
+import dataclasses
 import re
 from collections.abc import Sequence
 
 from harvester import figures
 from harvester.equations.problem import Problem
-from harvester.report.numbers import NONE, amount, share, signs
+from harvester.report.numbers import NONE, signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.result import of_result
 from harvester.report.scenes import scene_page
-from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.charging.answer import ChargingResult
 from harvester.studies.frequency_response.responses import FrequencyResponses
@@ -26,25 +26,9 @@ MOST_ROWS = 400  # of a table on a page
 
 def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -> Page:
     """The page of frequency responses: peaks and bandwidths, hysteresis, and all points with their errors."""
-    of, rows = answer.unit_names, []
-    points = [(curve, point) for curve in answer.curves for point in curve.points]
-    for curve, point in points[:MOST_ROWS]:
-        pairs = ((point.mean_power, of.power), (point.voltage_rms, of.voltage), (point.displacement_rms, of.length))
-        values = [amount(value, signs(unit_of(key))) for key, value in curve.varied.items()]
-        cells = [
-            cell
-            for v, unit in pairs
-            for cell in ((NONE, NONE) if v is None else (amount(v.value, unit), share(v.error95, v.value)))
-        ]
-        phase = NONE if point.voltage_phase is None else f"{point.voltage_phase:.1f}°"
-        rows.append([*values, curve.engine, point.direction, amount(point.frequency, of.frequency), *cells, phase])
-    left = len(points) - len(rows)
-    note = f"{left} points more are in response.csv." if left else ""
-    means = [cell for name in ("mean power", "RMS voltage", "RMS displacement") for cell in (name, "error, 95 %")]
-    heads = [*answer.keys, "engine", "direction", "frequency", *means, "phase of the voltage"]
-    tables = [TextTable("Points", heads, rows, range(len(answer.keys) + 2, len(heads)), note)]
     caption = "Mean power, RMS voltage, RMS displacement and phase against the drive frequency."
-    return printed_page(scene, "response", str(answer), answer.plot(None), caption, tables, seed)
+    points = dataclasses.replace(answer.table, title="Points")
+    return of_result(scene, "response", answer, answer.plot(None), caption, (points,), seed=seed)
 
 
 def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:

@@ -55,4 +55,5 @@ def text_table(table: Table) -> TextTable:
     heads, rows = few.shown()
     note = f"{len(table) - len(few)} more rows are in the CSV file." if len(few) < len(table) else ""
     numbers = [k for k, _ in enumerate(heads) if any(row[k][:1].isdigit() or row[k][:1] in ("-", "") for row in rows)]
-    return TextTable(table.title, heads, [list(map(signs, row)) for row in rows], numbers, note)
+    title = table.title[:1].upper() + table.title[1:]
+    return TextTable(title, heads, [list(map(signs, row)) for row in rows], numbers, note)

@@ -11,6 +11,7 @@ import pytest
 
 import harvester as hv
 from harvester.errors import InputError
+from harvester.presentation.diagnostic import worded
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
@@ -157,7 +158,8 @@ class Html(HTMLParser):
 def test_notebook():
     """Values with unit, error, engine and warnings; what a scene says is escaped."""
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")
-    answer = dataclasses.replace(hv.Averaged(within="1%").run(scene), reason="a < b")
+    answer = hv.Averaged(within="1%").run(scene)
+    answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded("a < b", "note")))
     table = hv.sweep(scene, "load.resistance", LOADS, engines=[hv.Published()])
     best = hv.optimise(scene, {"load.resistance": ("100 kohm", "1 Mohm")}, hv.Averaged())
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())

@@ -205,7 +205,7 @@ OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--over", "load.resistance
         (OPTIMUM, ["load.resistance: ", "The highest of what averaged evaluated", "(model, estimated) µW"]),
         (
             ("charge", ROOT / "examples" / "plate_bridge.toml", "--to", "2V", "--trajectories", "64"),
-            ["mean time to 2 V: ", "On the way", "2 V"],
+            ["mean time: ", "On the way", "2 V"],
         ),
     ],
     ids=lambda one: one[0] if isinstance(one, tuple) else "",

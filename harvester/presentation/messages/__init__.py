@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TypeAlias
 
 Message: TypeAlias = str | Callable[..., str]
-FILES = ("engines", "studies", "charging")
+FILES = ("engines", "studies", "charging", "responses")
 
 
 @cache

@@ -17,6 +17,8 @@ from harvester.engines import Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
 from harvester.errors import HarvesterError, MissingProgramError
+from harvester.presentation.diagnostic import Diagnostic, without_repeats
+from harvester.studies.frequency_response.curve import Failure
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
     from harvester.cosimulation.responses import Neighbour
 
 FROM_REST = "from rest"
-Failure = tuple[float, str]  # a frequency and why there is no point
 
 
 def directions(driven: HarmonicDrive) -> tuple[str, ...]:
@@ -36,14 +37,14 @@ def directions(driven: HarmonicDrive) -> tuple[str, ...]:
 
 def by_ngspice(
     engine: Spice, driven: HarmonicDrive, frequencies: Sequence[float], steps: Steps
-) -> tuple[list[ResponsePoint], list[Failure], list[str]]:
+) -> tuple[list[ResponsePoint], list[Failure], list[Diagnostic]]:
     """The points, the frequencies without one, and the warnings.
 
     Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice, and the last error
     where no frequency has a point.
     """
     served(Spice, driven.problem)
-    points, failures, warnings = list[ResponsePoint](), list[Failure](), list[str]()
+    points, failures, warnings = list[ResponsePoint](), list[Failure](), list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
         near: Neighbour | None = None
@@ -59,14 +60,14 @@ def by_ngspice(
                     raise
                 except HarvesterError as error:
                     last, near = error, None
-                    failures.append((frequency, " ".join(str(error).split())))
+                    failures.append(Failure(frequency, " ".join(str(error).split())))
                 steps.add(number, step)
             if step is not None:
                 points.append(step.point)
                 warnings.extend(step.warnings)
     if not points and last is not None:
         raise last
-    return points, failures, list(dict.fromkeys(warnings))
+    return points, failures, without_repeats(warnings)
 
 
 def _step(
@@ -80,7 +81,7 @@ def _step(
     means = found.mean_square_voltage, found.mean_power
     point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
     near = None if steady is None else steady.found[0, 0]
-    return Step(point, tuple(map(str, found.warnings)), None if near is None else _state(near)), near
+    return Step(point, found.warnings, None if near is None else _state(near)), near
 
 
 def _state(near: "Neighbour") -> State:

@@ -1,24 +1,54 @@
 """The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from harvester import figures
 from harvester.engines.agreement import UNLIKE
 from harvester.errors import names_arguments
-from harvester.presentation.answer_units import AnswerUnits
-from harvester.studies.frequency_response.point import ResponsePoint, cells, failed_cells, heads
-from harvester.studies.output_folder import csv_text
-from harvester.uncertainty.value import number
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.sheet import table_of
+from harvester.presentation.table import Cell, Column, Table
+from harvester.studies.frequency_response.point import ResponsePoint
+from harvester.uncertainty.value import Value
+
+# Columns over the base's amplitude of so many g: their values and units.
+PER_G: dict[str, tuple[Callable[[ResponsePoint, float], float], str]] = {
+    "voltage_rms_per_g": (lambda point, level: point.voltage_rms.value / level, "V/g"),
+    "mean_power_per_g2": (lambda point, level: point.mean_power.value / level**2, "W/g^2"),
+}
+
+
+class Failure(NamedTuple):
+    """A frequency without a point, and why."""
+
+    frequency: float
+    error: str
+
+
+@dataclass(frozen=True, repr=False)
+class DirectionPeak(Result):
+    """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
+
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"direction"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"points"})
+    SHORT: ClassVar[tuple[str, ...]] = ("direction", "peak_frequency", "peak_power")
+
+    direction: str
+    peak_power: Value
+    peak_frequency: float
+    half_power_bandwidth: float | None
+    points: tuple[dict[str, Any], ...]
 
 
 @names_arguments
-@dataclass(frozen=True)
-class FrequencyResponse:
+@dataclass(frozen=True, repr=False)
+class FrequencyResponse(TableResult):
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
     Engine `spice` goes over those of a linear mass once: the one direction is "from rest".  ``resolved`` says that the
@@ -33,24 +63,25 @@ class FrequencyResponse:
     (6, [])
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("sweeps", "hysteresis", "peaks")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points", "remarks", "resolved", "level"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"varied", "failures", "sweeps", "hysteresis"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"peaks"})
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "points", "peaks")
+
     points: tuple[ResponsePoint, ...]
     physical: bool
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Diagnostic, ...] = ()
     resolved: bool = False
     engine: str = ""
     level: float | None = None
     varied: Mapping[str, float] = field(default_factory=dict)
-    failures: tuple[tuple[float, str], ...] = ()
+    failures: tuple[Failure, ...] = ()
 
     @property
     def directions(self) -> list[str]:
         """The directions that it has points of, in their order."""
         return list(dict.fromkeys(p.direction for p in self.points))
-
-    @property
-    def unit_names(self) -> AnswerUnits:
-        """The units of its numbers."""
-        return AnswerUnits.of(self.physical)
 
     def sweep(self, direction: str) -> list[ResponsePoint]:
         """The points of one direction ("up", "down" or "from rest"), frequencies ascending."""
@@ -104,75 +135,80 @@ class FrequencyResponse:
         """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
         return figures.response([self], title, per_g)
 
-    def text(self) -> str:
-        """The CSV file."""
-        return csv_text(heads(self.unit_names), self.rows())
+    @property
+    def sweeps(self) -> dict[str, DirectionPeak]:
+        """The peak of each direction, and its points as data."""
+        return {direction: self._sweep(direction) for direction in self.directions}
 
-    def rows(self) -> list[Sequence[object]]:
-        """The rows of the CSV file: those of the points, then those of the frequencies that failed."""
-        failed = [failed_cells(*failure, self.unit_names) for failure in self.failures]
-        return [*(cells(p, self.level) for p in self.points), *failed]
+    @property
+    def peaks(self) -> Table:
+        """The peaks: one row where up and down have the same."""
+        found = list(self.sweeps.values())
+        if not self.hysteresis and len({one.peak_frequency for one in found}) == 1:
+            found = [replace(found[0], direction=" and ".join(self.directions))]
+        return table_of(found, "", self.unit_names)
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        sweeps = {}
-        for direction in self.directions:
-            peak = self.peak(direction)
-            sweeps[direction] = {
-                "peak_frequency": peak.frequency,
-                "peak_power": number(peak.mean_power),
-                "half_power_bandwidth": self.bandwidth(direction),
-                "points": [p.as_json(self.level) for p in self.sweep(direction)],
-            }
-        failed = [{"frequency": f, "error": why} for f, why in self.failures]
-        told = {"sweeps": sweeps, "hysteresis": self.hysteresis, "warnings": list(self.warnings)}
-        return {"engine": self.engine, "varied": dict(self.varied), **told, "failures": failed}
+    def _sweep(self, direction: str) -> DirectionPeak:
+        best, points = self.peak(direction), list[dict[str, Any]]()
+        for one in self.sweep(direction):
+            per_g = {} if self.level is None else {name: value(one, self.level) for name, (value, _) in PER_G.items()}
+            points.append(one.as_json() | per_g)
+        return DirectionPeak(direction, best.mean_power, best.frequency, self.bandwidth(direction), tuple(points))
 
-    def _where(self, direction: str) -> str:
-        """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
-        f, best = [p.frequency for p in self.sweep(direction)], self.peak(direction).frequency
-        if best in (f[0], f[-1]):
-            return ", an end of the sweep (a higher one may lie beyond)"
-        if self.resolved:
-            return ""
-        place = f.index(best)
-        between = f"{f[place - 1]:.5g} and {f[place + 1]:.5g} {self.unit_names.frequency}".rstrip()
-        return f", the best of the sweep (the true one lies between {between})"
+    @property
+    def table(self) -> Table:
+        """Its points, then the frequencies that failed, with the reason in the last column."""
+        of, points, blank = self.unit_names, self.points, [None] * len(self.failures)
 
-    def bandwidth_text(self, direction: str) -> str:
-        """The half-power bandwidth in words."""
-        width = self.bandwidth(direction)
-        return "not within the sweep" if width is None else f"{width:.4g} {self.unit_names.frequency}".rstrip()
+        def column(name: str, unit: str, cells: list[Cell]) -> Column:
+            return Column(name, [*cells, *blank], unit)
+
+        frequencies = [*(p.frequency for p in points), *(one.frequency for one in self.failures)]
+        columns = [column("direction", "", [p.direction for p in points])]
+        columns.append(Column("frequency", frequencies, of.frequency))
+        units = {"voltage_rms": of.voltage, "mean_power": of.power, "displacement_rms": of.length}
+        units |= dict.fromkeys(("displacement_phase", "voltage_phase"), "degree")
+        columns += [column(name, unit, [getattr(p, name) for p in points]) for name, unit in units.items()]
+        if self.level is not None:
+            over = self.level
+            columns += [column(name, unit, [of_g(p, over) for p in points]) for name, (of_g, unit) in PER_G.items()]
+        columns.append(column("spread_of_trajectories", "", [p.spread for p in points]))
+        columns.append(Column("error", [None] * len(points) + [one.error for one in self.failures]))
+        return Table(tuple(columns))
 
     @property
     def differing(self) -> list[ResponsePoint]:
         """The points at which trajectories differ: several responses, or a chaotic one."""
         return [p for p in self.points if (p.spread or 0.0) > UNLIKE]
 
-    def notes(self) -> list[str]:
-        """Lines that qualify the peaks, beside hysteresis: how far points are apart, what failed, warnings."""
-        hertz, lines = self.unit_names.frequency, list[str]()
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
+        hertz, found = f" {self.unit_names.frequency}".rstrip(), list(self.remarks)
+        found += [one for direction in self.directions for one in self._where(direction)]
         f = [p.frequency for p in self.sweep(self.directions[0])]
         if not self.resolved and len(f) > 1:
             widest = max(b - a for a, b in itertools.pairwise(f))
-            lines.append(f"note: frequencies are up to {widest:.3g} {hertz}".rstrip() + " apart")
-        if self.failures:
-            first, why = self.failures[0]
-            at = f"{first:.5g} {hertz}".rstrip()
-            lines.append(f"failed at {len(self.failures)} of {len(f) + len(self.failures)} frequencies, as {at}: {why}")
-        return [*lines, *(f"warning: {word}" for word in self.warnings)]
-
-    def __str__(self) -> str:
-        lines = []
-        for direction in self.directions:
-            peak = self.peak(direction)
-            at = f"{peak.frequency:.5g} {self.unit_names.frequency}".rstrip()
-            power, band = peak.mean_power.format(self.unit_names.power), self.bandwidth_text(direction)
-            lines.append(f"{direction:<5} peak {power} at {at}{self._where(direction)}; half-power bandwidth {band}")
+            found.append(note("frequencies_apart", widest=widest, unit=hertz))
         if self.hysteresis:
-            ends = [f"{f:.5g}" for f in (min(self.hysteresis), max(self.hysteresis))]
-            where = f"at {ends[0]}" if ends[0] == ends[1] else f"between {ends[0]} and {ends[1]}"
-            lines.append(f"note: up and down differ {where} {self.unit_names.frequency}".rstrip() + ": hysteresis")
-        if several := self.differing:
-            lines.append(f"warning: at {len(several)} points trajectories differ: several responses, or a chaotic one")
-        return "\n".join([*lines, *self.notes()])
+            found.append(note("hysteresis", low=min(self.hysteresis), high=max(self.hysteresis), unit=hertz))
+        if differing := self.differing:
+            most = max(p.spread or 0.0 for p in differing)
+            found.append(warning("trajectories_differ", first=differing[0].frequency, unit=hertz, most=most))
+        if self.failures:
+            first, several = self.failures[0], len(self.failures)
+            numbers: Any = {"failed": several, "of": len(f) + several, "first": first.frequency}
+            found.append(warning("frequencies_failed", unit=hertz, why=first.error, **numbers))
+        return tuple(found)
+
+    def _where(self, direction: str) -> list[Diagnostic]:
+        """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
+        f, best = [p.frequency for p in self.sweep(direction)], self.peak(direction).frequency
+        hertz = f" {self.unit_names.frequency}".rstrip()
+        if best in (f[0], f[-1]):
+            return [note("peak_at_an_end", direction, at=best, unit=hertz)]
+        if self.resolved:
+            return []
+        index = f.index(best)
+        low, high = f[index - 1], f[index + 1]
+        return [note("peak_between", direction, low=low, high=high, unit=hertz)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from harvester.engines.protocol import NOT_WHITE, unknown_effects
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
+from harvester.presentation.diagnostic import Diagnostic, warning, worded
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.studies.frequency_response.point import GRAVITY
@@ -62,12 +63,13 @@ class HarmonicDrive:
         scene: Scene = self.problem.scene
         return Problem(scene.vary(self.frequency_key, frequency))
 
-    def doubts(self, frequencies: Sequence[float]) -> list[str]:
+    def doubts(self, frequencies: Sequence[float]) -> list[Diagnostic]:
         """Warnings of the scene's unusual values, and of those that the first and the last frequency would be."""
         scene: Scene = self.problem.scene
-        found = unusual_values(scene)
+        unusual = unusual_values(scene)
+        found = [worded(one) for one in unusual]
         ends = dict.fromkeys((min(frequencies), max(frequencies))) if len(frequencies) else {}
         for frequency in ends:
             there = unusual_values(self.at(frequency).scene)
-            found.extend(f"at an end of `sweep`, {doubt}" for doubt in there if doubt not in found)
+            found += [warning("unusual_at_an_end", what=doubt) for doubt in there if doubt not in unusual]
         return found

@@ -17,10 +17,11 @@ from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.presentation.diagnostic import without_repeats
 from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
 from harvester.studies.frequency_response.closed_form import closed_form, power_at
 from harvester.studies.frequency_response.continued import continued
-from harvester.studies.frequency_response.curve import FrequencyResponse
+from harvester.studies.frequency_response.curve import Failure, FrequencyResponse
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.resolved import resolved
@@ -158,7 +159,7 @@ def _curve(
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
     at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
-    failures, warnings = list[tuple[float, str]](), driven.doubts(at)
+    failures, warnings = list[Failure](), driven.doubts(at)
     if isinstance(engine, Exact):
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
@@ -167,7 +168,7 @@ def _curve(
             steps.tick()
     elif isinstance(engine, Spice):
         found, failures, more = by_ngspice(engine, driven, at, steps)
-        warnings = list(dict.fromkeys([*warnings, *more]))
+        warnings = without_repeats([*warnings, *more])
     else:
         assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"
         found = continued(engine, driven, at, steps)
@@ -179,7 +180,7 @@ def _curve(
 def draw(
     scene: AnyScene,
     text: str,
-    out: str | Path,
+    out: str | Path | None,
     seed: int = 0,
     tick: Tick | None = None,
     vector: Sequence[str] = (),
@@ -198,7 +199,7 @@ def draw(
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
     problem = Problem.of(scene)
-    sweep, folder = frequencies(problem, text), OutputFolder(out, vector)
+    sweep, folder = frequencies(problem, text), None if out is None else OutputFolder(out, vector)
     if per_g and not problem.physical:
         raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
     chosen, points, told = engines_of(problem, engines, seed), points_of(problem, vary), tick or _nothing
@@ -212,7 +213,10 @@ def draw(
         about["versions"]["ngspice"] = library_digest()
     counted = [engine for engine in chosen if not isinstance(engine, Exact)]  # the closed form takes no time
     total = sum(rows_of(problem, counted, len(sweep), points).values())
+    if folder is None:
+        return _responses(problem, text, points, chosen, told)
     with diary(folder.path, about, resume, total) as kept:
         found = _responses(problem, text, points, chosen, told, skip or told, kept)
-        folder.save("response", found.text(), figures.response(found.curves, problem.scene.title, per_g), about)
+        drawn = figures.response(found.curves, problem.scene.title, per_g)
+        folder.save("response", found.table.csv(units=True), drawn, about)
     return found

@@ -1,25 +1,23 @@
 """Several frequency responses side by side: of several values of scene keys, such as loads, and by several engines."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from harvester import figures
 from harvester.errors import names_arguments
 from harvester.presentation.answer_units import AnswerUnits
-from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic, note, without_repeats
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Cell, Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.frequency_response.curve import FrequencyResponse
-from harvester.studies.frequency_response.point import heads
-from harvester.studies.output_folder import csv_text, named
-from harvester.uncertainty.value import Value, amount, percent
 
-MOST_ROWS = 60
+ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})  # remarks that many responses count instead
 
 
 @names_arguments
-@dataclass(frozen=True)
-class FrequencyResponses:
+@dataclass(frozen=True, repr=False)
+class FrequencyResponses(TableResult):
     """Responses over the same frequencies, one for each engine and combination of the varied keys' values.
 
     >>> import harvester as hv
@@ -29,7 +27,16 @@ class FrequencyResponses:
     [({'nondimensional.mu': 0.5}, 1.0), ({'nondimensional.mu': 2.0}, 1.0)]
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("engine", "peaks")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"curves"})
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "curves")
+
     curves: tuple[FrequencyResponse, ...]
+
+    @property
+    def engine(self) -> str:
+        """The engines, in one text."""
+        return ", ".join(dict.fromkeys(curve.engine for curve in self.curves))
 
     @property
     def keys(self) -> list[str]:
@@ -41,16 +48,29 @@ class FrequencyResponses:
         """The units of its numbers."""
         return self.curves[0].unit_names
 
+    @property
+    def table(self) -> Table:
+        """The varied keys and the engine, then the columns of one response."""
+        return self._stacked([curve.table for curve in self.curves])
+
+    @property
+    def peaks(self) -> Table:
+        """The peaks of all responses."""
+        return self._stacked([curve.peaks for curve in self.curves])
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The remarks of the responses, each once; of many responses with hysteresis how many there are."""
+        several = len(self.curves) > 1
+        found = without_repeats(one for curve in self.curves for one in curve.diagnostics)
+        rest = [one for one in found if not several or one.code not in ONE_EACH]
+        if several and (with_it := sum(bool(curve.hysteresis) for curve in self.curves)):
+            rest.append(note("hysteresis_in_several", several=with_it, of=len(self.curves)))
+        return tuple(rest)
+
     def plot(self, title: str | None = "", per_g: bool = False) -> "figures.Plot":
         """Draw the curves; of many values of one key a map of the power over frequency and value."""
         return figures.response(self.curves, title, per_g)
-
-    def text(self) -> str:
-        """The CSV file: the varied keys and the engine, then the columns of one response."""
-        units = {key: unit_of(key) for key in self.keys}
-        own = [named(key, "" if unit == "1" else unit) for key, unit in units.items()]
-        rows = [[*c.varied.values(), c.engine, *row] for c in self.curves for row in c.rows()]
-        return csv_text([*own, "engine", *heads(self.unit_names)], rows)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: that of the one response, or ``responses``, one of each."""
@@ -58,34 +78,18 @@ class FrequencyResponses:
             return self.curves[0].as_json()
         return {"responses": [curve.as_json() for curve in self.curves]}
 
-    def __str__(self) -> str:
-        if len(self.curves) == 1:
-            return str(self.curves[0])
-        of, rows = self.unit_names, list[Sequence[str]]()
-        for curve in self.curves:
-            values = [amount(value, unit_of(key)) for key, value in curve.varied.items()]
-            directions = curve.directions
-            same = not curve.hysteresis and curve.peak(directions[0]).frequency == curve.peak(directions[-1]).frequency
-            for direction in directions[:1] if same else directions:
-                peak, words = curve.peak(direction), " and ".join(directions) if same else direction
-                at = f"{peak.frequency:.5g} {of.frequency}".rstrip()
-                power = [amount(peak.mean_power.value, of.power), _error(peak.mean_power)]
-                rows.append([*values, curve.engine, words, *power, at, curve.bandwidth_text(direction)])
-        left, rows = len(rows) - MOST_ROWS, rows[:MOST_ROWS]
-        head = [*self.keys, "engine", "direction", "peak power", "error, 95 %", "at", "half-power bandwidth"]
-        lines = columns([head, *rows])
-        if left > 0:
-            lines.append(f"({left} rows more: see response.csv)")
-        if several := sum(bool(curve.hysteresis) for curve in self.curves):
-            lines.append(f"note: up and down differ in {several} of {len(self.curves)} responses: hysteresis")
-        if several := sum(len(curve.differing) for curve in self.curves):
-            lines.append(f"warning: at {several} points trajectories differ: several responses, or a chaotic one")
-        return "\n".join([*lines, *dict.fromkeys(note for curve in self.curves for note in curve.notes())])
+    def _stacked(self, tables: list[Table]) -> Table:
+        """The rows of one table a response below each other, with the varied keys and the engine before them."""
+        of = list(zip(self.curves, tables, strict=True))
 
+        def before(name: str, cells: list[Cell], unit: str = "") -> Column:
+            return Column(
+                name, [cell for cell, (_, table) in zip(cells, of, strict=True) for _ in range(len(table))], unit
+            )
 
-def _error(power: Value) -> str:
-    """The whole error at 95 % in percent, or what of it is known."""
-    if power.value == 0.0 or (power.stderr is None and power.bias is None):
-        return "not known"
-    share = percent(power.known_error95, power.value)
-    return f"at least {share}" if power.unknown else share
+        units = {key: unit_of(key) for key in self.keys}
+        keys = [before(k, [c.varied[k] for c in self.curves], "" if u == "1" else u) for k, u in units.items()]
+        engine = before("engine", [curve.engine for curve in self.curves])
+        names = list(dict.fromkeys((one.name, one.unit) for table in tables for one in table.columns))
+        rest = [Column(name, [cell for table in tables for cell in table[name]], unit) for name, unit in names]
+        return Table((*keys, engine, *rest))

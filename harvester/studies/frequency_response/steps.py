@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from harvester.errors import InputError
+from harvester.presentation.diagnostic import Diagnostic, worded
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.sweep.journal import Journal, JournalKind, JournalRow, identity
 
@@ -31,7 +32,7 @@ class Step:
     """A frequency that is done: its point, its warnings, and the state to go on from (None: the next is from rest)."""
 
     point: ResponsePoint
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     state: State | None = None
 
 
@@ -94,7 +95,7 @@ class Diary:
     def _step(self, row: Mapping[str, str]) -> Step:
         with as_written():
             step = _STEPS.validate_json(row["step"])
-        return dataclasses.replace(step, warnings=(*step.warnings, *filter(None, [row["warnings"]])))
+        return dataclasses.replace(step, warnings=(*step.warnings, *map(worded, filter(None, [row["warnings"]]))))
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import harvester as hv
 from harvester.engines import Spice
 from harvester.equations.coefficients import Equations
 from harvester.errors import CannotServeError, CircuitError, InputError
-from harvester.studies.frequency_response.curve import FrequencyResponse
+from harvester.studies.frequency_response.curve import Failure, FrequencyResponse
 from harvester.studies.frequency_response.engines import engines_of
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.response import draw, points_of, rows_of
@@ -193,9 +193,9 @@ def test_a_csv_file_of_what_is_not_known():
     """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
     known, half = Value(2.0, bias=0.5), Value(2.0, bias=0.5, unknown="ideal diodes")
     points = [ResponsePoint("up", float(k), Value(1.0), power, 0.0) for k, power in enumerate((known, half))]
-    found = FrequencyResponse(tuple(points), False, failures=((7.0, "no convergence, at node 7"),))
-    several = FrequencyResponses((found,)).text()
-    for text in (found.text(), several):
+    found = FrequencyResponse(tuple(points), False, failures=(Failure(7.0, "no convergence, at node 7"),))
+    several = FrequencyResponses((found,)).table.csv(units=True)
+    for text in (found.table.csv(units=True), several):
         rows = list(csv.DictReader(text.splitlines()))
         assert [row["mean_power_error95"] for row in rows] == ["0.5", "", ""]
         assert [row["error"] for row in rows] == ["", "", "no convergence, at node 7"]

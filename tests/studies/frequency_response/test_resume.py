@@ -64,7 +64,7 @@ def test_killed(tmp_path):
     assert done.returncode == -signal.SIGKILL and [path.name for path in out.iterdir()] == [RESPONSE.file]
     found, computed, kept = resumed(HARDENING, "0.9:1.1:3", out)
     assert (computed, kept) == (2, 4)
-    assert found.text() == hv.responses(HARDENING, "0.9:1.1:3").text()
+    assert found.table.csv() == hv.responses(HARDENING, "0.9:1.1:3").table.csv()
     assert {path.name for path in out.iterdir()} == {"response.csv", "response.png", "provenance.json"}
 
 
@@ -78,7 +78,7 @@ def test_interrupted_with_ngspice(tmp_path):
     assert said == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` goes on from there"
     found, computed, kept = resumed(bridge, "44Hz:50Hz:3", out, engines)
     assert (computed, kept) == (1, 8)
-    assert found.text() == whole.text()
+    assert found.table.csv() == whole.table.csv()
 
 
 def test_another_response_is_refused(harvester, tmp_path):
