@@ -72,11 +72,12 @@ def calls_with_fraction(tick: Callable[[float], object]) -> Progress:
 
 
 def as_in_version_0_1(
-    *positional: str, tick: Callable[[Any], Progress] = CallingBack, executes: bool = True
+    *positional: str, tick: Callable[[Any], Progress] = CallingBack, executes: bool = True, **renamed: str
 ) -> Callable[[Study], Study]:
     """Let a study be called as in version 0.1, with a DeprecationWarning.
 
-    ``positional`` are the names of the arguments behind the first that could be given without a keyword.  With
+    ``positional`` are the names of the arguments behind the first that could be given without a keyword, ``renamed``
+    the names of today of keywords that had another.  With
     ``executes`` the fields of `Execution` may be keywords of the study's own; ``tick`` makes the `Progress` of the
     function that was the keyword ``tick`` or ``progress``.
     """
@@ -92,6 +93,9 @@ def as_in_version_0_1(
                 given = dict(zip(positional, others, strict=False))
                 _warn(f"{name} takes {', '.join(f'`{one}`' for one in given)} by keyword only", 3)
                 options = given | options
+            for old in options.keys() & renamed.keys():
+                _warn(f"{name} takes `{old}` as `{renamed[old]}`", 3)
+                options[renamed[old]] = options.pop(old)
             if executes:
                 options = _with_execution(name, options, tick)
             return study(first, **options)

@@ -63,3 +63,15 @@ def test_a_call_of_version_0_1_still_works_and_warns(tmp_path):
         study("scene", out=tmp_path, execution=hv.Execution())
     with pytest.raises(hv.InputError, match="at most 2 arguments without a name"):
         study("scene", 1, 2)
+
+
+@as_in_version_0_1(executes=False, over="vary")
+def renamed(scene, *, vary):
+    """A study one of whose keywords had another name."""
+    return vary
+
+
+def test_a_keyword_that_had_another_name():
+    with pytest.warns(DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"):
+        assert renamed("scene", over=1) == 1
+    assert renamed("scene", vary=2) == 2
