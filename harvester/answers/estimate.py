@@ -9,12 +9,14 @@ from harvester.answers.responses import SteadyResponse
 from harvester.arrays import Floats
 from harvester.equations.repeated_shaking import Events
 from harvester.errors import names_arguments
-from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
 
 # Details of a steady response: the RMS displacement about its mean, and phases to the base in degrees.
 DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")
+# Of an answer that is none for the scene yet: it had not settled, or its runs were cut off.
+UNSETTLED = ("mean_while_settling", "ngspice_left_out")
 
 
 @names_arguments
@@ -56,6 +58,12 @@ class Estimate(Result):
     power_samples: Floats | None = field(default=None, compare=False)
     responses: tuple[SteadyResponse, ...] = ()  # to the same steady drive, from other starts: what a search found
     events: Events | None = None  # the shocks or steps, where the shaking is made of such
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether it may stand beside others: it has settled, was not cut off, and some error of it is known."""
+        power = self.mean_power
+        return not has(self.diagnostics, *UNSETTLED) and (power.error95 is not None or power.known_error95 > 0.0)
 
     @property
     def energy_per_event(self) -> Value | None:

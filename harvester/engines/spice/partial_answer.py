@@ -8,6 +8,7 @@ from harvester.engines.protocol import estimate
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.value import Value
 
 WITHOUT, CUT = "leaving ngspice out", "a response that was cut short"
@@ -25,11 +26,9 @@ def unfinished(
     if error.so_far is None:
         raise error
     watts, square, covered = error.so_far
-    said = f"the mean is over {covered:.3g} s of ngspice, in which the response may still have settled: {error}"
-    if problem.equations.is_steady:
-        said += "; a periodic response takes several such runs"
     found = Value(square / problem.scales.volts**2, unknown=CUT), Value(watts / problem.scales.watts, unknown=CUT)
-    return _with_netlist(estimate(name, problem, *found, seconds, 0, "", (said,)), problem)
+    said = warning("mean_while_settling", covered=covered, why=str(error), steady=problem.equations.is_steady)
+    return _completed(estimate(name, problem, *found, seconds, 0, "", ()), problem, said)
 
 
 def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, ready: SpiceSetup) -> Estimate:
@@ -39,15 +38,16 @@ def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds:
     moment, factor, what = "load", beta, "its circuit made of ideal diodes and switches, as of engine 'ideal'"
     if ready.resistive:
         moment, factor, what = "V2", beta * (problem.equations.mu or 0.0), "the same equations, as of engine 'ensemble'"
-    said = f"ngspice gave no answer in the `budget`, and the mean is that of {what}, without it: {error}"
+    said = warning("ngspice_left_out", what=what, why=str(error))
     v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, moment).scaled(factor)
     details = {"step": ready.device.h / problem.units.frequency, "burn_in": pair.burn_in / problem.units.frequency}
     details |= {"duration": pair.duration / problem.units.frequency, "trajectories": pair.trajectories.count}
     known = v2.with_unknown(WITHOUT), power.with_unknown(WITHOUT)
-    answer = estimate(name, problem, *known, seconds, pair.steps, "", (*ready.warnings, said), details)
-    return _with_netlist(answer, problem)
+    answer = estimate(name, problem, *known, seconds, pair.steps, "", tuple(ready.warnings), details)
+    return _completed(answer, problem, said)
 
 
-def _with_netlist(answer: Estimate, problem: Problem) -> Estimate:
-    """The answer, with the netlist among its effects where the scene has one."""
-    return answer if problem.netlist is None else replace(answer, effects=(*problem.effects, "netlist"))
+def _completed(answer: Estimate, problem: Problem, said: Diagnostic) -> Estimate:
+    """The answer with its warning, and with the netlist among its effects where the scene has one."""
+    effects = (*problem.effects, *["netlist"] * (problem.netlist is not None))
+    return replace(answer, effects=effects, diagnostics=(*answer.diagnostics, said))

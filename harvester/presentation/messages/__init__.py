@@ -8,18 +8,18 @@ in braces, or a function of them where the sentence depends on them.  An argumen
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import TypeAlias
 
 Message: TypeAlias = str | Callable[..., str]
-FILES = ("engines", "studies", "charging", "responses")
 
 
 @cache
 def catalogue() -> Mapping[str, Message]:
     """All messages by their codes; a code stands in one file only."""
     found: dict[str, Message] = {}
-    for name in FILES:
-        some: dict[str, Message] = import_module(f"{__name__}.{name}").MESSAGES
+    for file in iter_modules(__path__):
+        some: dict[str, Message] = import_module(f"{__name__}.{file.name}").MESSAGES
         assert not found.keys() & some.keys(), found.keys() & some.keys()
         found |= some
     return found

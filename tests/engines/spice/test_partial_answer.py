@@ -27,7 +27,8 @@ def test_what_one_run_had_come_to():
     assert answer.mean_power.error95 is None
     assert answer.as_json()["mean_power"]["error95"] is None
     (said,) = map(str, answer.warnings)
-    assert "over 3 s of ngspice, in which" in said
+    assert "over 3 s of ngspice, while still settling" in said
+    assert not answer.is_sound
     assert "a periodic response takes several such runs" in said
 
 
@@ -43,6 +44,7 @@ def test_the_cheap_model_stands_in():
     assert answer.mean_power.unknown == "leaving ngspice out"
     assert answer.mean_power.error95 is None
     assert str(answer.warnings[-2]) == "a doubt"
+    assert not answer.is_sound
     assert "the mean is that of the same equations, as of engine 'ensemble'" in str(answer.warnings[-1])
 
 

@@ -1,0 +1,68 @@
+"""What searches for the largest power, and studies of tolerances and of largest values, say of their results."""
+
+from collections.abc import Callable
+
+
+def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, takes: str, each: float | None) -> str:
+    cost = ", which first compiles it" if each is None else f", each of {each:.2g} s"
+    return (
+        f"the budget of {budget:.3g} s ended in {stage}, after {evaluations} evaluations by {engine!r}: "
+        f"a search takes {takes}{cost}"
+    )
+
+
+def _best_circuit(best: str, alike: str) -> str:
+    return f"the best circuit is {best}" + (f", which cannot be told from {alike}" if alike else "")
+
+
+def _alike_designs(count: int) -> str:
+    return (
+        f"{count} more {'design' if count == 1 else 'designs'} cannot be told from the front: beaten by less than the "
+        "errors (--json has them)"
+    )
+
+
+MESSAGES: dict[str, str | Callable[..., str]] = {
+    # The surface of the power, and the interval of its highest place.
+    "no_power": "the load takes no power",
+    "no_power_anywhere": "the load takes no power anywhere in the range",
+    "same_power_everywhere": "the power is the same all over the range",
+    "flat_within_model": "the power changes less over the range than the model's error",
+    "no_place_better": "no place is seen to be better than another",
+    "power_changes_little": "the power changes less than a quarter of `within`",
+    "no_model_error": "no interval of the keys: the model's error is not known, so neither is how far off the optimum "
+    "is",
+    "curvature_in_noise": "no interval of the keys: the curvature does not stand above the noise",
+    "not_narrowed": "no interval of the keys: the budget ended before it was narrowed",
+    "search_cut_short": "the budget ended in {stage}: give more than `budget` {budget:g}s",
+    "interval_rough": "the budget ended in {stage}: the interval is rough",
+    "other_peak_within_model": "another peak is as high within the model's error: the interval holds both",
+    "other_peak_within_sampling": "another peak is as high within the error of sampling: see peaks",
+    "end_of_range": "{key} is best at the {end} end of its range: the best may lie beyond",
+    # The search.
+    "budget_spent": _budget_spent,
+    "ended_with_scan": "its search ended with the first scan, whose largest power is {share:.0%} of that of {top}",
+    "surface_disagrees": "the surface says {surface:.5g} at the optimum, and its own evaluation {own:.5g}",
+    "evaluations_failed": "{failed} of {count} evaluations failed, the first: {first}",
+    "evaluations_unsound": "{unsound} of {count} evaluations by {engine!r} had not settled, were cut off or have no "
+    "known error: they count only where there is nothing else",
+    # Circuits.
+    "best_circuit": _best_circuit,
+    "no_best_circuit": "no best circuit: the budget ended before the first scan of {early} did",
+    "circuits_cut_short": "the search of {names} was cut short",
+    "circuit_unsound": "its power has not settled, was cut off or has no known error, so that it is not compared with "
+    "circuits whose power has",
+    "no_optimum": "no optimum: {why}",
+    "error_unknown": "the error of {part} is not known",
+    # Limits and parts that scatter.
+    "power_of_most": "the power is what all but {percent:.3g} % of the devices exceed",
+    "unsafe_end": "values of peaks are at the unsafe end of their error",
+    "limits_broken": "no place in the range meets all limits: this one breaks them by {broken:.2g} relatively",
+    "limit_not_told": "whether {limit} is met cannot be told: the long path's interval holds the bound",
+    "limit_broken_on_path": "{limit} is not met, by the long path",
+    # Fronts.
+    "two_aims": "{quantity} is to be {aim}, the power large",
+    "alike_designs": _alike_designs,
+    "nothing_to_choose": "there is nothing to choose: the most power has the best {quantity} too",
+    "front_cut_short": "the budget of {budget:.3g} s ended after {done} of {places} places",
+}
