@@ -1,8 +1,9 @@
 # make demo   power against load resistance, SPICE beside the averaged formulas: table and plot in out/
 # make check  the loop of a minute: lint, format, types, layers, and the tests without ngspice or long statistics
-# make test   lint, format, types and all tests, the layers among them
+# make test   what a change can break, in some minutes: lint, format, types, and all tests but the thorough ones
+# make test-all   everything: also 200 seeds, the documented commands, kills, attacks, a browser, second opinions
 # make setup  what they need: system packages, .venv, the package with the versions of lock.txt; done once
-# make lock   lock.txt anew: the newest versions that pyproject.toml allows; then run make test
+# make lock   lock.txt anew: the newest versions that pyproject.toml allows; then run make test-all
 # make docs   the pages and the reference of the Python names, into docs/_build/index.html
 # make bench  performance, side by side with a reference, in one run; results in benchmarks/results/
 
@@ -11,7 +12,7 @@ BIN := .venv/bin
 # Bytecode is kept, also where the shell forbids it: every program that a test starts would compile the package anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: setup demo check test lint docs bench lock clean
+.PHONY: setup demo check test test-all tests lint docs bench lock clean
 setup: .venv/.complete
 
 .venv/.complete: pyproject.toml setup.sh lock.txt
@@ -33,10 +34,17 @@ lint: setup
 
 check: lint
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n 2 -m "not ngspice and not statistics and not slow"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not ngspice and not statistics and not slow and not thorough"
 
-# Three on two cores: tests wait for the programs and the browser that they start.
-test: lint
+# The types are checked beside the tests, which is on another core.
+test: setup
+	@$(MAKE) --no-print-directory --jobs 2 lint tests
+
+# Three on two cores: tests wait for the programs that they start.
+tests: setup
+	$(BIN)/pytest -n 3 --dist worksteal -m "not thorough"
+
+test-all: lint
 	$(BIN)/pytest -n 3 --dist loadfile
 
 docs: setup

@@ -195,6 +195,7 @@ def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
     assert harvester(*sweep)[::2] == (3, f"harvester: {line}\n")
 
 
+@pytest.mark.thorough("test_program")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("closed", "status", "said"),
@@ -372,6 +373,7 @@ def test_the_libraries_use_one_thread_unless_told_otherwise():
     assert done.stdout.endswith("\n1 3\n")
 
 
+@pytest.mark.thorough("test_program")
 @pytest.mark.slow
 @pytest.mark.parametrize(("stdout", "status"), [("| true", "0"), ("> /dev/full", "3")])
 def test_stdout_that_takes_nothing(stdout, status):

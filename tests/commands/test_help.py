@@ -43,6 +43,7 @@ def test_help_is_there_at_once():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+@pytest.mark.thorough("test_help_is_there_at_once")
 @pytest.mark.slow
 def test_a_formula_is_quick():
     """Measured .6 s, less than its libraries take to load whole, which is measured beside it: machines differ."""
@@ -127,6 +128,7 @@ def test_a_budget_that_is_too_small(harvester):
     assert again["mean_power"]["error95"] < told["mean_power"]["error95"]
 
 
+@pytest.mark.thorough("test_help_is_there_at_once")
 @pytest.mark.slow
 def test_colours_on_a_terminal_only(harvester):
     error, warning = ("run", "/nowhere/x.toml"), ("run", PLATE, "--engine", "averaged", "--within", "0.01%")

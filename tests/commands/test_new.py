@@ -130,6 +130,7 @@ def test_never_over_a_file_unasked(harvester, tmp_path):
     assert "FILE must be in a folder that is there" in harvester("new", tmp_path / "no" / "a.toml", *options(SHEET))[2]
 
 
+@pytest.mark.thorough("nothing: keys are pressed on a terminal")
 @pytest.mark.slow
 def test_questions_on_a_terminal(tmp_path):
     """Real keys on a real terminal: an answer that cannot be is asked for again, an empty one goes on to the next."""

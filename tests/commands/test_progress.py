@@ -167,6 +167,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.thorough("test_quiet_in_a_pipe")
 @pytest.mark.slow
 @pytest.mark.parametrize("args", COMMANDS, ids=lambda args: args[0])
 def test_on_a_terminal(args, tmp_path):
@@ -192,6 +193,7 @@ def test_quiet_in_a_pipe(args, tmp_path, monkeypatch, harvester):
     assert "%|" not in out
 
 
+@pytest.mark.thorough("test_quiet_in_a_pipe")
 @pytest.mark.slow
 def test_of_a_path_there_is_the_time_only(tmp_path):
     status, screen = on_terminal("motion", PLATE, "--out", "out", cwd=tmp_path)

@@ -74,6 +74,7 @@ def answered(statuses, least):
     assert share > least, f"{share:.0%} of {len(statuses)} have an answer"
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 def test_formulas():
     """A fifth of the scenes have what the theories know, and an answer."""
@@ -93,6 +94,7 @@ def test_formulas():
 NONLINEAR = re.compile("stop|restitution|gap|cubic|quadratic|damping_x|alpha|c2|c3|linear")
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 def test_exact():
     """What is linear of the scenes, under all their shaking."""
@@ -114,6 +116,7 @@ def test_exact():
     answered(statuses, 0.2)
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 def test_ensemble():
     """Scenes like the examples, and some with extreme numbers, which are mostly refused."""
@@ -128,6 +131,7 @@ def test_ensemble():
     answered(statuses, 0.1 if LONG else 0.5)
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 def test_ideal():
     """Circuits of ideal elements."""
@@ -142,6 +146,7 @@ def test_ideal():
     answered(statuses, 0.0 if LONG else 0.4)
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_spice():
@@ -158,6 +163,7 @@ def test_spice():
     answered(statuses, 0.0 if LONG else 0.2)
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 def test_stability():
     """Exponents of any scene that has one."""
@@ -185,6 +191,7 @@ def test_options(data):
     assert not bad, answer
 
 
+@pytest.mark.thorough("test_commands_and_files_are_refused")
 @pytest.mark.slow
 def test_netlists():
     """A netlist is read, without anything dangerous in it, or refused in one line."""

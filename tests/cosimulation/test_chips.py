@@ -86,6 +86,7 @@ def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     assert store[t > wakes[0]].min() > 3.67 - 0.1
 
 
+@pytest.mark.thorough("test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [
@@ -131,6 +132,7 @@ def test_a_step_up_chip_stops_charging_when_full():
     assert store.max() < 4.25
 
 
+@pytest.mark.thorough("test_a_step_up_chip_holds_its_input_and_gives_what_it_says")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [
@@ -187,6 +189,7 @@ def test_self_powered_sshi_does_not_switch_below_its_drops():
     assert mean(t, power, 0.2) < W * CP * 0.8**2 / (2 * math.pi)
 
 
+@pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [

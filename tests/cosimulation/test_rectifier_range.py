@@ -58,6 +58,7 @@ LOADS, CAPACITORS = (1.0, 1e4, 1e9), (1e-9, 1e-6, 1.0)
 PAIRS = [(n, load, CAPACITORS[(i + k) % 3]) for k, n in enumerate(RECTIFIERS) for i, load in enumerate(LOADS)]
 
 
+@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name, resistance, smoothing", PAIRS)
 def test_any_load_and_capacitor(name, resistance, smoothing):
     """A load of 1 ohm to 1 Gohm and a capacitor of 1 nF to 1 F: the load gets no more than the mass gives, or a
@@ -71,6 +72,7 @@ def test_any_load_and_capacitor(name, resistance, smoothing):
     assert 0.0 < power < 1.02 * taken
 
 
+@pytest.mark.thorough("test_bridge_from_square_law_to_ideal")
 @pytest.mark.parametrize("volts", [0.1, 0.3, 0.8])
 @pytest.mark.parametrize("name", RECTIFIERS)
 def test_knee_of_the_diode(name, volts):
@@ -119,6 +121,7 @@ def test_a_netlist_from_nanovolts_to_kilovolts(tmp_path):
         assert deviation(path, paths[0]) < 1e-6
 
 
+@pytest.mark.thorough("test_ledger_closes_within_a_percent")
 @pytest.mark.parametrize("beta, name", [(1.2, "sece"), *((10.0, name) for name in RECTIFIERS)])
 def test_strong_coupling_of_rectifiers(beta, name):
     """beta of 1.2 and 10, with the stop: the load gets no more than the mass gives, and that about N1 at most."""

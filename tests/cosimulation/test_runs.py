@@ -141,6 +141,7 @@ def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
+@pytest.mark.thorough("test_a_worker_killed_during_a_run_is_an_error_of_that_run_only")
 def test_a_worker_killed_while_idle_is_no_error():
     pids = list(map_in_workers(os.getpid, [()] * worker.worker_count()))
     for pid in set(pids):
@@ -161,6 +162,7 @@ def test_jobs_beside_a_failing_one_are_not_lost():
     assert [(path.readings == first.readings).all() for path in beside] == [True] * 5
 
 
+@pytest.mark.thorough("test_after_a_fatal_error_a_process_runs_nothing_else")
 @pytest.mark.parametrize(
     "bad, says",
     [(REFUSED, r"refused the circuit: .*'nosuch'.*d\.xload\.d1"), (FATAL, "refused the circuit: .*")],
@@ -200,6 +202,7 @@ def test_a_hang_is_a_named_error():
     goes_on()
 
 
+@pytest.mark.thorough("test_a_hang_is_a_named_error")
 def test_a_crawl_is_a_hang():
     """A circuit so fast that a kick takes some seconds: it would end next week."""
     fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
@@ -208,6 +211,7 @@ def test_a_crawl_is_a_hang():
     goes_on()
 
 
+@pytest.mark.thorough("test_a_budget_that_is_too_small")
 def test_a_deadline_ends_a_run():
     """A circuit that gets on, but slowly: the error has the means so far, and the process is replaced."""
     slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p,n)\nR{k} a{k} 0 1k" for k in range(100)))
@@ -256,6 +260,7 @@ def resident(device, runs):
     return found
 
 
+@pytest.mark.thorough("nothing: memory is looked at over many runs")
 @pytest.mark.parametrize("load", [Load(resistance=1e6), Load(netlist="bridge")], ids=["resistor", "bridge"])
 def test_memory_does_not_grow_with_the_runs(load):
     one = device(load_circuit(load))

@@ -95,6 +95,7 @@ def test_record(tmp_path):
     assert max(apart(one, 4.0, 1e-3)) < 5e-3
 
 
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.ngspice
 def test_white_noise_has_its_density():
     """The mean square of the voltage is the closed form's: z of means over blocks of 2 s, which is 8 relaxation times.

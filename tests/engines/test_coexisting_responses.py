@@ -78,6 +78,7 @@ def test_chaos_and_a_subharmonic_are_named():
     assert abs(single.value - power) < single.known_error95 < 1e-3 * power
 
 
+@pytest.mark.thorough("test_means_that_scatter_without_a_gap_are_one_response")
 @pytest.mark.parametrize("netlist", ["series_sshi", "sece"])
 def test_a_voltage_that_jumps_is_no_second_response(netlist):
     """Read at 16 places of each period, starts differed by a fifth, and a step of a 64th made three periods of one."""
@@ -111,6 +112,7 @@ def test_ngspice_follows_each_of_three():
     assert answer.mean_power in [one.mean_power for one in by_power[:2]]
 
 
+@pytest.mark.thorough("test_ngspice_follows_each_of_three")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_ngspice_follows_a_subharmonic_beside_chaos():
@@ -124,6 +126,7 @@ def test_ngspice_follows_a_subharmonic_beside_chaos():
     assert chaos.note == "ngspice finds none near it that comes back"
 
 
+@pytest.mark.thorough("test_ngspice_follows_each_of_three")
 @pytest.mark.ngspice
 def test_ngspice_follows_the_doubler_to_the_other_well(tmp_path):
     """Its powers in both wells are those of ngspice alone with the whole device (`benchmarks/folded_device.py`)."""

@@ -25,6 +25,7 @@ def pair(value):
     return value.value, value.stderr
 
 
+@pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 @pytest.mark.parametrize("beta, mu", [(1.25, 0.05), (0.05, 1.0), (1.25, 5.0)])
@@ -53,6 +54,7 @@ def test_paper_scene_in_spice():
     assert abs(z((answer.details["power_balance"], answer.details["power_balance_stderr"]), 0.0)) < 4
 
 
+@pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
 def test_identities_in_spice():
     """E[V] = 0, E[xV] = E[V^2], E[x'V] = mu E[V^2], path by path, in ngspice."""
@@ -186,6 +188,7 @@ def test_a_netlist_of_ones_own(tmp_path):
     assert abs(z_score(same.mean_power, hv.Ensemble().run(PLATE).mean_power)) < 4
 
 
+@pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
 @pytest.mark.parametrize("given", [hv.load("examples/plate_with_stop.toml"), BRIDGE], ids=["stop", "bridge"])
 def test_paired_and_alone_agree(given):
@@ -198,6 +201,7 @@ def test_paired_and_alone_agree(given):
     assert paired.details["control_correlation"] > 0.99
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.ngspice
 def test_gaussian_and_three_point_noise_agree():
     """Weak order 2 sees only the moments that both have."""

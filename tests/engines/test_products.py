@@ -43,6 +43,7 @@ FEW = {"trajectories": 8, "duration": 0.25}
 EFFORTS = {"harmonic": {}, "recorded": {"budget": "300s"}, "coloured": FEW}  # a budget: no search for other responses
 
 
+@pytest.mark.thorough("test_engines.py")
 @pytest.mark.parametrize("name", REFERENCES)
 def test_the_answer_holds_the_reference(name, tmp_path):
     """Within what both state, with no warning but that of the record's join, or of a response in either well."""

@@ -25,6 +25,7 @@ def inside(answers, reference, within):
     return sum(abs(a.mean_power.value / reference - 1.0) <= within for a in answers)
 
 
+@pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     ("given", "reference"), [(scene(PAPER), PAPER_POWER[0]), (STOP, STOP_POWER[0])], ids=["paper", "stop"]
@@ -57,6 +58,7 @@ def test_a_linear_scene_to_a_thousandth():
     assert abs(answer.mean_power.value - exact) < 2.0 * answer.mean_power.known_error95
 
 
+@pytest.mark.thorough("test_a_loose_target_takes_few_runs_of_ngspice")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 @pytest.mark.parametrize(

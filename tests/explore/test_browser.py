@@ -28,7 +28,7 @@ FILL = """all => all.filter(one => one.checkVisibility() && !one.disabled).map(o
     one.value = before.replace(/[1-9]/, digit => digit === '9' ? '8' : +digit + 1)
     one.dispatchEvent(new Event('change', {bubbles: true}))
     return [before, one.value] })"""
-pytestmark = [pytest.mark.slow, pytest.mark.ngspice]
+pytestmark = [pytest.mark.thorough("test_server.py"), pytest.mark.slow, pytest.mark.ngspice]
 
 
 @pytest.fixture(scope="module")

@@ -148,6 +148,7 @@ ODD = {
 }
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_odd_sweeps(name):
@@ -231,6 +232,7 @@ def test_engines_are_told_apart_without_colour():
     assert to_rgb(style.paler("#000000", 0.5)) == pytest.approx((0.5, 0.5, 0.5))
 
 
+@pytest.mark.thorough("test_save")
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
 def test_the_same_figure_is_the_same_file(form):

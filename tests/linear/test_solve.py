@@ -174,6 +174,7 @@ def test_growth_without_bound_is_named(changes, line):
         solve(changed(linear(0.5, 1.0), **changes))
 
 
+@pytest.mark.thorough("test_linear_statistics")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "eqs",

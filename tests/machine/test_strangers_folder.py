@@ -18,7 +18,7 @@ from tests.support.judge import complaints
 from tests.support.opened import STRACE, opened, strange, traced
 from tests.support.paths import EXAMPLES, ROOT
 
-pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+pytestmark = [pytest.mark.thorough("test_folders.py"), pytest.mark.ngspice, pytest.mark.slow]
 
 PLATE = str(EXAMPLES / "plate_bridge.toml")
 SWEEP = ["sweep", PLATE, "--vary", "load.parameters.R=1M,2M", "--engine", "spice", "--alone", "--workers", "2"]

@@ -17,7 +17,11 @@ faults, growth, netlists, scenes, shim, tally, wholeness = (
     for name in ("faults", "growth", "netlists", "scenes", "shim", "tally", "wholeness")
 )
 
-pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+pytestmark = [
+    pytest.mark.thorough("nothing: faults of the machine while the program runs"),
+    pytest.mark.ngspice,
+    pytest.mark.slow,
+]
 
 
 def test_an_attack_goes_on_where_it_stopped():

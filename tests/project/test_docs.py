@@ -27,6 +27,7 @@ def site(tmp_path_factory):
     return out / "html"
 
 
+@pytest.mark.thorough("test_example")
 @pytest.mark.slow
 def test_reference(site):
     """Each name of `__all__` is there, in its own words."""

@@ -39,6 +39,7 @@ def sections():
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
+@pytest.mark.thorough("test_cli.py")
 @pytest.mark.ngspice
 @pytest.mark.slow
 @pytest.mark.parametrize("title", sections())

@@ -194,6 +194,7 @@ table.plot().savefig("sweep.pdf")
 WRONG = {"hv.Ensemble(within=[1])": "arg-type", "hv.swep": "attr-defined", "hv.load(3)": "arg-type"}
 
 
+@pytest.mark.thorough("nothing: mypy reads a script from outside")
 @pytest.mark.slow
 def test_a_users_script_is_typed(tmp_path):
     """mypy --strict, away from this checkout: right calls pass, wrong ones do not."""

@@ -48,6 +48,7 @@ def place(tmp_path_factory):
         yield pages.folder(tmp_path_factory.mktemp("reader"))
 
 
+@pytest.mark.thorough("test_cli.py")
 @pytest.mark.ngspice
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
@@ -71,6 +72,7 @@ def test_nothing_escapes(page):
         assert (ROOT / script).exists(), f"{page}: no {script}"
 
 
+@pytest.mark.thorough("test_two_keys_two_engines")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_demo_at_reduced_size(place, monkeypatch):

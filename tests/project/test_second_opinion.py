@@ -12,7 +12,7 @@ from tests.support.paths import ROOT
 sys.path.append(str(ROOT / "benchmarks"))
 second = importlib.import_module("second_opinion")
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.thorough("test_trajectories.py")]
 LITTLE = {"trajectories": 256, "duration": 150.0, "burn_in": 60.0, "within": 0.01}
 
 

@@ -32,6 +32,7 @@ def on_page(row, page=PAGE):
     return tuple(float(text) for text in found.groups())
 
 
+@pytest.mark.thorough("test_products.py")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name, how_many, most",  # rows that are computed here, and the largest deviation (%) that they may have

@@ -7,7 +7,7 @@ import zipfile
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.thorough("nothing: the wheel is built")]
 
 
 def test_wheel_runs_with_its_netlists(tmp_path):

@@ -541,6 +541,7 @@ PRINTED = (1 + mu**2 + beta + beta**2) / (mu**2 + 1 + beta)  # per eps2^2 D22: 3
 CORRECTED = (mu**2 + 1 + beta) / (mu**2 + (1 + beta) ** 2)
 
 
+@pytest.mark.thorough("test_38_against_the_exact_exponent")
 @pytest.mark.slow
 def test_34_35_38_the_noise_factor_is_inverted():
     """Eqs. 23 and 24 near A = 0, divided by A and A^2: 1/(1 + K0) where (1 + K0), with beta for 2 beta, is printed."""

@@ -153,6 +153,7 @@ def test_amplitude_through_a_state_has_the_load_of_that_amplitude():
     assert amplitude_through(np.zeros(2), np.zeros(2), 0.5, 10.0, 3.0) == pytest.approx([0, 0])
 
 
+@pytest.mark.thorough("test_densities_integrate_to_the_moments")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",

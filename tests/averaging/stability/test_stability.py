@@ -174,6 +174,7 @@ def test_averaged_is_first_order_in_coupling():
     assert errors[0] > 3.3 * errors[1] > 3.3 * 3.3 * errors[2]
 
 
+@pytest.mark.thorough("test_without_a_stop")
 @pytest.mark.statistics
 @pytest.mark.parametrize(
     "change",

@@ -90,6 +90,7 @@ def test_whole_scheme_is_of_second_order():
     assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
 
 
+@pytest.mark.thorough("test_difference_falls_with_the_square_of_the_step")
 @pytest.mark.parametrize("mu", [0.01, 1.0, 5.0, 30.0, 100.0, 1000.0])
 @pytest.mark.parametrize("beta", [0.05, 1.25, 10.0])
 def test_stiff_and_strong_coupling_stay_stable(beta, mu):
@@ -100,6 +101,7 @@ def test_stiff_and_strong_coupling_stay_stable(beta, mu):
     assert rms_difference(ours, exact, "x") < 0.01
 
 
+@pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize("mu", [0.05, 5.0, 100.0, 1000.0])
 def test_energy_of_the_load_with_a_stop(mu):
     """E[V^2] of the path with impacts, where short steps meet a rule fitted to long ones: within 1 %."""
@@ -110,6 +112,7 @@ def test_energy_of_the_load_with_a_stop(mu):
     assert abs(difference) < 0.01 * exact.V2.mean() + 4 * error
 
 
+@pytest.mark.thorough("test_strongly_coupled_plate_with_its_stop")
 @pytest.mark.parametrize(
     "beta, mu",
     [
@@ -284,6 +287,7 @@ def test_a_leg_after_a_turn_begins_with_a_small_step():
     assert proposed_step.py_func(state, 0.5 + 1e-6, 0.25) == 0.25
 
 
+@pytest.mark.thorough("test_a_switching_takes_few_steps")
 @pytest.mark.statistics
 def test_no_step_goes_over_a_switch():
     """A tenth of ngspice's tolerance changes what SECE delivers by less than .2 %: .04 %, 1.7 % with steps gone over.

@@ -74,6 +74,7 @@ def test_engine_under_a_drive():
     assert abs(answer.details["power_balance"]) < 2e-3
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_engine_under_filtered_noise(eqs):
     """E[V^2] within four standard errors and the step's bias of the closed form."""
@@ -143,6 +144,7 @@ def test_works_of_an_impact(side, place):
     assert s.noise_work - 3.0 == pytest.approx(share * (speed**2 - before**2) / 2, rel=1e-12)
 
 
+@pytest.mark.thorough("test_impacts_without_white_noise")
 def test_engine_with_a_stop_under_a_drive():
     """The ensemble's answer within both steps' bias; with a rectifier the ledger closes, in the unit of the power."""
     eqs = changed(QUIET, drive_frequency=1.1)

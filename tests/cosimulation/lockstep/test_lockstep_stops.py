@@ -85,6 +85,7 @@ def test_path_at_a_compliant_stop(eqs, h, duration, most):
     assert ours.x.min() < -(eqs.gap or 0.0) - 1e-3
 
 
+@pytest.mark.thorough("test_path_at_a_compliant_stop")
 def test_engine_at_a_compliant_stop_agrees_with_the_ensemble():
     """E[V^2] within four standard errors and the bias of both steps; the ledger closes, the stop's loss in it."""
     given = scene(changed(PAPER, restitution=None, stop_stiffness=400.0, stop_damping=2.0, c1=-0.2))

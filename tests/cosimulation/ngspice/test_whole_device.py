@@ -155,6 +155,7 @@ def test_agreement_of_parallel_sshi(apart, drive="harmonic"):
     assert voltages[0] > 4 * voltages[1]
 
 
+@pytest.mark.thorough("test_agreement_of_parallel_sshi")
 def test_limit_of_parallel_sshi(apart, drive="recorded"):
     """At ngspice's tolerance of 1e-4, the lock-step's own: 2e-3 in the power, 2e-2 in the voltage, which jumps."""
     voltage, power = deviation(apart, "parallel_sshi", drive, 0.00625)

@@ -36,6 +36,7 @@ def test_growth_is_a_named_error_before_numbers_overflow(tmp_path, lines):
         answer(tmp_path, *lines)
 
 
+@pytest.mark.thorough("test_growth_is_a_named_error_before_numbers_overflow")
 @pytest.mark.ngspice
 def test_power_from_a_load_below_zero_is_a_named_error(tmp_path):
     with pytest.raises(SimulationError, match=r"^Rload of the netlist must be above 0 and take power, but gives .* W$"):

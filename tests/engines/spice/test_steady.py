@@ -84,6 +84,7 @@ def test_neighbours_lead_to_the_same_response():
         assert "that of the tolerance, which is next to nothing, was measured at a point before" in one.reason
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SWITCHED)
 def test_switched_circuits(name):
@@ -124,6 +125,7 @@ def test_a_step_that_is_given_is_the_finest():
     assert "the error is not known, as `dt` leaves fewer than 256 steps to a period" in coarse.reason
 
 
+@pytest.mark.thorough("test_growth_is_a_named_error_before_numbers_overflow")
 def test_circuits_that_feed_what_grows_are_not_taken_for_periodic(tmp_path):
     """Its periodic state exists, and nothing comes to it: a run from rest leaves what ngspice can follow."""
     own = tmp_path / "own.cir"
@@ -133,6 +135,7 @@ def test_circuits_that_feed_what_grows_are_not_taken_for_periodic(tmp_path):
         hv.Spice(budget="30s").run(given)
 
 
+@pytest.mark.thorough("test_netlist_load")
 def test_with_a_duration_there_are_trajectories():
     answer = hv.Spice(trajectories=2, duration=20.0).run(scene(changed(DRIVEN, c1=-0.2)))
     assert answer.details["trajectories"] == 2

@@ -7,6 +7,7 @@ import harvester as hv
 OWN = "* Two halves\n.subckt mine p n R=1Meg\nRload p n {2*R}\nRother p n {2*R}\n.ends mine\n.end\n"
 
 
+@pytest.mark.thorough("test_a_netlist_of_ones_own")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_whole_error_of_an_own_netlist_holds_the_exact_mean(tmp_path):

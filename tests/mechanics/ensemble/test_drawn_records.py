@@ -27,6 +27,7 @@ def powers(eqs, seeds, count, duration):
     return np.array(found).T
 
 
+@pytest.mark.thorough("test_entries_of_wells_are_independent_ones")
 @pytest.mark.statistics
 @pytest.mark.parametrize("duration", [SEEN_ONCE, 1000.0])
 def test_errors_are_the_true_spread_of_seeds(duration):

@@ -55,6 +55,7 @@ def exact(eqs):
     return x, p / whole[-1], whole / whole[-1]
 
 
+@pytest.mark.thorough("test_gibbs_law_with_a_stop")
 @pytest.mark.parametrize("name", SCENES)
 def test_gibbs_law(name):
     """Kolmogorov-Smirnov at 1 % with one sample a trajectory, of x and of x'; E[x'^2] = N1/c; rate of impacts."""
@@ -75,6 +76,7 @@ def test_gibbs_law(name):
     assert abs(moments.impact_loss).max() < 1e-12
 
 
+@pytest.mark.thorough("test_identities")
 @pytest.mark.parametrize(
     "changes",
     [

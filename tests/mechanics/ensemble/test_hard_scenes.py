@@ -93,6 +93,7 @@ def return_law(log_w):
     return np.interp(log_w, grid, whole)
 
 
+@pytest.mark.thorough("test_kick_is_the_linear_equation_to_third_order")
 @pytest.mark.parametrize("eta, allowed", [(0.5, 0.03), (0.05, 0.0), (0.005, 0.0)])
 def test_law_of_first_return(eta, allowed):
     """p(w) = (3/2 pi) w^(3/2)/(1 + w^3), P(w < 1) = .1370, and E ln w = pi/sqrt 3.
@@ -109,6 +110,7 @@ def test_law_of_first_return(eta, allowed):
     assert np.exp(-mean) == pytest.approx(0.1630, rel=4 * error + allowed + 1e-3)
 
 
+@pytest.mark.thorough("test_no_restitution_with_noise_leaves_the_stop")
 @pytest.mark.parametrize("r, v2", [(0.05, 0.01706), (0.1, 0.0173)])
 @pytest.mark.parametrize("h, allowed", [(0.1, 0.04), (0.01, 0.01), (0.001, 0.0)])
 def test_below_the_collapse_threshold(r, v2, h, allowed):
@@ -194,6 +196,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
     assert many.snapshot()[0].min() > 0.0
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [10.0, 1.0, 0.5, 0.05, 0.005])
 @pytest.mark.parametrize("x0", [5.0, 10.0, 30.0])
 @pytest.mark.parametrize("r", [None, 0.96])
@@ -242,6 +245,7 @@ def test_fast_load_is_quasi_static(h):
     assert abs(moments.vV.mean() * 1e4 / moments.v2.mean() - 1) < 3e-3
 
 
+@pytest.mark.thorough("test_coupling_of_the_circuit_is_beta")
 @coarse
 @pytest.mark.parametrize("r", [None, 0.96])
 def test_open_circuit_conserves_its_charge(h, r):
@@ -273,6 +277,7 @@ def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     assert many.time < 1e4
 
 
+@pytest.mark.thorough("test_lossless_device_keeps_its_energy")
 @pytest.mark.parametrize("h, periods", [(0.1, 100_000), (0.01, 10_000), (0.001, 1_000)])
 @pytest.mark.parametrize(
     "eqs, start",
@@ -337,6 +342,7 @@ def test_exponent_of_a_strong_parametric_noise(h):
     assert abs(found.value + 0.0859) < 4 * found.stderr + 1.5 * found.bias
 
 
+@pytest.mark.thorough("test_no_noise_dies_out_with_a_word")
 @pytest.mark.parametrize("h", [1.0, 0.1, 0.01])
 @pytest.mark.parametrize("r", [None, 0.0, 0.5, 1.0])
 def test_at_rest_without_external_noise_nothing_moves(h, r):
@@ -394,6 +400,7 @@ def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     assert 2 * many.run(200.0).mean("x2")[0] == pytest.approx(np.sqrt(8 * 0.02 / 0.1), rel=0.01)
 
 
+@pytest.mark.thorough("test_growth_to_a_limit_cycle_is_not_without_bound")
 def test_bounded_but_too_slow_is_not_called_unbounded(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 1e3)
     with pytest.raises(SimulationError, match="no stationary response was seen") as caught:
@@ -410,6 +417,7 @@ def test_start_behind_the_stop_is_refused():
             call()
 
 
+@pytest.mark.thorough("test_an_impact_never_raises_energy_and_never_passes_the_stop")
 @given(
     x=st.floats(0, 10), v=st.floats(-10, 10), V=st.floats(-10, 10), h=st.floats(1e-6, 10), r=st.floats(0, 1),
     part=st.floats(1e-3, 1),
@@ -461,6 +469,7 @@ def test_removing_an_effect_equals_never_having_it(name):
     assert equations(scene(changed(base, **{name: 0.0}))) == equations(scene(base)) == base
 
 
+@pytest.mark.thorough("test_removing_an_effect_equals_never_having_it")
 @pytest.mark.parametrize("names", [("alpha", "c1", "n12"), ("beta", "c2", "c3"), ("c2",)])
 def test_absent_effects_are_those_of_no_strength(names):
     """The code without some effects does what the code with them does at strength zero, up to rounding."""
@@ -469,6 +478,7 @@ def test_absent_effects_are_those_of_no_strength(names):
     assert all(getattr(a, k) == pytest.approx(getattr(b, k), rel=1e-10, abs=1e-12) for k in vars(a) if k != "controls")
 
 
+@pytest.mark.thorough("test_removing_an_effect_equals_never_having_it")
 def test_an_absent_noise_is_that_of_no_strength():
     """On a path up to rounding; in an ensemble, where two noises take two draws, in its means."""
     absent, zero = (changed(PAPER, n2=n2, n12=None) for n2 in (None, 0.0))
@@ -482,6 +492,7 @@ def test_an_absent_noise_is_that_of_no_strength():
         assert abs(z(a.mean(name), *b.mean(name))) < 4.0, name
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_a_stop_never_reached_is_no_stop():
     """While nothing meets the stop, the trajectory is that without one."""
     noise = 0.01 * np.random.default_rng(1).standard_normal(100)

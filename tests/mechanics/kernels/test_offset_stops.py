@@ -42,6 +42,7 @@ def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
     return (x + v * t, v, leg(V, v, t)), count, energy - 0.5 * v * v
 
 
+@pytest.mark.thorough("test_both_stops_are_each_others_mirror_image")
 @pytest.mark.slow
 @given(
     x=st.floats(-0.3, 0.5), v=st.floats(-30.0, 30.0), t=st.floats(1e-3, 1.0), mu=st.sampled_from([None, 0.1, 3.0]),
@@ -127,6 +128,7 @@ def test_a_whole_contact_has_the_restitution_of_its_damping_ratio(zeta):
         assert v == pytest.approx(r, rel=1e-11)
 
 
+@pytest.mark.thorough("test_contact_is_the_equation")
 def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
     """Damped, loaded mass on a stop of stiffness k and zeta = .1: |x - x_rigid| falls as k^(-1/2)."""
     zeta = 0.1
@@ -262,6 +264,7 @@ def test_preload_without_restitution():
     assert (x > 0.2).mean() > 0.5
 
 
+@pytest.mark.thorough("test_a_gap_of_a_nanometre_costs_no_more")
 @pytest.mark.slow
 @pytest.mark.parametrize("h", [0.5, 0.05])
 @pytest.mark.parametrize("r", [0.0, 0.3, 1.0])
@@ -282,6 +285,7 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
         assert -0.3 <= quiet.x.min() <= quiet.x.max() <= room - 0.3
 
 
+@pytest.mark.thorough("test_a_preloaded_mass_chatters_to_rest_and_stays_until_it_is_freed")
 @pytest.mark.slow
 def test_grazing_is_one_impact():
     """Down to a speed of 1e-12 one event, rigid, compliant or between two stops."""
@@ -309,6 +313,7 @@ def test_a_start_behind_a_stop_is_refused():
             Trajectories(eqs, 64, SEED, 0.1, np.array([x, 0.0, 0.0]))
 
 
+@pytest.mark.thorough("test_contact_is_the_equation")
 @pytest.mark.slow
 def test_compiled_and_interpreted_agree():
     for eqs in (

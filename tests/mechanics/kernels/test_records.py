@@ -187,6 +187,7 @@ def test_a_band_too_narrow_for_any_record_is_refused():
         band.record(0.1, np.random.default_rng(1))
 
 
+@pytest.mark.thorough("test_places_apart_see_the_whole_record")
 @pytest.mark.statistics
 @pytest.mark.parametrize("c", [0.1, 0.4])
 def test_variance_under_a_tabulated_density(c):

@@ -110,6 +110,7 @@ def test_few_steps_to_a_period(parts):
     assert pair.extrapolated("V2")[0] == pytest.approx(linear_v2(DRIVEN), rel=8.0 / parts**2)
 
 
+@pytest.mark.thorough("test_a_bistable_beam_has_three")
 @pytest.mark.statistics
 def test_several_responses_are_told():
     """A hardening spring below its jump down: trajectories that begin at rest and far out end on different branches."""
@@ -219,6 +220,7 @@ def test_coarse_and_fine_ensembles_are_shaken_alike():
         assert pair.bias("V2")[1] < 0.02 * pair.mean("V2")[1]
 
 
+@pytest.mark.thorough("test_variances_under_filtered_noise")
 @pytest.mark.statistics
 def test_filtered_noise_with_a_stop_closes_its_power_balance():
     eqs = changed(PAPER, n1=None, n2=None, coloured=0.05, centre=1.5, bandwidth=0.5)

@@ -89,6 +89,7 @@ def test_what_the_user_asks_numba_for_is_left_alone(name, value, monkeypatch):
     assert not may_be_wide()
 
 
+@pytest.mark.thorough("test_trajectories.py")
 @pytest.mark.skipif(not may_be_wide(), reason="this processor has no vectors of 512 bits")
 @pytest.mark.slow
 def test_both_widths_give_the_same_answers_up_to_rounding(tmp_path, monkeypatch):

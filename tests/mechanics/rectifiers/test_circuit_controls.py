@@ -45,6 +45,7 @@ def test_power_is_worth_many_times_as_many_trajectories(eqs, circuit, floor):
     assert abs(z(plain, *controlled)) < 4.0
 
 
+@pytest.mark.thorough("test_power_is_worth_many_times_as_many_trajectories")
 @pytest.mark.statistics
 def test_no_bias_at_a_large_step():
     """The controlled mean is that of a long plain run at the same step, with impacts and switchings."""

@@ -36,6 +36,7 @@ CASES = {
 }
 
 
+@pytest.mark.thorough("test_closed_form_of_a_bridge")
 @pytest.mark.parametrize("case", CASES)
 def test_it_comes_to_its_end(case):
     """The store's voltage is a number at all times, never far below 0, and no more than the circuit lets through."""

@@ -13,6 +13,7 @@ from tests.support.paths import EXAMPLES
 SEEDS = 24
 
 
+@pytest.mark.thorough("test_charge.py")
 @pytest.mark.statistics
 def test_shares_that_arrive_over_seeds():
     """The interval holds the share of all seeds as often as it says; that of as many independent runs does not.

@@ -102,6 +102,7 @@ def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
     assert wanted in harvester("optimise", PLATE, *over, q1, q2)[2]
 
 
+@pytest.mark.thorough("test_counting_agrees_with_rice")
 @pytest.mark.slow
 def test_compare_has_both_ways(harvester, tmp_path):
     """Rice's formula and what is counted, which agree within the errors of both; a scene that has none is refused."""

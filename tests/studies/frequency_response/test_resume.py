@@ -56,6 +56,7 @@ def resumed(some, sweep, out, engines=None):
     return found, len(computed), len(kept)
 
 
+@pytest.mark.thorough("test_what_is_no_step")
 def test_killed(tmp_path):
     """Trajectories go on from where the killed program left them: on the way down, of an odd number of points."""
     (tmp_path / "scene.toml").write_text(HARDENING.to_toml())
@@ -68,6 +69,7 @@ def test_killed(tmp_path):
     assert {path.name for path in out.iterdir()} == {"response.csv", "response.png", "provenance.json"}
 
 
+@pytest.mark.thorough("test_what_is_no_step")
 @pytest.mark.ngspice
 def test_interrupted_with_ngspice(tmp_path):
     """Two engines: that which was done is not computed again, and ngspice goes on from the last periodic state."""

@@ -16,6 +16,7 @@ BRIDGE = EXAMPLES / "plate_bridge.toml"
 OVER = ("--over", "load.parameters.R=300k:3M")
 
 
+@pytest.mark.thorough("test_all_are_scanned_alike")
 @pytest.mark.slow
 def test_each_circuit_has_its_own_best(harvester, tmp_path):
     """The best of a short search of each, in the order of power, with a folder each; the parameters are kept."""

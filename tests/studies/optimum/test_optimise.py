@@ -221,6 +221,7 @@ def test_two_keys_by_formula(tmp_path):
     assert (tmp_path / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.thorough("test_two_keys_by_formula")
 @pytest.mark.statistics
 def test_two_keys_by_ensemble():
     """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against."""
@@ -250,6 +251,7 @@ def sampled():
     return [sampled_search(seed) for seed in range(4)]
 
 
+@pytest.mark.thorough("test_the_interval_of_a_place")
 @pytest.mark.statistics
 def test_coverage_of_the_intervals(sampled):
     """The 95 % intervals of the best mu and of the power there hold the exact ones, but for one in four at most.
@@ -265,6 +267,7 @@ def test_coverage_of_the_intervals(sampled):
     assert min(keys, powers) >= len(sampled) - 1
 
 
+@pytest.mark.thorough("test_the_interval_of_a_place")
 @pytest.mark.statistics
 def test_intervals_are_no_wider_than_they_must():
     """With synthetic noise, the distance from the true optimum over the stated error scatters like 1, not less."""
@@ -392,6 +395,7 @@ def test_command(tmp_path):
     assert (tmp_path / "out" / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.thorough("test_runs_of_ngspice_have_what_is_left_of_the_budget")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_spice():

@@ -51,6 +51,7 @@ def test_limits_that_no_place_meets():
     assert "no place in the range meets all limits" in best.optimum.warnings[-1]
 
 
+@pytest.mark.thorough("test_quantile_of_a_known_function")
 @pytest.mark.slow
 def test_the_plate_with_a_stop():
     """The optimum for the 5 % quantile has a higher quantile than that for the mean, also by `tolerance` itself."""
@@ -89,6 +90,7 @@ def test_limit_of_a_peak():
     assert load < 0.9 * hv.optimise(PLATE, over, "exact").keys[0].value
 
 
+@pytest.mark.thorough("test_limit_of_a_peak")
 @pytest.mark.slow
 def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     """Twelve paths stand for all loads; the long path of the design found keeps the limit that binds."""

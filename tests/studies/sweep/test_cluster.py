@@ -18,6 +18,7 @@ from tests.support.judge import complaints
 from tests.support.paths import EXAMPLES, ROOT
 
 pytestmark = [
+    pytest.mark.thorough("test_a_pool_gives_the_same"),
     pytest.mark.slow,
     pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed is not installed"),
 ]

@@ -58,6 +58,7 @@ def test_what_is_no_list(tmp_path, text, line):
         listed(tmp_path, text)
 
 
+@pytest.mark.thorough("nothing: a list that is too long to be held is written first")
 @pytest.mark.slow
 def test_too_long_a_list(tmp_path):
     with pytest.raises(InputError, match=r"^`points` must make at most 100000 points, but is 100001$"):

@@ -78,6 +78,7 @@ def children():
     return found
 
 
+@pytest.mark.thorough("test_a_pool_gives_the_same")
 def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same.
 
@@ -150,6 +151,7 @@ class DeadlyMany(Deadly):
         return hv.Averaged().run_many(scenes)
 
 
+@pytest.mark.thorough("nothing: a worker process is killed")
 def test_a_worker_that_dies_is_tried_again(tmp_path):
     """Once: nobody notices.  Always: that point is an error, and the others of its batch are not."""
     expected = bare(sweep(PLATE, [LOADS], engines=[hv.Published(), hv.Averaged()], out=tmp_path / "a", workers=1))
@@ -187,6 +189,7 @@ def test_tasks_are_whole_batches():
     assert all(t.values == tuple(points.values(p) for p in t.points) for t in asked)
 
 
+@pytest.mark.thorough("test_resume_computes_what_is_missing_or_failed")
 def test_an_interrupted_sweep_along_loads_ends_with_the_same_answers(tmp_path):
     """Answers along loads depend on where they begin: always at the same ones, whatever is done already, and by whom.
 

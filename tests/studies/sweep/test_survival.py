@@ -14,7 +14,11 @@ import pytest
 from tests.support.judge import complaints
 from tests.support.paths import ROOT
 
-pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
+pytestmark = [
+    pytest.mark.thorough("nothing: programs are killed, disks are full"),
+    pytest.mark.ngspice,
+    pytest.mark.slow,
+]
 
 sys.path.append(str(ROOT / "benchmarks"))
 kills = importlib.import_module("kills")

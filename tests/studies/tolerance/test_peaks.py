@@ -29,6 +29,7 @@ def test_a_polynomial_through_noise_knows_its_error():
     assert 0.7 < np.std(z) < 1.4  # a degree above one is taken now and then, which the noise seems to ask for
 
 
+@pytest.mark.thorough("test_a_polynomial_through_noise_knows_its_error")
 @pytest.mark.slow
 def test_surfaces_agree_with_a_long_path(monkeypatch):
     """Twelve short paths at other restitutions, against a long path of the device in the middle."""
@@ -52,6 +53,7 @@ def test_how_many_are_computed():
     assert wanted(Problem.of(PLATE), 1) > 100 > wanted(Problem.of(STOP), 1)
 
 
+@pytest.mark.thorough("test_limit_of_a_peak")
 @pytest.mark.slow
 def test_the_share_that_keeps_a_limit(harvester, monkeypatch):
     """A limit far above all levels, one below all, and one amid them, whose interval is wide for its error."""

@@ -231,6 +231,7 @@ def measured(tmp_path_factory, spent):
     return folder, answer, told
 
 
+@pytest.mark.thorough("test_a_failure_is_a_row_and_the_rest_stands")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_table(measured):
@@ -257,6 +258,7 @@ def test_table(measured):
     assert json.loads((folder / "provenance.json").read_text())["reference"] == answer.reference == "spice"
 
 
+@pytest.mark.thorough("test_ladder_is_the_exact_bias")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_total_error_covers_the_true_error(measured):
@@ -269,6 +271,7 @@ def test_total_error_covers_the_true_error(measured):
     assert all(abs(row.mean_power - EXACT) < 2.5 * row.total_error * EXACT for row in outside)
 
 
+@pytest.mark.thorough("test_ladder_is_the_exact_bias")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_biases_are_the_exact_ones(measured):
@@ -286,6 +289,7 @@ def test_biases_are_the_exact_ones(measured):
             assert (row.model_bias, row.model_bias_stderr) == (0.0, 0.0)
 
 
+@pytest.mark.thorough("test_front")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_front_is_marked_and_told(measured):
@@ -297,6 +301,7 @@ def test_front_is_marked_and_told(measured):
     assert [row.seconds for row in answer.best] == sorted(row.seconds for row in answer.best)
 
 
+@pytest.mark.thorough("test_quiet_in_a_pipe")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_progress_is_told(measured):
@@ -436,6 +441,7 @@ parameters = { R = "1 Mohm", C = "50 nF" }
 """)
 
 
+@pytest.mark.thorough("test_reference_is_the_cheap_model_less_its_bias")
 @pytest.mark.ngspice
 def test_ngspice_beside_the_ideal_circuit():
     """A coarse tolerance is further off than a fine one; an ideal circuit said to give twice its power has 100 % bias.
