@@ -20,6 +20,8 @@ from pathlib import Path
 from harvester import __version__
 from harvester.devices.base_motion import MOST_POINTS, POINTS, base_source
 from harvester.engines.protocol import AnyScene
+from harvester.equations.effects import EFFECTS, PART
+from harvester.equations.from_scene import SOURCES
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused
 from harvester.machine import files
@@ -79,8 +81,10 @@ def part(problem: Problem, name: str, duration: str | float | None = None, seed:
     """The text of the file that `export` writes."""
     if not problem.physical:
         raise InputError("the scene must be a device, with [oscillator] and [piezo], but is nondimensional")
-    if problem.equations.n2 is not None:
-        raise CannotServeError("a part does not know noise on the stiffness: leave excitation.stiffness_noise out")
+    for effect in EFFECTS:
+        if effect.is_in(problem.equations) and PART not in effect.known_to:
+            what, key = effect.name.replace("_", " "), SOURCES.get(effect.coefficient, effect.coefficient)
+            raise CannotServeError(f"a part for circuit simulators does not know {what}: leave {key} out")
     length = _duration(duration, problem)
     lines = [*_head(problem, name), *_device(problem, name), "", *base_source(problem, name, length, seed)]
     return "\n".join(lines).rstrip() + "\n"

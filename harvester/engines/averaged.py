@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.formula import SPRINGS, STOPS, Formula
+from harvester.engines.formula import Formula
 from harvester.engines.moment_existence import existence
-from harvester.engines.protocol import NOT_WHITE, estimate
+from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import AVERAGED, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.presentation.engine_look import EngineLook
@@ -45,7 +46,7 @@ class Averaged(Formula):
     NAME: ClassVar[str] = "averaged"
     LOOK: ClassVar[EngineLook] = EngineLook("averaged (impact-aware)", "#009E73", "P", order=3.1, trust=1)
     next_fidelity: ClassVar[str | None] = "ensemble"
-    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | NOT_WHITE
+    UNSERVED: ClassVar[frozenset[str]] = unknown_to(AVERAGED)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.two_scale.law import solve_many

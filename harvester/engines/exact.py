@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.formula import NOT_LINEAR, Formula
+from harvester.engines.formula import Formula
 from harvester.engines.protocol import OPEN_CIRCUIT, estimate
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.presentation.engine_look import EngineLook
@@ -39,7 +40,7 @@ class Exact(Formula):
     is_exact: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
     WHO: ClassVar[str] = "engine 'exact', for linear equations,"
-    UNSERVED: ClassVar[frozenset[str]] = NOT_LINEAR
+    UNSERVED: ClassVar[frozenset[str]] = unknown_to(LINEAR)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.linear.solve import solve_many

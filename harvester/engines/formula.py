@@ -11,14 +11,10 @@ from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, needs_resistance, served, unknown_effects
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import worded
-
-SPRINGS = frozenset({"negative_stiffness", "quadratic_stiffness", "softening_stiffness"})  # that no theory here knows
-STOPS = frozenset({"compliant_stop", "opposite_stop"})
-NOT_LINEAR = frozenset({"quadratic_stiffness", "cubic_stiffness", "softening_stiffness", "damping_x2", "damping_x4"})
-NOT_LINEAR |= {"impact", "compliant_stop", "gap", "opposite_stop"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +31,7 @@ class Formula(Request, Engine):
         """Why the theory cannot serve a problem; empty where it can."""
         who = cls.WHO or f"engine {cls.NAME!r}"
         instead = "engine 'ensemble'"
-        if not NOT_LINEAR.intersection(problem.effects):
+        if unknown_to(LINEAR).isdisjoint(problem.effects):
             instead += ", or 'exact', which serves all linear scenes"
         return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, instead)
 

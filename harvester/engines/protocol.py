@@ -16,11 +16,6 @@ from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
-# What may shake the base beside white noise.
-NOT_WHITE = frozenset(
-    {"harmonic_drive", "coloured_noise", "band_pass_noise", "recorded_acceleration", "tabulated_noise"}
-)
-
 OPEN_CIRCUIT = "open circuit: V keeps the offset that it started with, and takes no power"
 
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.formula import SPRINGS, STOPS, Formula
-from harvester.engines.protocol import NOT_WHITE, estimate
+from harvester.engines.formula import Formula
+from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import PUBLISHED, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.presentation.engine_look import EngineLook
@@ -45,7 +46,7 @@ class Published(Formula):
     NAME: ClassVar[str] = "published"
     LOOK: ClassVar[EngineLook] = EngineLook("published averaging", "#D55E00", "X", (0, (5, 2)), order=3.2)
     next_fidelity: ClassVar[str | None] = "ensemble"
-    UNSERVED: ClassVar[frozenset[str]] = SPRINGS | STOPS | NOT_WHITE | {"gap"}
+    UNSERVED: ClassVar[frozenset[str]] = unknown_to(PUBLISHED)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:
         from harvester.averaging.published.stationary import mean_square_voltages

@@ -33,6 +33,11 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
             f"the response grows without bound: {name} feeds energy at large amplitude and nothing bounds it; "
             f"give {cure}"
         )
+    _check_spring(eqs)
+
+
+def _check_spring(eqs: Equations) -> None:
+    """Refuse a spring whose energy falls without bound on a side without a stop."""
     linear, alpha2, alpha = eqs.spring
     low, high = eqs.rigid_stops
     above = alpha or alpha2 or linear

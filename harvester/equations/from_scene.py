@@ -12,6 +12,8 @@ No physical result depends on the length l (a test).
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from harvester.equations.coefficients import Equations
 from harvester.equations.repeated_shaking import recorded_shaking
@@ -19,7 +21,7 @@ from harvester.equations.scales import Scales
 from harvester.errors import InputError
 from harvester.quantities.units import LARGEST
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import Excitation, Stop
+from harvester.scene.physical import Excitation
 from harvester.scene.scene import Scene
 
 TURN = 2.0 * math.pi  # rad
@@ -33,73 +35,87 @@ def equations_at(scene: Scene, s: Scales) -> Equations:
     found = _from_device(scene, s) if scene.nondimensional is None else _from_table(scene.nondimensional)
     for name, value in vars(found).items():
         if isinstance(value, float) and not abs(value) <= LARGEST:
-            source = _SOURCES[name] if scene.nondimensional is None else "[nondimensional]"
+            source = SOURCES[name] if scene.nondimensional is None else "[nondimensional]"
             raise InputError(f"{source} must give {name} of at most {LARGEST:g} in size, but gives {value:g}")
     return found
 
 
-_SOURCES = {
-    "alpha": "oscillator.cubic_stiffness",
-    "alpha2": "oscillator.quadratic_stiffness",
-    "gap": "stop.gap",
+# The coefficients that are a key of a physical scene times a factor of its scales and its stiffness k = |stiffness|.
+_SCALED: dict[str, tuple[str, Callable[[Scales, float], float]]] = {
+    "alpha2": ("oscillator.quadratic_stiffness", lambda s, k: s.length / k),
+    "alpha": ("oscillator.cubic_stiffness", lambda s, k: s.length**2 / k),
+    "c2": ("oscillator.damping_x2", lambda s, k: -(s.length**2) / _rate(s)),
+    "c3": ("oscillator.damping_x4", lambda s, k: s.length**4 / _rate(s)),
+    "gap": ("stop.gap", lambda s, k: 1.0 / s.length),
+    "stop_stiffness": ("stop.stiffness", lambda s, k: 1.0 / k),
+    "stop_damping": ("stop.damping", lambda s, k: 1.0 / _rate(s)),
+    "n2": ("excitation.stiffness_noise", lambda s, k: 1.0),
+    "correlation_time": ("excitation.correlation_time", lambda s, k: s.frequency),
+    "centre": ("excitation.centre_frequency", lambda s, k: TURN / s.frequency),
+    "bandwidth": ("excitation.bandwidth", lambda s, k: TURN / s.frequency),
+}
+# Where the others come from, for an error that names it.
+SOURCES = {name: source for name, (source, _) in _SCALED.items()} | {
     "opposite_gap": "opposite_stop.gap",
-    "stop_stiffness": "stop.stiffness",
-    "stop_damping": "stop.damping",
     "beta": "piezo.coupling",
     "mu": "load.resistance",
     "c1": "oscillator.damping",
-    "c2": "oscillator.damping_x2",
-    "c3": "oscillator.damping_x4",
     "n1": "excitation.acceleration_psd",
     "drive": "excitation.acceleration_amplitude",
     "drive_frequency": "excitation.frequency",
     "coloured": "excitation.acceleration_psd",
-    "correlation_time": "excitation.correlation_time",
-    "centre": "excitation.centre_frequency",
-    "bandwidth": "excitation.bandwidth",
 }
+
+
+def _rate(s: Scales) -> float:
+    """The unit M w0 of a damping, in N s/m."""
+    return s.mass * s.frequency
 
 
 def _from_device(scene: Scene, s: Scales) -> Equations:
     oscillator, piezo = scene.oscillator, scene.piezo
     assert oscillator is not None and piezo is not None, "Scene checks this"
-    rate = s.mass * s.frequency  # M w0
+    stiffness, resistance = abs(oscillator.stiffness), scene.load.resistance if scene.load else None
     damping = oscillator.damping
     if oscillator.damping_ratio is not None:
-        damping = 2.0 * oscillator.damping_ratio * rate
-    stiffness = abs(oscillator.stiffness)
-    stop, opposite = scene.stop or Stop(restitution=1.0), scene.opposite_stop
-    excitation = scene.excitation or Excitation()
-    noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
-    resistance = scene.load.resistance if scene.load else None
-    record, density = recorded_shaking(scene)
-    harmonic = excitation.profile is None  # else the amplitude and the frequency are those of the profile
+        damping = 2.0 * oscillator.damping_ratio * _rate(s)
+    opposite = scene.opposite_stop
+    plain: dict[str, Any] = {
+        name: scaled(_given(scene, key), factor(s, stiffness)) for name, (key, factor) in _SCALED.items()
+    }
     return Equations(
+        **plain,
+        **_shaking(scene, s),
         linear=-1.0 if oscillator.stiffness < 0.0 else None,
-        alpha2=scaled(oscillator.quadratic_stiffness, s.length / stiffness),
-        alpha=scaled(oscillator.cubic_stiffness, s.length**2 / stiffness),
         beta=piezo.coupling**2 / (stiffness * piezo.capacitance),
         mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * s.frequency),
-        c1=scaled(damping, -1.0 / rate),
-        c2=scaled(oscillator.damping_x2, -(s.length**2) / rate),
-        c3=scaled(oscillator.damping_x4, s.length**4 / rate),
-        restitution=None if scene.stop is None else stop.restitution,
-        gap=scaled(stop.gap, 1.0 / s.length),
+        c1=scaled(damping, -1.0 / _rate(s)),
+        restitution=None if scene.stop is None else scene.stop.restitution,
         opposite_restitution=None if opposite is None else opposite.restitution,
         opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
-        stop_stiffness=scaled(stop.stiffness, 1.0 / stiffness),
-        stop_damping=scaled(stop.damping, 1.0 / rate),
-        n1=None if excitation.filtered else noise,
-        n2=excitation.stiffness_noise or None,
-        drive=scaled(excitation.acceleration_amplitude, 1.0 / (s.length * s.frequency**2)) if harmonic else None,
-        drive_frequency=scaled(excitation.frequency, TURN / s.frequency) if harmonic else None,
-        coloured=noise if excitation.filtered else None,
-        correlation_time=scaled(excitation.correlation_time, s.frequency),
-        centre=scaled(excitation.centre_frequency, TURN / s.frequency),
-        bandwidth=scaled(excitation.bandwidth, TURN / s.frequency),
-        record=None if record is None else record.scaled(s.frequency, -1.0 / (s.length * s.frequency**2)),
-        density=None if density is None else density.scaled(s.frequency, 1.0 / (s.length * s.frequency**2)),
     )
+
+
+def _given(scene: Scene, key: str) -> float | None:
+    """What a scene has for a key; None where it, or its table, is absent."""
+    table, _, name = key.partition(".")
+    found: float | None = getattr(getattr(scene, table), name, None)
+    return found
+
+
+def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
+    """The coefficients of the shaking: white or filtered noise, and a drive, a record or a density."""
+    excitation = scene.excitation or Excitation()
+    noise = scaled(excitation.acceleration_psd, 0.25 / (s.length**2 * s.frequency**3))
+    acceleration = 1.0 / (s.length * s.frequency**2)
+    record, density = recorded_shaking(scene)
+    found: dict[str, Any] = {"coloured" if excitation.filtered else "n1": noise}
+    if excitation.profile is None:  # else the amplitude and the frequency are those of the profile
+        found["drive"] = scaled(excitation.acceleration_amplitude, acceleration)
+        found["drive_frequency"] = scaled(excitation.frequency, TURN / s.frequency)
+    found["record"] = None if record is None else record.scaled(s.frequency, -acceleration)
+    found["density"] = None if density is None else density.scaled(s.frequency, acceleration)
+    return found
 
 
 # Keys of [nondimensional] that are coefficients as they stand; 0 is an absent effect.

@@ -1,6 +1,9 @@
 """What can be switched on and off as a whole on the page, with the keys of the scene that it has."""
 
 from dataclasses import dataclass
+from functools import cache
+
+from harvester.scene.keys import keys
 
 
 @dataclass(frozen=True)
@@ -88,9 +91,19 @@ NONDIMENSIONAL = (
 )
 
 
+@cache
 def effects(physical: bool) -> tuple[Effect, ...]:
-    """All effects of a physical or of a nondimensional scene, in the order of the page."""
-    return PHYSICAL if physical else NONDIMENSIONAL
+    """All effects of a physical or of a nondimensional scene, in the order of the page.
+
+    A key that is not listed above is an effect of its own, under what the key itself says that it is.
+    """
+    listed = PHYSICAL if physical else NONDIMENSIONAL
+    known = {key for effect in listed for key in effect.keys}
+    others = [one for one in keys() if (one.table == "nondimensional") != physical and one.table != "load"]
+    cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
+    named = {f"{one.table}.{one.name}": one for one in others}
+    rest = [(cards.get(one.table, one.table), one.meaning, (key,)) for key, one in named.items() if key not in known]
+    return listed + tuple(Effect(*one) for one in rest)
 
 
 def present(effect: Effect, on: set[Effect]) -> bool:

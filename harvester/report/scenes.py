@@ -6,63 +6,12 @@ from typing import Any
 
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.presentation.scene_words import COEFFICIENTS, EFFECTS
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Listing, Page, Section, TextTable
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written, written
-
-_COEFFICIENTS = {
-    "linear": "linear stiffness (1 where it is not named)",
-    "alpha2": "quadratic stiffness α2",
-    "alpha": "cubic stiffness α",
-    "c1": "damping c1 (negative: it damps)",
-    "c2": "damping c2 of x²",
-    "c3": "damping c3 of x⁴",
-    "beta": "electromechanical coupling β",
-    "mu": "time-constant ratio μ = 1/(R Cp ω0)",
-    "restitution": "restitution coefficient r",
-    "gap": "distance of the stop",
-    "opposite_restitution": "restitution coefficient of the opposite stop",
-    "opposite_gap": "distance of the opposite stop",
-    "stop_stiffness": "stiffness of the stop",
-    "stop_damping": "damping of the stop",
-    "n1": "intensity of the external noise N1 = ε1² D11",
-    "n2": "intensity of the parametric noise N2 = ε2² D22",
-    "n12": "correlation of both noises",
-    "drive": "amplitude of the drive",
-    "drive_frequency": "frequency Ω of the drive",
-    "coloured": "intensity of the filtered noise",
-    "correlation_time": "correlation time",
-    "centre": "centre frequency of the noise",
-    "bandwidth": "bandwidth of the noise",
-    "record": "recorded acceleration",
-    "density": "tabulated density",
-}
-EFFECTS = {
-    "negative_stiffness": "negative stiffness: two wells",
-    "quadratic_stiffness": "quadratic stiffness",
-    "softening_stiffness": "cubic stiffness that softens",
-    "cubic_stiffness": "cubic stiffness",
-    "linear_damping": "linear damping",
-    "damping_x2": "damping that grows with x²",
-    "damping_x4": "damping that grows with x⁴",
-    "impact": "rigid stop: impacts with a restitution coefficient",
-    "compliant_stop": "compliant stop: a spring and a damper in contact",
-    "gap": "stop at a distance, or with preload",
-    "opposite_stop": "opposite stop",
-    "external_noise": "white noise of the base",
-    "parametric_noise": "white noise on the stiffness",
-    "correlated_noise": "correlation of both noises",
-    "harmonic_drive": "harmonic motion of the base",
-    "coloured_noise": "coloured noise of the base (Ornstein and Uhlenbeck)",
-    "band_pass_noise": "noise of the base in a band",
-    "recorded_acceleration": "recorded acceleration of the base",
-    "tabulated_noise": "noise of the base with a tabulated density",
-    "back_coupling": "back-coupling: the voltage's force on the mass",
-    "resistive_load": "load resistance",
-    "netlist": "circuit from a netlist",
-}
 
 
 def scene_page(
@@ -108,7 +57,7 @@ def effects_section(problem: Problem) -> Section:
 def coefficients(caption: str, eqs: Equations) -> TextTable:
     """The table of the nondimensional coefficients that are present."""
     rows = []
-    for name, meaning in _COEFFICIENTS.items():
+    for name, meaning in COEFFICIENTS.items():
         value = getattr(eqs, name)
         if value is not None:
             rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])

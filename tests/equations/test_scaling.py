@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from harvester.averaging.published.stationary import mean_square_voltage
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import EFFECTS, THEORIES
 from harvester.equations.scales import Scales, natural_length, scales
 from harvester.errors import InputError
 from harvester.scene.nondimensional import Nondimensional
@@ -258,3 +259,11 @@ def test_nondimensional_too_large():
 def test_correlated_noise_has_no_device():
     with pytest.raises(InputError, match=r"^n12 must be absent from a physical scene"):
         physical(Equations(n1=1.0, n2=1.0, n12=0.5), scales(PLATE))
+
+
+def test_every_coefficient_belongs_to_an_effect():
+    """One that no entry names would be computed with and told by no answer; parameters of another's effect are known."""
+    parameters = {"opposite_gap", "stop_damping", "drive_frequency", "correlation_time", "centre", "bandwidth"}
+    named = {effect.coefficient for effect in EFFECTS}
+    assert named | parameters == {field.name for field in dataclasses.fields(Equations)}
+    assert all(set(effect.known_to) <= set(THEORIES) for effect in EFFECTS)

@@ -18,8 +18,9 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.presentation.diagnostic import worded
+from harvester.presentation.scene_words import EFFECTS
 from harvester.report.numbers import amount, share, signs
-from harvester.report.scenes import EFFECTS, effects_section
+from harvester.report.scenes import effects_section
 from harvester.studies.compare import Comparison
 from harvester.studies.optimum.circuits import CircuitChoice
 from harvester.studies.paper import Drawn, FigurePoint

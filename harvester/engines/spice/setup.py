@@ -9,8 +9,8 @@ import numpy as np
 
 from harvester.engines.ensemble import DRAWN, FINE, KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import NOT_WHITE
 from harvester.engines.settling import settle
+from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import invalid
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-# Beside which a load resistor follows no rule of ngspice, but the exact update
-NOT_RULED = NOT_WHITE | {"negative_stiffness", "quadratic_stiffness", "compliant_stop", "gap", "opposite_stop"}
 LONGEST_CHARGING = 2e4  # nondimensional
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
@@ -140,7 +138,7 @@ def prepare(
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * s.frequency
     ideal = ideal_circuit(circuit, s) if charging <= LONGEST_CHARGING else None
-    ngspice_rule = NOT_RULED.isdisjoint(problem.effects) and eqs.mu is not None
+    ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
     begin = time.perf_counter()
     many = None if options.within is None else FINE  # for they weigh the controls of few runs

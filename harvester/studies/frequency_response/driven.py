@@ -3,16 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from harvester.engines.protocol import NOT_WHITE, unknown_effects
+from harvester.engines.protocol import unknown_effects
+from harvester.equations.effects import SWEPT, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
 from harvester.presentation.diagnostic import Diagnostic, warning, worded
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.studies.frequency_response.point import GRAVITY
-
-# Shaking that has no frequency to sweep
-UNSERVED = NOT_WHITE - {"harmonic_drive"}
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class HarmonicDrive:
 
     def __post_init__(self) -> None:
         table, amplitude, _ = self._names
-        if reason := unknown_effects(self.problem, UNSERVED, "a frequency response", "engine 'ensemble'"):
+        if reason := unknown_effects(self.problem, unknown_to(SWEPT), "a frequency response", "engine 'ensemble'"):
             raise CannotServeError(reason)
         if self.problem.equations.drive is None:
             given = getattr(getattr(self.problem.scene, table), amplitude, None)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from harvester.engines.protocol import AnyScene, unknown_effects
+from harvester.equations.effects import REST, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, names_arguments
 from harvester.presentation.answer_units import AnswerUnits
@@ -90,9 +91,8 @@ def check_rest(problem: Problem) -> None:
             f"stability must have a load resistance, but the load is netlist {problem.netlist!r}: "
             "give load.resistance, the circuit's at small signals"
         )
-    unserved = frozenset({"negative_stiffness", "gap", "opposite_stop", "compliant_stop"})
     who = "stability, of rest at x = 0 with one rigid stop there or none,"
-    if reason := unknown_effects(problem, unserved, who, "engine 'ensemble'"):
+    if reason := unknown_effects(problem, unknown_to(REST), who, "engine 'ensemble'"):
         raise CannotServeError(reason)
 
 

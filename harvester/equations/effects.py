@@ -1,0 +1,71 @@
+"""The effects that the equations may have, once each: the coefficient that brings it, and which theories know it.
+
+A theory that simplifies the equations serves a scene only where it knows all of the scene's effects.  A new effect is
+known to none until its entry here says so, so that none leaves it out in silence.  The full equations (engines
+`ensemble`, `ideal` and `spice`) know every effect.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+LINEAR = "linear equations in closed form"
+PUBLISHED = "the published averaging"
+AVERAGED = "two-scale averaging"
+REST = "stability of rest"
+RULE = "ngspice's integration rule for a load resistor"
+SWEPT = "frequency response"
+PART = "part for circuit simulators"
+THEORIES = (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect: its name in answers, the coefficient that is not None where it is present, and who knows it.
+
+    Of two effects with one coefficient ``when`` tells which one equations have.
+    """
+
+    name: str
+    coefficient: str
+    known_to: tuple[str, ...]
+    when: Callable[[Any], bool] = lambda eqs: True
+
+    def is_in(self, eqs: Any) -> bool:
+        """Whether equations have it."""
+        return getattr(eqs, self.coefficient) is not None and self.when(eqs)
+
+
+# In the order of the equations.
+EFFECTS = (
+    Effect("negative_stiffness", "linear", (LINEAR, SWEPT, PART)),
+    Effect("quadratic_stiffness", "alpha2", (REST, SWEPT, PART)),
+    Effect("softening_stiffness", "alpha", (REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha < 0.0),
+    Effect("cubic_stiffness", "alpha", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha >= 0.0),
+    Effect("linear_damping", "c1", THEORIES),
+    Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
+    Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
+    Effect("impact", "restitution", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
+    Effect("compliant_stop", "stop_stiffness", (SWEPT, PART)),
+    Effect("gap", "gap", (AVERAGED, SWEPT, PART)),
+    Effect("opposite_stop", "opposite_restitution", (SWEPT, PART)),
+    Effect("external_noise", "n1", THEORIES),
+    Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT)),
+    Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT)),
+    Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART)),
+    Effect("coloured_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is None),
+    Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),
+    Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
+    Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
+    Effect("back_coupling", "beta", THEORIES),
+    Effect("resistive_load", "mu", THEORIES),
+)
+
+
+def unknown_to(theory: str) -> frozenset[str]:
+    """The names of the effects that a theory does not know.
+
+    >>> sorted(unknown_to(PART))
+    ['correlated_noise', 'parametric_noise']
+    """
+    return frozenset(effect.name for effect in EFFECTS if theory not in effect.known_to)
