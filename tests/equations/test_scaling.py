@@ -262,7 +262,7 @@ def test_correlated_noise_has_no_device():
 
 
 def test_every_coefficient_belongs_to_an_effect():
-    """One that no entry names would be computed with and told by no answer; parameters of another's effect are known."""
+    """One that no entry names would be computed with and told by no answer."""
     parameters = {"opposite_gap", "stop_damping", "drive_frequency", "correlation_time", "centre", "bandwidth"}
     named = {effect.coefficient for effect in EFFECTS}
     assert named | parameters == {field.name for field in dataclasses.fields(Equations)}
