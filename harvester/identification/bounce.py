@@ -16,9 +16,13 @@ from harvester.arrays import Floats
 from harvester.errors import InputError
 
 MOST = 2000  # impacts
-FEWEST, FLIGHTS, POINTS = 8, 12, 24  # samples of a flight; flights and points of each that the start is found from
+FEWEST = 8  # samples of a swing
+LARGE = 0.15  # of the range: swings that tell their frequency
 KINK = 0.4  # jump of the speed over the fastest speed nearby, beyond that of a sine
-LOOKS = 48  # points of a period at which an impact is looked for
+HORIZONS = (2.2, 4.0, 8.0, 16.0, 32.0)  # swings of the parts that a start is fitted to, one after the other
+LOOKED_AT = 80  # samples of the first part that the points of the grid are compared at
+STARTS = 6  # points of the grid that fits begin from
+GOOD = 1.1  # times the noise: a residual that no other start would make smaller
 
 
 @dataclass(frozen=True)
@@ -35,33 +39,33 @@ class Bounce:
 
 
 def path(b: Bounce, t: Floats) -> Floats:
-    """What the sensor shows at ascending times t (s), shape (n,)."""
+    """What the sensor shows at ascending times t (s), shape (n,).
+
+    In a flight x'(s) = e^(-k s) C cos(w s + phi), so that its turning points are known exactly: where the lowest one is
+    above the stop no later one meets it, as swings decay; else the crossing lies before it, after the highest one.
+    """
     w0 = 2.0 * math.pi * b.frequency
     k = 0.5 * w0 / b.quality
     w = math.sqrt(max(w0 * w0 - k * k, 1e-12 * w0 * w0))
     at, x, v = float(t[0]), b.x0, b.v0
     out = np.empty(len(t))
-    looked = np.linspace(0.0, 2.0 * math.pi / w, LOOKS + 1)[1:]
-    envelope, cosine, sine = np.exp(-k * looked), np.cos(w * looked), np.sin(w * looked)
+    slowest = 1e-6 * (w * abs(b.x0) + abs(b.v0) + w * abs(b.gap))
     first = 0
     for _ in range(MOST):
         p, q = x, (v + k * x) / w
-        below = envelope * (p * cosine + q * sine) < -b.gap
-        hit = math.inf
-        if below.any():
-            n = int(below.argmax())
-            hit = _crossing(p, q, k, w, b.gap, looked[n - 1] if n else 0.0, float(looked[n]))
-        last = len(t) if hit == math.inf else int(np.searchsorted(t, at + hit))
+        phi = math.atan2(p * w + k * q, v)
+        top, bottom = ((turn * math.pi - phi) % (2.0 * math.pi) for turn in (0.5, 1.5))
+        meets = math.exp(-k * bottom / w) * (p * math.cos(bottom) + q * math.sin(bottom)) < -b.gap
+        hit = _crossing(p, q, k / w, b.gap, top if top < bottom else 0.0, bottom) / w if meets else math.inf
+        last = int(np.searchsorted(t, at + hit)) if meets else len(t)
         s = t[first:last] - at
         out[first:last] = np.exp(-k * s) * (p * np.cos(w * s) + q * np.sin(w * s))
         first = last
         if first >= len(t):
             break
-        fall = math.exp(-k * hit)
-        c, d = math.cos(w * hit), math.sin(w * hit)
-        speed = fall * ((q * w - k * p) * c - (p * w + k * q) * d)
+        speed = math.exp(-k * hit) * (v * math.cos(w * hit) - (p * w + k * q) * math.sin(w * hit))
         at, x, v = at + hit, -b.gap, -b.restitution * min(speed, 0.0)
-        if v * w <= 1e-6 * w * w * (abs(b.x0) + abs(b.v0) / w + abs(b.gap)):  # it rests on the stop, or barely leaves
+        if v <= slowest:  # it rests on the stop, or barely leaves
             if b.gap <= 0.0:
                 break
             x = -b.gap * (1.0 - 1e-12)
@@ -69,18 +73,17 @@ def path(b: Bounce, t: Floats) -> Floats:
     return out + b.zero
 
 
-def _crossing(p: float, q: float, k: float, w: float, gap: float, low: float, high: float) -> float:
-    """The time between two where x falls through -gap: bisection that ends with secant steps."""
+def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float) -> float:
+    """The angle between two where e^(-k a) (p cos a + q sin a) falls through -gap: bisection and secant steps."""
 
-    def above(s: float) -> float:
-        return math.exp(-k * s) * (p * math.cos(w * s) + q * math.sin(w * s)) + gap
+    def above(a: float) -> float:
+        return math.exp(-k * a) * (p * math.cos(a) + q * math.sin(a)) + gap
 
-    low = max(low, 1e-9 * high)
     a, b = above(low), above(high)
     if a <= 0.0:
         return low
     for n in range(40):
-        middle = 0.5 * (low + high) if n < 4 or n % 3 == 2 else low + (high - low) * a / (a - b)
+        middle = 0.5 * (low + high) if n % 3 == 2 else low + (high - low) * a / (a - b)
         y = above(middle)
         if abs(y) < 1e-14 * (abs(p) + abs(q)):
             return middle
@@ -134,34 +137,76 @@ def first_sample(t: Floats, y: Floats) -> int:
     return 0 if not at or at[0] >= FEWEST else at[0] + 1
 
 
-def start(t: Floats, y: Floats) -> Bounce:
-    """Starting values: from the flights between impacts, then from a fit to more and more of the path.
+def noise_of(y: Floats) -> float:
+    """The noise of even samples: fourth differences, in which a smooth motion vanishes and a few impacts do not count.
 
-    Raises InputError where there are too few samples between the impacts.
+    White noise of variance s^2 gives them a variance of 70 s^2.  Of few samples a swing it is too high.
     """
-    at = impacts(t, y)
-    length = round(float(np.median(np.diff(at)))) if len(at) > 1 else round(0.8 * (len(t) - at[0] - 1))
-    ends = [-1, *at[:FLIGHTS], min(at[min(len(at), FLIGHTS) - 1] + length, len(t) - 1)]
-    pieces = [slice(a + 1, b) for a, b in itertools.pairwise(ends)]
-    pieces = list(itertools.takewhile(lambda p: p.stop - p.start >= FEWEST, pieces))
-    if len(pieces) < 2:
-        raise InputError(f"FILE must have {FEWEST} samples between two impacts or more for a restitution coefficient")
-    flight = float(np.median(np.diff(t[at]))) if len(at) > 1 else 4.0 * float(t[at[0]] - t[0])
-    shares = np.linspace(0.45, 1.1, 40) if len(at) > 1 else np.geomspace(0.2, 5.0, 80)
-    grid = itertools.product(shares / flight, (8.0, 20.0, 50.0, 200.0))
-    found = min((_flights(t, y, pieces, f, q) for f, q in grid), key=lambda one: one[0])[1]
-    size, last = float(np.ptp(y)), 0
-    for count in (1, 2, 4, 8, 16, 32):
-        end = at[min(count, len(at) - 1)] + length if count < len(at) else len(t)
-        if last < len(t):
-            found = _refined(t[:end], y[:end], found, size)
-        last = end
-    return found
+    return max(1.4826 * float(np.median(np.abs(np.diff(y, 4)))) / math.sqrt(70.0), 1e-9 * float(np.ptp(y)))
 
 
-def _refined(t: Floats, y: Floats, b: Bounce, size: float) -> Bounce:
+def start(t: Floats, y: Floats, frequency: float | None = None, quality: float | None = None) -> Bounce:
+    """Starting values: the best of several fits to more and more of the path, from the best points of a grid.
+
+    ``frequency`` (Hz) and ``quality`` are those that other measurements tell.
+
+    Raises InputError where there are too few samples in a swing.
+    """
+    swing = frequency or _frequency(t, y)
+    if len(t) / (t[-1] - t[0]) < FEWEST * swing:
+        raise InputError(f"FILE must have {FEWEST} samples a swing or more for a restitution coefficient")
+    noise, horizons = noise_of(y), [int(np.searchsorted(t, t[0] + n / swing)) for n in HORIZONS]
+    horizons = [n for n in horizons if n < len(t)] + [len(t)]
+    ends: list[tuple[float, Bounce]] = []
+    for begin in _grid(t[: horizons[0]], y[: horizons[0]], swing, frequency is not None, quality or 60.0):
+        found = begin
+        for n in horizons:
+            found = _refined(t[:n], y[:n], found, noise)
+        ends.append((float(np.std(y - path(found, t))), found))
+        if ends[-1][0] < GOOD * noise:
+            break
+    return min(ends, key=lambda one: one[0])[1]
+
+
+def _frequency(t: Floats, y: Floats) -> float:
+    """The frequency of the large swings: the highest line of their speed's spectrum, where a decaying mean is small."""
+    large = np.abs(y - np.median(y)) > LARGE * np.ptp(y)
+    n = min(int(np.flatnonzero(large)[-1]) + FEWEST, len(t))
+    even = np.linspace(t[0], t[n - 1], n)
+    lines = np.fft.rfft(np.gradient(np.interp(even, t[:n], y[:n])) * np.hanning(n), 8 * n)
+    return float(np.argmax(np.abs(lines[: len(lines) // 3])) / (8 * n * (even[1] - even[0])))
+
+
+def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> list[Bounce]:
+    """The best points of a grid over frequency, place of rest and restitution for the first swings.
+
+    The stop is where the samples end below; the swings have the frequency of the device, or up to its double where the
+    stop cuts them.  What begins the first flight is linear least squares.
+    """
+    low, high = float(y.min()), float(y.max())
+    first = max(int(np.argmax(y < low + 0.1 * (high - low))), 4)
+    pick = slice(None, None, max(1, len(t) // LOOKED_AT))
+    size = 0.05 * (high - low)
+    found: list[tuple[float, Bounce]] = []
+    for f in [swing] if sure else swing * np.geomspace(0.45, 1.1, 31):
+        w, k = 2.0 * math.pi * f, math.pi * f / quality
+        s = t[:first] - t[0]
+        basis = np.exp(-k * s)[:, None] * np.array([np.cos(w * s) + k / w * np.sin(w * s), np.sin(w * s) / w]).T
+        for zero in low + (high - low) * np.linspace(0.0, 0.6, 13):
+            (x0, v0), *_ = np.linalg.lstsq(basis, y[:first] - zero, rcond=None)
+            for r in (0.15, 0.35, 0.55, 0.75, 0.92):
+                one = Bounce(float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero))
+                off = (path(one, t[pick]) - y[pick]) / size
+                found.append((float(np.sum(np.log1p(off * off))), one))
+    found.sort(key=lambda one: one[0])
+    return [one for _, one in found[:STARTS]]
+
+
+def _refined(t: Floats, y: Floats, b: Bounce, noise: float) -> Bounce:
     """The bounce that is nearest to the first part of a path."""
     from scipy.optimize import least_squares
+
+    size = float(np.ptp(y))
 
     def bounce_of(p: Floats) -> Bounce:
         f, q = (float(v) for v in np.exp(np.clip(p[:2], -20.0, 20.0)))
@@ -173,7 +218,7 @@ def _refined(t: Floats, y: Floats, b: Bounce, size: float) -> Bounce:
     low = np.array([-np.inf, math.log(0.6), 0.0, *[-np.inf] * 4])
     high = np.array([np.inf, math.log(1e5), 1.0, *[np.inf] * 4])
     found = least_squares(
-        lambda p: (path(bounce_of(p), t) - y) / (0.01 * size),
+        lambda p: (path(bounce_of(p), t) - y) / max(3.0 * noise, 0.003 * size),
         np.clip(p, low + 1e-6, high - 1e-6),
         bounds=(low, high),
         loss="soft_l1",
@@ -181,32 +226,3 @@ def _refined(t: Floats, y: Floats, b: Bounce, size: float) -> Bounce:
         max_nfev=25,
     )
     return bounce_of(found.x)
-
-
-def _flights(t: Floats, y: Floats, pieces: list[slice], f: float, quality: float) -> tuple[float, Bounce]:
-    """The residual of flights at a frequency and quality, and the bounce that they make."""
-    w = 2.0 * math.pi * f
-    k = 0.5 * w / quality
-    picked = [np.unique(np.linspace(p.start, p.stop - 1, POINTS).astype(int)) for p in pieces]
-    rows = [len(p) for p in picked]
-    basis = np.zeros((sum(rows), 2 * len(pieces) + 1))
-    basis[:, -1] = 1.0
-    first = 0
-    for n, (piece, points) in enumerate(zip(pieces, picked, strict=True)):
-        s = t[points] - t[piece.start]
-        fall = np.exp(-k * s)
-        basis[first : first + rows[n], 2 * n] = fall * np.cos(w * s)
-        basis[first : first + rows[n], 2 * n + 1] = fall * np.sin(w * s)
-        first += rows[n]
-    values = y[np.concatenate(picked)]
-    found, *_ = np.linalg.lstsq(basis, values, rcond=None)
-    residual = float(np.sum((basis @ found - values) ** 2))
-    a, b, zero = found[:-1:2], found[1:-1:2], float(found[-1])
-    length = np.array([t[p.stop] - t[p.start] for p in pieces])
-    fall, c, d = np.exp(-k * length), np.cos(w * length), np.sin(w * length)
-    before = fall * ((b * w - k * a) * c - (a * w + k * b) * d)
-    after = b * w - k * a
-    good = (before[:-1] < 0.0) & (after[1:] > 0.0)
-    r = float(np.clip(np.median(-after[1:][good] / before[:-1][good]) if good.any() else 0.7, 0.02, 0.99))
-    gap = -float(np.median(fall * (a * c + b * d)))
-    return residual, Bounce(float(f), quality, r, gap, float(a[0]), float(after[0]), zero)

@@ -1,8 +1,8 @@
 """Least squares of all measurements at once, in the logarithms of what is above 0; outliers are left out.
 
 A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its residuals tell: the
-fit is repeated with them as weights, first with a loss that outliers hardly pull (soft L1), then without the points
-beyond `OUTLIER` times the noise, by plain least squares (SciPy).
+fit is repeated with them as weights, first with a loss that outliers hardly pull (soft L1), then without the outliers
+(`harvester.identification.misfit`), by plain least squares (SciPy).
 """
 
 import dataclasses
@@ -16,9 +16,9 @@ from harvester.arrays import Floats
 from harvester.errors import InputError
 from harvester.identification import bounce
 from harvester.identification.measurement import BaseResponse, Impedance, Measurement
+from harvester.identification.misfit import without_outliers
 from harvester.identification.models import Device, base_response, decay, impedance
 
-OUTLIER = 5.0  # times a channel's noise
 WEAK = 30.0  # how far, in its logarithm, a parameter that nothing determines may wander: a ridge holds it there
 LINEAR = ("loss", "restitution", "gap", "x0", "v0", "zero")  # parameters that may be 0 or below; all others are in logs
 DEVICE = tuple(field.name for field in dataclasses.fields(Device))
@@ -196,7 +196,7 @@ def fit(
             floor = 1e-9 * (np.ptp(channel.values) + 1e-12)
             if loss == "soft_l1":
                 noise[n] = max(_spread(inner), floor)
-                kept[n] = (np.abs(off) <= OUTLIER * noise[n]).astype(float)
+                kept[n] = without_outliers(off, noise[n], channel.x)
                 if kept[n].sum() < 0.7 * len(off):  # the model does not fit: these are no outliers
                     kept[n] = np.ones(len(off))
             else:

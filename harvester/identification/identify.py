@@ -7,22 +7,21 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, quantities
 from harvester.identification.answer import IdentificationResult, Parameter
 from harvester.identification.fit import DeviceFit, channels, fit
+from harvester.identification.goodness import misfits, residual_rms
 from harvester.identification.intervals import ProfileInterval, Profiles
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
 from harvester.identification.read import read_files
-from harvester.identification.start import chosen, starts
-from harvester.scene.keys import full_key, read_value
+from harvester.identification.start import chosen, meets, starts
+from harvester.scene.keys import full_key, key_kind, read_value
+from harvester.scene.plausibility import unusual
 
 NOT_DETERMINED = 0.7  # half-width of an interval of a logarithm: a factor of two
 NOT_KNOWN = 0.5  # half-width of a restitution coefficient or a loss
-STRANGE = 0.05  # residual from which on the model is doubted
+EDGE = 1e-6  # from 0 and 1 a restitution coefficient is at the boundary of the fit
 KNOWN = ("oscillator.mass", "oscillator.damping_ratio", "piezo.capacitance", "stop.restitution", "stop.gap")
 
 
@@ -73,11 +72,7 @@ def identified(measurements: Sequence[Measurement], known: dict[str, float] | No
     best = _fit(measurements, known, bouncing)
     if bouncing:
         notes.append("note: the ring-down meets a stop: fitted as flights and impacts in short circuit")
-    if _rms(best) > STRANGE:
-        notes.append(
-            f"warning: the fit is off by {100 * _rms(best):.2g} % rms: the device is not one linear mode there, "
-            "or a load or unit is not as stated; the intervals hold only the scatter"
-        )
+    notes += misfits(best)
     if alone:
         notes.append(
             f"note: one ring-down in {alone} gives the frequency and quality there; those in short circuit and the "
@@ -104,31 +99,16 @@ def _alone(measurements: list[Measurement]) -> tuple[list[Measurement], str]:
 
 
 def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: bool) -> DeviceFit:
-    if bouncing and sum(isinstance(one, Decay) and one.of == "displacement" for one in measurements) > 1:
+    beside = [one for one in measurements if not meets(one, bouncing)]
+    if len(measurements) - len(beside) > 1:
         raise InputError("one FILE alone must be a ring-down against a stop, but several displacements are given")
     names = chosen(measurements, known, bouncing)
     if not names:
-        raise InputError("FILE must measure something that `known` leaves open, but nothing is left to fit")
+        raise InputError("FILE must hold what `known` leaves open, but nothing is left to fit")
+    others = _fit(beside, known, False).values() if bouncing and chosen(beside, known, False) else {}
     few = channels([thinned(one, 50) for one in measurements], bouncing)
-    begin = starts(measurements, names, known, bouncing)
+    begin = starts(measurements, names, known, bouncing, others)
     return fit(names, begin, known, channels(measurements, bouncing), few)
-
-
-def _relative(best: DeviceFit, channel: object, kept: Floats) -> float:
-    """The rms residual of a channel: of a ring-down over its size, else as it is."""
-    for one, noise in zip(best.channels, best.noise, strict=True):
-        if one is channel:
-            return noise / max(float(np.std(one.values)), 1e-300) if one.name == "ring-down" else noise
-    return 0.0
-
-
-def _rms(best: DeviceFit) -> float:
-    """The residual of the whole fit, over all points that are kept."""
-    total, count = 0.0, 0.0
-    for channel, kept in zip(best.channels, best.kept, strict=True):
-        total += float(kept.sum()) * _relative(best, channel, kept) ** 2
-        count += float(kept.sum())
-    return math.sqrt(total / max(count, 1.0))
 
 
 def _answer(
@@ -137,28 +117,20 @@ def _answer(
     profiles = Profiles(best)
     found, missing = [], []
     for one in quantities.answered(set(best.names) | set(known)):
-        if one.key == "oscillator.mass" and "mass" in known:
-            found.append(Parameter(one.key, known["mass"], known["mass"], known["mass"], one.unit, "known"))
-            continue
         interval = profiles.interval(one.of, one.above_0)
-        if _open(interval, one.above_0):
-            missing.append((one.key, _remedy(one.key)))
-            continue
-        what = f"resonance in {alone}" if alone and one.key == "short_circuit_frequency" else one.what
-        what = f"in {alone}" if alone and one.key in ("quality_factor", "oscillator.damping_ratio") else what
-        key = one.key if not (alone and one.key == "short_circuit_frequency") else "resonance_frequency"
-        found.append(Parameter(key, interval.value, interval.low, interval.high, one.unit, what))
+        if why := _why_open(one, interval, best):
+            missing.append((one.key, why))
+        else:
+            what = "known" if interval.low == interval.high else one.what
+            found.append(Parameter(one.key, interval.value, interval.low, interval.high, one.unit, what))
     keys = {p.key for p in found} | {key for key, _ in missing}
-    needed = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.capacitance")
-    missing += [(key, _remedy(key)) for key in needed if key not in keys]
-    if any(isinstance(one, Impedance) and one.clamped for one in measurements) and len(measurements) == 1:
+    missing += [(key, _remedy(key)) for key in quantities.NEEDED if key not in keys]
+    if len(measurements) == 1 and isinstance(measurements[0], Impedance) and measurements[0].clamped:
         missing.insert(0, ("short_circuit_frequency", "a clamped impedance has no resonance: measure it free too"))
-    if alone:
-        found = [dataclasses.replace(p, key=p.key.removeprefix("oscillator.")) for p in found]
     return IdentificationResult(
-        tuple(found),
+        tuple(_of_one_state(one, alone) for one in found) if alone else tuple(found),
         tuple(missing),
-        _rms(best),
+        residual_rms(best),
         best.names,
         profiles.correlations(),
         sum(len(c.x) for c in best.channels),
@@ -166,6 +138,32 @@ def _answer(
         tuple(notes),
         best,
     )
+
+
+def _of_one_state(one: Parameter, state: str) -> Parameter:
+    """A parameter as ring-downs in one state tell it, which are not known to be those of a short circuit."""
+    if one.key == "short_circuit_frequency":
+        return dataclasses.replace(one, key="resonance_frequency", what=f"resonance in {state}")
+    in_state = one.key in ("quality_factor", "oscillator.damping_ratio")
+    return dataclasses.replace(
+        one, key=one.key.removeprefix("oscillator."), what=f"in {state}" if in_state else one.what
+    )
+
+
+def _why_open(one: quantities.Quantity, interval: ProfileInterval, best: DeviceFit) -> str:
+    """Why a number is not determined: too wide, at a boundary of the fit, or none that a device has; "" where it is."""
+    if one.key == "oscillator.mass" and "mass" in best.fixed:
+        return ""
+    at_its_end = interval.low == interval.high and not set(one.needs).isdisjoint(best.names)  # where nothing changes it
+    if at_its_end or _open(interval, one.above_0):
+        return _remedy(one.key)
+    if one.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
+        return "the fit ends at its boundary, so that no interval holds it: measure more impacts"
+    if one.key in ("oscillator.mass", "oscillator.stiffness") and "mass" not in best.fixed:
+        kind = key_kind(*one.key.split("."))
+        if kind is not None and unusual(one.key, interval.value, kind):
+            return f"the fit gives {interval.value:.3g} {one.unit}, which no such device has: check loads and units"
+    return ""
 
 
 def _open(interval: ProfileInterval, above_0: bool) -> bool:

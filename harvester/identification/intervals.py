@@ -38,8 +38,11 @@ class Profiles:
         from scipy.special import stdtrit
 
         self.fit = fit
-        ridge = 1e-6 * np.eye(len(fit.p))  # a parameter that nothing determines has a large, finite variance
-        self.plain = np.linalg.pinv(fit.jacobian.T @ fit.jacobian + ridge * ridge, rcond=1e-15, hermitian=True)
+        curvature = fit.jacobian.T @ fit.jacobian + 1e-12 * np.eye(len(fit.p))  # what nothing determines varies by 1e6
+        scale = 1.0 / np.sqrt(np.diag(curvature))
+        self.plain = np.linalg.inv(curvature * np.outer(scale, scale) + 1e-14 * np.eye(len(scale))) * np.outer(
+            scale, scale
+        )
         meat = (fit.jacobian * fit.residual[:, None] ** 2).T @ fit.jacobian * (len(fit.residual) / fit.dof)
         self.robust = self.plain @ meat @ self.plain
         self.sum = float(fit.residual @ fit.residual)

@@ -10,6 +10,7 @@ A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a co
 
 import math
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, refused, shown
 from harvester.identification.measurement import OPEN, SHORT, BaseResponse, Decay, Impedance, Measurement, finite
 from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
-from harvester.records.csv_table import CsvTable, read_table
+from harvester.records.csv_table import CsvColumn, CsvTable, read_table
 from harvester.records.record_files import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
@@ -69,30 +70,38 @@ def read_file(name: str) -> list[Measurement]:
     label = Path(path).name
     key = f"FILE {shown(label)}"
     table = read_table(path, "FILE")
-    remarks = [line[:LONGEST_REMARK] for line in table.remarks]
-    said = state or next((m[1] for line in remarks if (m := _REMARK.search(line))), "")
-    clamped = said.strip().lower() == "clamped" or (not said and any(_CLAMPED.fullmatch(line) for line in remarks))
-    load = None if clamped or not said else _load(said, key)
+    load, clamped = _state(state, table.remarks, key)
     if table.bad:
         row, place, text = table.bad[0]
         head = next((column.name for column in table.columns if column.place == place), "")
         raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
-    frequencies = table.find(is_frequency)
-    if frequencies:
-        f = frequencies[0].in_si(FREQUENCY)
-        if f is None:
-            if frequencies[0].stated:
-                raise invalid(f"{key} column {frequencies[0].name!r}", "have a unit such as Hz", frequencies[0].stated)
-            f = frequencies[0].values
+    if frequencies := table.find(is_frequency):
+        f = _in_hertz(frequencies[0], key)
         z = _impedance(table, f)
         if z is not None:
             return [_checked_impedance(Impedance(label, f, z, clamped), key)]
-        found: list[Measurement] = _responses(table, f, label, key, load)
-        if found:
+        if found := _responses(table, f, label, key, load):
             return found
     elif table.find(is_time):
         return [_decay(table, label, key, load)]
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+
+
+def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, bool]:
+    """The load (ohm), and whether the mass was held, from what stands behind the @ or else in remarks."""
+    lines = [line[:LONGEST_REMARK] for line in remarks]
+    said = state or next((m[1] for line in lines if (m := _REMARK.search(line))), "")
+    if said.strip().lower() == "clamped" or (not said and any(map(_CLAMPED.fullmatch, lines))):
+        return None, True
+    return (_load(said, key) if said else None), False
+
+
+def _in_hertz(column: CsvColumn, key: str) -> Floats:
+    """A column of frequencies, in Hz where it has no unit."""
+    f = column.in_si(FREQUENCY)
+    if f is None and column.stated:
+        raise invalid(f"{key} column {column.name!r}", "have a unit such as Hz", column.stated)
+    return column.values if f is None else f
 
 
 def _load(text: str, key: str) -> float:

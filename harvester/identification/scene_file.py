@@ -5,11 +5,11 @@ from pathlib import Path
 from harvester.devices import scene_file
 from harvester.devices.device import Entry, Tables
 from harvester.identification.answer import IdentificationResult, Parameter
+from harvester.identification.quantities import NEEDED
 from harvester.machine import files
 from harvester.scene.toml import loads
 
 OWN = ("oscillator", "piezo", "stop")
-NEEDED = ("oscillator.mass", "oscillator.stiffness", "piezo.coupling", "piezo.capacitance")
 _FORMULAS = {
     "oscillator.mass": "",
     "oscillator.stiffness": "(2 pi f_sc)^2 mass",

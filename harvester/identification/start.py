@@ -1,8 +1,9 @@
 """Which parameters measurements may determine, and values to begin their fit from."""
 
+import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -15,61 +16,94 @@ from harvester.identification.models import Device, base_response
 
 QUALITIES = (6.0, 20.0, 60.0, 200.0, 700.0)
 BETAS = (0.003, 0.03, 0.2, 0.8)
+BOUNCE = ("restitution", "gap", "x0", "v0", "zero")  # parameters that only a ring-down against a stop has
 
 
 def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool) -> tuple[str, ...]:
     """The names of the parameters to fit; what is known is not among them."""
-    free = [one for one in measurements if not (isinstance(one, Impedance) and one.clamped)]
-    impedances = [one for one in measurements if isinstance(one, Impedance)]
-    circuits = [one for one in free if isinstance(one, Impedance) or (one.load != SHORT and not _meets(one, bouncing))]
-    loads = [one for one in free if not isinstance(one, Impedance) and one.load not in (SHORT, OPEN)]
-    volts = any(isinstance(one, BaseResponse) and one.of == "voltage" for one in measurements)
-    names = ["frequency", "quality"] if free else []
-    names += ["beta"] if circuits else []
-    names += ["capacitance"] if impedances or (loads and circuits) else []
-    names += ["loss"] if impedances else []
-    told = "capacitance" in names or "capacitance" in known  # without it a known mass gives no psi = theta/C
-    names += ["psi"] if volts and not ("mass" in known and told) else []
-    names += ["restitution", "gap", "x0", "v0", "zero"] if bouncing else []
-    return tuple(name for name in names if name not in known)
+    linear = [one for one in measurements if not meets(one, bouncing)]
+    impedance, coupled = any(map(_is_impedance, measurements)), any(map(_couples, linear))
+    moving = coupled or not all(map(_is_impedance, measurements))
+    capacitance = impedance or (coupled and any(map(_has_resistor, measurements)))
+    told = "mass" in known and (capacitance or "capacitance" in known)  # else a known mass gives no psi = theta/C
+    determined = {
+        ("frequency", "quality"): moving,
+        ("beta",): coupled,
+        ("capacitance",): capacitance,
+        ("loss",): impedance,
+        ("psi",): any(map(_is_voltage_per_g, measurements)) and not told,
+        BOUNCE: bouncing,
+    }
+    return tuple(name for names, there in determined.items() if there for name in names if name not in known)
 
 
-def _meets(one: Measurement, bouncing: bool) -> bool:
+def _is_impedance(one: Measurement) -> bool:
+    return isinstance(one, Impedance)
+
+
+def _is_voltage_per_g(one: Measurement) -> bool:
+    return isinstance(one, BaseResponse) and one.of == "voltage"
+
+
+def _has_resistor(one: Measurement) -> bool:
+    return not isinstance(one, Impedance) and one.load not in (SHORT, OPEN)
+
+
+def _couples(one: Measurement) -> bool:
+    """Whether the mass moves and the piezo has a voltage."""
+    return not one.clamped if isinstance(one, Impedance) else one.load != SHORT
+
+
+def meets(one: Measurement, bouncing: bool) -> bool:
+    """Whether a measurement is the ring-down that meets the stop, of which ``bouncing`` says that there is one."""
     return bouncing and isinstance(one, Decay) and one.of == "displacement"
 
 
 def starts(
-    measurements: Sequence[Measurement], names: tuple[str, ...], known: dict[str, float], bouncing: bool
+    measurements: Sequence[Measurement],
+    names: tuple[str, ...],
+    known: dict[str, float],
+    bouncing: bool,
+    others: dict[str, float],
 ) -> list[dict[str, float]]:
-    """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest."""
-    met = next((one for one in measurements if isinstance(one, Decay) and _meets(one, bouncing)), None)
-    flights = None if met is None else bounce.start(met.t, met.y)
-    found_peaks = sorted({f for one in measurements for f in _peaks(one, bouncing)}) or [1.0]
-    peaks = sorted({found_peaks[0], found_peaks[len(found_peaks) // 2], found_peaks[-1]})
-    if flights is not None:
-        peaks = [flights.frequency]
-    ratios = {round((b / a) ** 2 - 1.0, 6) for a, b in itertools.combinations(peaks, 2)}
-    betas = sorted({*BETAS, *(r for r in ratios if 1e-4 < r < 5.0)}) if "beta" in names else [known.get("beta", 0.0)]
+    """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest.
+
+    ``others`` are the parameters that the measurements beside a ring-down against a stop tell by themselves.
+    """
+    if bouncing:
+        met = next(one for one in measurements if isinstance(one, Decay) and meets(one, bouncing))
+        flights = bounce.start(met.t, met.y, others.get("frequency"), others.get("quality"))
+        of_bounce = {field.name: getattr(flights, field.name) for field in dataclasses.fields(flights)}
+        if set(names) <= {*of_bounce, *others}:
+            return [{name: {**of_bounce, **others}[name] for name in names}]
+        linear = [one for one in measurements if not meets(one, bouncing)]
+        return [{name: {**one, **of_bounce}[name] for name in names} for one in _combined(linear, names, known)]
+    return [{name: one[name] for name in names} for one in _combined(measurements, names, known)]
+
+
+def _combined(
+    measurements: Sequence[Measurement], names: tuple[str, ...], known: dict[str, float]
+) -> Iterator[dict[str, float]]:
+    """The combinations for measurements without a stop."""
+    found = sorted({f for one in measurements for f in _peaks(one)}) or [1.0]
+    peaks = sorted({found[0], found[len(found) // 2], found[-1]})
     qualities = QUALITIES if "quality" in names else (known.get("quality", 100.0),)
-    if flights is not None:
-        qualities = (flights.quality,)
-    losses = [_loss(measurements)] if "loss" in names else [known.get("loss", 0.0)]
-    found = []
-    for f, q, beta, loss in itertools.product(peaks, qualities, betas, losses):
-        for f0 in {f, f / math.sqrt(1.0 + beta)} if "beta" in names else {f}:
+    loss = _loss(measurements) if "loss" in names else known.get("loss", 0.0)
+    for f, q, beta in itertools.product(peaks, qualities, _betas(peaks) if "beta" in names else [0.0]):
+        for f0 in {f, f / math.sqrt(1.0 + beta)}:
             for c in _capacitances(measurements, f0) if "capacitance" in names else [known.get("capacitance", 1.0)]:
                 values = {"frequency": f0, "quality": q, "beta": beta, "capacitance": c, "loss": loss}
                 values |= {name: v for name, v in known.items() if name != "mass"}
-                if "psi" in names:
-                    values["psi"] = _psi(measurements, device(values))
-                if flights is not None:
-                    for name in ("restitution", "gap", "x0", "v0", "zero"):
-                        values[name] = getattr(flights, name)
-                found.append({name: values[name] for name in names})
-    return found
+                yield values | {"psi": _psi(measurements, device(values))}
 
 
-def _peaks(one: Measurement, bouncing: bool) -> list[float]:
+def _betas(peaks: Sequence[float]) -> list[float]:
+    """Couplings theta^2/(K C): usual ones, and those that two peaks as resonances in short and open circuit have."""
+    ratios = ((b / a) ** 2 - 1.0 for a, b in itertools.combinations(peaks, 2))
+    return sorted({*BETAS, *(round(one, 6) for one in ratios if 1e-4 < one < 5.0)})
+
+
+def _peaks(one: Measurement) -> list[float]:
     """Frequencies at which a curve has its resonances."""
     if isinstance(one, Impedance):
         if one.clamped:
@@ -78,7 +112,7 @@ def _peaks(one: Measurement, bouncing: bool) -> list[float]:
         return [float(one.f[np.argmax((1.0 / one.z).real / one.f)]), float(one.f[np.argmax(above)])]
     if isinstance(one, BaseResponse):
         return [float(one.f[np.argmax(one.size)])]
-    return [] if _meets(one, bouncing) else [_strongest(one.t, one.y)]
+    return [_strongest(one.t, one.y)]
 
 
 def _strongest(t: Floats, y: Floats) -> float:

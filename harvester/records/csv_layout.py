@@ -5,6 +5,7 @@ whose header has as many cells as they have, is the file's.
 """
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -49,26 +50,25 @@ def layout(text: str) -> Layout | None:
     remarks = tuple(line for line in lines if line.lstrip().startswith(COMMENTS))
     plain = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)]
     looked = plain[:LOOKED_AT]
-    best: tuple[tuple[int, bool, bool, int], str, str] | None = None
-    for order, delimiter in enumerate(DELIMITERS):
-        for decimal in ".,":
-            data = [is_data(cells(line, delimiter), decimal) for line in looked]
-            count = _width(looked, data, delimiter)
-            fits = sum(one and len(cells(line, delimiter)) <= count for one, line in zip(data, looked, strict=True))
-            if not fits:
-                continue
-            first = data.index(True)
-            named = first == 0 or len(cells(looked[first - 1], delimiter)) == count
-            score = (fits, named, count > 1, -2 * order - (decimal == ","))
-            if best is None or score > best[0]:
-                best = score, delimiter, decimal
-    if best is None:
+    scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
+    best, (delimiter, decimal) = max(scored, key=lambda one: one[0])
+    if not best[0]:
         return None
-    _, delimiter, decimal = best
     data = [is_data(cells(line, delimiter), decimal) for line in looked]
     first = data.index(True)
     heads, units, above = _header(looked[:first], remarks, delimiter, _width(looked, data, delimiter))
     return Layout(delimiter, decimal, heads, units, tuple(plain[first:]), (*remarks, *above))
+
+
+def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, bool, bool, int]:
+    """How well a delimiter and a decimal sign make lines rows: how many, below a header of as many cells; the usual."""
+    rows = [cells(line, delimiter) for line in lines]
+    data = [is_data(row, decimal) for row in rows]
+    count = _width(lines, data, delimiter)
+    fits = sum(one and len(row) <= count for one, row in zip(data, rows, strict=True))
+    first = data.index(True) if fits else 0
+    named = first == 0 or len(rows[first - 1]) == count
+    return fits, named, count > 1, -2 * DELIMITERS.index(delimiter) - (decimal == ",")
 
 
 def _width(lines: Sequence[str], data: Sequence[bool], delimiter: str) -> int:

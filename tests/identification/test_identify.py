@@ -8,6 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.identification.measurement import OPEN, SHORT
+from harvester.identification.misfit import without_outliers
 from harvester.identification.read import read_file
 from tests.support import bench
 from tests.support.bench import KINDS
@@ -20,7 +21,7 @@ def test_intervals_hold_the_truth(tmp_path, kind):
     An interval misses one time in twenty: no error may be beyond twice it, and few beyond it.
     """
     missed, asked = [], 0
-    for seed in range(1 if kind in ("bounce", "voltage", "ring_downs") else 2):
+    for seed in range(1 if kind in ("bounce", "bounces", "voltage", "ring_downs") else 2):
         names, truth = KINDS[kind](np.random.default_rng([22, seed]), tmp_path)
         found = hv.identify(names)
         assert found.residual_rms < 0.05
@@ -33,6 +34,75 @@ def test_intervals_hold_the_truth(tmp_path, kind):
         if kind == "bounce":
             assert abs(found["stop.restitution"].value - truth["stop.restitution"]) < 0.005
     assert len(missed) <= 0.3 * asked, missed
+
+
+HARD = (1, 2, 4, 6, 9, 16, 28, 31)  # which ended in a wrong minimum, one of them without a word
+
+
+@pytest.mark.parametrize("seed", HARD)
+def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
+    """Few impacts, small gaps, much noise: of benchmarks/identify.py's 200 files those that a single start lost."""
+    names, truth = KINDS["bounces"](np.random.default_rng([22, seed]), tmp_path)
+    found = hv.identify(names)
+    for key, value in truth.items():
+        one = found[key]
+        assert abs(one.value - value) < 2.2 * 0.5 * (one.high - one.low), key
+    assert not any("warning" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("seed", [1, 6, 16])
+def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
+    """Impedance and voltage tell the mass within a per cent, and so they do beside the ring-down."""
+    truth = bench.device(np.random.default_rng(seed), loss=0.015)
+    rng = np.random.default_rng([22, seed])
+    names, whole = bench.joint(np.random.default_rng(seed), tmp_path)
+    t = np.linspace(0.0, 20.0 / truth.f0, 1200)
+    r, gap = rng.uniform(0.3, 0.9), rng.uniform(0.02, 0.4) * 1e-3
+    y = bench.bouncing(truth, r, gap, 1e-3, t) + 3e-6 * rng.standard_normal(len(t))
+    names.append(bench.write(tmp_path / "b.csv", "Time (s),Displacement (mm)", t, y * 1e3) + "@short")
+    found = hv.identify(names)
+    for key, value in {**whole, "stop.restitution": r, "stop.gap": gap}.items():
+        one = found[key]
+        assert abs(one.value - value) < 2.2 * 0.5 * (one.high - one.low), key
+    assert found["oscillator.mass"].value == pytest.approx(truth.mass, rel=0.02)
+
+
+def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
+    """Its interval had no width, and the mass was a million tons."""
+    for seed in range(4):
+        names, truth = bench.weak(np.random.default_rng(seed), tmp_path)
+        found = hv.identify(names)
+        told = {one.key: one for one in found.parameters}
+        assert "oscillator.mass" not in told, seed
+        assert {"oscillator.mass", "coupling_coefficient"} <= {key for key, _ in found.missing}, seed
+        for key in ("short_circuit_frequency", "piezo.capacitance", "piezo.coupling"):
+            half = 0.5 * (told[key].high - told[key].low)
+            assert 0.0 < half < 0.05 * told[key].value, key
+            assert abs(told[key].value - truth[key]) < 2.2 * half, (seed, key)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.1])
+def test_a_second_mode_is_told_from_the_residual(tmp_path, share):
+    """Neighbouring points agree where a mode is missing; without one there is no such warning."""
+    names, truth = bench.two_modes(np.random.default_rng(3), tmp_path, share=share)
+    (warning, *_) = [note for note in hv.identify(names).notes if "is no noise" in note]
+    assert "another mode" in warning
+    assert float(warning.partition("most about ")[2].split()[0]) == pytest.approx(1.25 * truth.f0, rel=0.08)
+    for seed in range(3):
+        names, _ = KINDS["impedance"](np.random.default_rng(seed), tmp_path)
+        assert hv.identify(names).notes == ()
+
+
+def test_a_run_of_neighbours_far_off_is_a_misfit():
+    """Single points are outliers; eight beside each other are what the model does not say."""
+    off = np.random.default_rng(1).standard_normal(200)
+    off[[20, 90, 91]] = 40.0
+    off[120:128] = 20.0
+    x = np.arange(200.0)
+    kept = without_outliers(off, 1.0, x)
+    assert np.flatnonzero(kept == 0.0).tolist() == [20, 90, 91]
+    mixed = np.random.default_rng(2).permutation(200)
+    assert (without_outliers(off[mixed], 1.0, x[mixed]) == kept[mixed]).all()
 
 
 def test_impedance_alone_gives_no_mass(harvester, tmp_path):

@@ -5,10 +5,11 @@ returns their names, as `harvester identify` takes them, and the true value of e
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 G = 9.80665
 
@@ -109,34 +110,30 @@ def decay_of(truth, t, load, x0):
 
 
 def bouncing(truth, r, gap, x0, t):
-    """The displacement of a ring-down against a stop at x = -gap, by DOP853 and its events."""
+    """The displacement of a ring-down against a stop at x = -gap, by DOP853 from one turning point to the next.
 
-    def fall(_, y):
-        return y[0] + gap
-
-    fall.terminal, fall.direction = True, -1
-    longest = 1 / (100 * truth.f0)  # a longer step passes over a mass that only grazes the stop
+    Where the mass turns beyond the stop it has met it on the way; a mere event would pass over one that only grazes.
+    """
     a, state, at, out = truth.states(0.0), np.array([x0, 0.0]), 0.0, np.full(len(t), -gap)
+    turn = lambda _, y: y[1]  # noqa: E731
+    turn.terminal, turn.direction = True, 1
+    fast = x0 * 2 * math.pi * truth.f0
     while at < t[-1]:
+        span = (at, at + 1.5 / truth.f0)
         run = solve_ivp(
-            lambda _, y: a @ y,
-            (at, t[-1]),
-            state,
-            "DOP853",
-            events=fall,
-            rtol=1e-9,
-            atol=1e-12,
-            dense_output=True,
-            max_step=longest,
+            lambda _, y: a @ y, span, state, "DOP853", events=turn, rtol=1e-10, atol=1e-14, dense_output=True
         )
-        here = (t >= at) & (t <= run.t[-1])
-        out[here] = run.sol(t[here])[0]
-        if run.status != 1:
-            break
-        at, (_, v) = run.t[-1], run.y[:, -1]
-        state = np.array([-gap * (1 - 1e-12) if gap > 0 else -gap + 1e-15, -r * v])
-        if abs(v) < 1e-5 * x0 * 2 * math.pi * truth.f0:
-            break
+        end, after = run.t[-1], np.array([run.y[0, -1], 1e-12 * fast])
+        if run.y[0, -1] < -gap:
+            falls = np.linspace(at, end, 2000)
+            last = falls[np.flatnonzero(run.sol(falls)[0] > -gap)[-1]]
+            end = brentq(lambda s, sol=run.sol: sol(s)[0] + gap, last, run.t[-1], xtol=1e-15)
+            after = np.array([-gap + 1e-12 * x0, -r * run.sol(end)[1]])
+            if after[1] < 1e-6 * fast and gap <= 0.0:
+                break  # it rests
+        here = (t >= at) & (t < end)
+        out[here] = run.sol(t[here])[0] if here.any() else 0.0
+        at, state = end, after
     return out
 
 
@@ -212,9 +209,15 @@ def ring_downs(rng, folder):
     return names, truth.parameters(*ELECTRICAL)
 
 
-def joint(rng, folder):
+def weak(rng, folder):
+    """As `joint`, with a coupling that vanishes in the noise: k^2 = 1e-5."""
+    return joint(rng, folder, beta=1e-5)
+
+
+def joint(rng, folder, beta=None):
     """An impedance and a voltage over one load: with the mass."""
     truth = device(rng, loss=0.015)
+    truth = truth if beta is None else replace(truth, beta=beta)
     f = _sweep(truth, 151)
     z = impedance_of(truth, f)
     size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
@@ -240,6 +243,30 @@ def bounce(rng, folder):
     return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
 
 
+def bounces(rng, folder):
+    """As `bounce`, of many kinds: r from 0.3, gaps from 0, qualities to 300, few and many swings, samples and noise."""
+    truth = device(rng)
+    truth = Truth(truth.mass, truth.f0, math.exp(rng.uniform(math.log(15.0), math.log(300.0))), truth.beta, truth.c)
+    r, x0, gap = rng.uniform(0.3, 0.97), 1e-3, rng.uniform(0.0, 0.5) * 1e-3
+    swings, count = rng.uniform(8.0, 40.0), int(rng.uniform(25.0, 100.0) * 25.0)
+    t = np.linspace(0.0, swings / truth.f0, max(count, int(30 * swings)))
+    noise = math.exp(rng.uniform(math.log(1e-3), math.log(1e-2)))
+    y = bouncing(truth, r, gap, x0, t) + noise * x0 * rng.standard_normal(len(t))
+    path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
+    return [path + "@short"], {**truth.parameters(*MECHANICAL), "stop.restitution": r, "stop.gap": gap}
+
+
+def two_modes(rng, folder, ratio=1.25, share=0.6):
+    """An impedance with a second mode at ``ratio`` times the frequency, with ``share`` of the coupling."""
+    truth = device(rng, loss=0.015)
+    other = replace(truth, f0=ratio * truth.f0, beta=share**2 * truth.beta / ratio**2)
+    f = np.linspace(0.6, 1.6, 201) * truth.f0
+    z = 1 / (1 / impedance_of(truth, f) + 1 / impedance_of(other, f) - 1 / impedance_of(other, f, clamped=True))
+    size = np.abs(z) * (1 + 3e-3 * rng.standard_normal(len(f)))
+    phase = np.degrees(np.angle(z)) + 0.2 * rng.standard_normal(len(f))
+    return [write(folder / "z.csv", "Frequency (Hz),|Z| (ohm),Phase (deg)", f, size, phase)], truth
+
+
 def impedance_rx(rng, folder):
     return impedance(rng, folder, "rx")
 
@@ -250,5 +277,5 @@ def impedance_gb(rng, folder):
 
 KINDS = {
     one.__name__: one
-    for one in (impedance, impedance_rx, impedance_gb, voltage, displacement, ring_downs, joint, bounce)
+    for one in (impedance, impedance_rx, impedance_gb, voltage, displacement, ring_downs, joint, bounce, bounces)
 }

@@ -1,0 +1,50 @@
+"""How well a fit fits: its residual, and warnings where that is more than noise."""
+
+import math
+
+import numpy as np
+
+from harvester.identification.fit import Channel, DeviceFit
+from harvester.identification.misfit import pattern
+
+STRANGE = 0.05  # residual of a sweep from which on the model is doubted
+DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they are no outliers
+
+
+def residual_rms(best: DeviceFit) -> float:
+    """The residual of the whole fit, over all points that are kept."""
+    counts = np.array([kept.sum() for kept in best.kept])
+    parts = np.array([_relative(*one) for one in zip(best.channels, best.noise, strict=True)])
+    return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
+
+
+def _relative(channel: Channel, noise: float) -> float:
+    """The rms residual of a channel: of a ring-down over its size, else as it is."""
+    return noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
+
+
+def misfits(best: DeviceFit) -> list[str]:
+    """Warnings where the device that was measured is not the one that was fitted."""
+    found, values = list[str](), best.values()
+    swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
+    rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
+    if rms > STRANGE:
+        found.append(
+            f"warning: the fit is off by {100 * rms:.2g} % rms: the device is not one linear mode there, "
+            "or a load or unit is not as stated; the intervals hold only the scatter"
+        )
+    for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
+        off = channel.residuals(values, kept)[kept > 0.0]
+        left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
+        if left is not None:
+            found.append(
+                f"warning: the residual of {channel.source.name} ({channel.name}) is no noise, most about "
+                f"{left.at:.4g} Hz: neighbouring points agree (correlation {left.correlation:+.2f}); another mode, a "
+                "stop that is not rigid, or a load or unit that is not as stated; the intervals hold only the scatter"
+            )
+        if len(off) < (1.0 - DOUBTFUL) * len(kept):
+            found.append(
+                f"warning: {len(kept) - len(off)} of the {len(kept)} points of {channel.source.name} "
+                f"({channel.name}) are left out as outliers: the fit may be of another device"
+            )
+    return found
