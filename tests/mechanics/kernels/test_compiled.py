@@ -120,7 +120,7 @@ def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
         shutil.copytree(
             ROOT / "harvester", tmp_path / place / "harvester", ignore=shutil.ignore_patterns("__pycache__")
         )
-        env = os.environ | {"PYTHONPATH": str(tmp_path / place), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        env = os.environ | {"PYTHONPATH": str(tmp_path / place), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
         call = [sys.executable, "-c", CALL, str(tmp_path / place)]
         both.append(subprocess.Popen(call, env=env, cwd=tmp_path, stdout=subprocess.PIPE, text=True))
     assert sorted(one.communicate(timeout=60)[0].strip() for one in both) == ["0", "1"]
