@@ -86,7 +86,6 @@ def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     assert store[t > wakes[0]].min() > 3.67 - 0.1
 
 
-@pytest.mark.thorough("test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [
@@ -132,7 +131,6 @@ def test_a_step_up_chip_stops_charging_when_full():
     assert store.max() < 4.25
 
 
-@pytest.mark.thorough("test_a_step_up_chip_holds_its_input_and_gives_what_it_says")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [

@@ -216,7 +216,6 @@ def power_at_60_volts(name, **coil):
     return measured(name, best_load(name), charged, 60.0, Bv=1e3, **coil)[0]
 
 
-@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", sorted(set(BEST) - {"bridge"}))
 def test_gain_over_the_bridge(name):
     """1, 2/(1-q), (1+q)/(1-q), 4, at 60 V, where drops matter little; SECE's with a good coil, its drops are 11 %."""
@@ -241,7 +240,6 @@ def test_sshc_against_its_closed_form(share, flip):
 CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")  # tests/cosimulation/test_chips.py
 
 
-@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize(
     "path", sorted(p for p in netlist_folder().glob("*.cir") if p.stem not in CHIPS), ids=lambda p: p.stem
 )

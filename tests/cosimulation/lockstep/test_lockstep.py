@@ -90,7 +90,6 @@ def test_whole_scheme_is_of_second_order():
     assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
 
 
-@pytest.mark.thorough("test_difference_falls_with_the_square_of_the_step")
 @pytest.mark.parametrize("mu", [0.01, 1.0, 5.0, 30.0, 100.0, 1000.0])
 @pytest.mark.parametrize("beta", [0.05, 1.25, 10.0])
 def test_stiff_and_strong_coupling_stay_stable(beta, mu):

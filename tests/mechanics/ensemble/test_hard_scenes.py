@@ -342,7 +342,6 @@ def test_exponent_of_a_strong_parametric_noise(h):
     assert abs(found.value + 0.0859) < 4 * found.stderr + 1.5 * found.bias
 
 
-@pytest.mark.thorough("test_no_noise_dies_out_with_a_word")
 @pytest.mark.parametrize("h", [1.0, 0.1, 0.01])
 @pytest.mark.parametrize("r", [None, 0.0, 0.5, 1.0])
 def test_at_rest_without_external_noise_nothing_moves(h, r):
@@ -400,7 +399,6 @@ def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     assert 2 * many.run(200.0).mean("x2")[0] == pytest.approx(np.sqrt(8 * 0.02 / 0.1), rel=0.01)
 
 
-@pytest.mark.thorough("test_growth_to_a_limit_cycle_is_not_without_bound")
 def test_bounded_but_too_slow_is_not_called_unbounded(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 1e3)
     with pytest.raises(SimulationError, match="no stationary response was seen") as caught:
@@ -492,7 +490,6 @@ def test_an_absent_noise_is_that_of_no_strength():
         assert abs(z(a.mean(name), *b.mean(name))) < 4.0, name
 
 
-@pytest.mark.thorough("test_linear_statistics")
 def test_a_stop_never_reached_is_no_stop():
     """While nothing meets the stop, the trajectory is that without one."""
     noise = 0.01 * np.random.default_rng(1).standard_normal(100)

@@ -255,7 +255,6 @@ def test_high_load_rate_gives_the_quasi_static_voltage():
     assert moments.mean("V2")[0] * 1e8 == pytest.approx(moments.mean("v2")[0], rel=0.02)
 
 
-@pytest.mark.thorough("test_gibbs_law_with_a_stop")
 def test_step_adapts_to_a_stiff_spring():
     """alpha = 1e6 against the Gibbs law."""
     many = Trajectories(Equations(alpha=1e6, c1=-0.05, n1=0.01), 4096, SEED)
@@ -270,7 +269,6 @@ def test_no_noise_dies_out_with_a_word():
     assert "dies out" in burn_in(many)[0]
 
 
-@pytest.mark.thorough("test_limit_cycle")
 def test_limit_cycle_without_noise():
     """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
     c1, c2, c3 = 0.02, 0.01, 0.1

@@ -264,7 +264,6 @@ def test_preload_without_restitution():
     assert (x > 0.2).mean() > 0.5
 
 
-@pytest.mark.thorough("test_a_gap_of_a_nanometre_costs_no_more")
 @pytest.mark.slow
 @pytest.mark.parametrize("h", [0.5, 0.05])
 @pytest.mark.parametrize("r", [0.0, 0.3, 1.0])

@@ -110,7 +110,6 @@ def test_few_steps_to_a_period(parts):
     assert pair.extrapolated("V2")[0] == pytest.approx(linear_v2(DRIVEN), rel=8.0 / parts**2)
 
 
-@pytest.mark.thorough("test_a_bistable_beam_has_three")
 @pytest.mark.statistics
 def test_several_responses_are_told():
     """A hardening spring below its jump down: trajectories that begin at rest and far out end on different branches."""

@@ -126,7 +126,6 @@ def test_a_neighbour_leads_to_the_response_from_rest():
     assert abs(followed.value - alone.value) < followed.known_error95 + alone.known_error95 < 2e-3 * alone.value
 
 
-@pytest.mark.thorough("test_hardening_spring_jumps_where_harmonic_balance_says")
 @pytest.mark.ngspice
 def test_ngspice_follows_branches_up_and_down():
     """A hardening spring: at 1.25 both branches are there, and each way is on its own, as by the ensemble."""

@@ -267,7 +267,6 @@ def test_coverage_of_the_intervals(sampled):
     assert min(keys, powers) >= len(sampled) - 1
 
 
-@pytest.mark.thorough("test_the_interval_of_a_place")
 @pytest.mark.statistics
 def test_intervals_are_no_wider_than_they_must():
     """With synthetic noise, the distance from the true optimum over the stated error scatters like 1, not less."""
