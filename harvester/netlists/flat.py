@@ -9,7 +9,9 @@ Source of the form: the SPICE netlists that KiCad 6 to 8 export, and the ngspice
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.board_ground import COMMON, VOLTAGE, referred
@@ -19,6 +21,7 @@ from harvester.netlists.syntax import net_of, ngspice_number, places_of_nodes
 from harvester.scene.load import Load
 
 IGNORED = (*BENCH, ".probe", ".op", ".ac", ".dc")  # what a schematic asks of its own simulation
+_FIRST = (".model", ".param")
 
 
 @dataclass
@@ -45,43 +48,71 @@ def as_subcircuit(file: str, lines: list[Line], load: Load, parts: list[str]) ->
     outside, inner = _apart(lines)
     models = {line.text.lower().split()[1] for line in lines if line.word == ".model" and len(line.text.split()) > 1}
     models |= set(parts)
-    elements = [(line, joined(line.text).split()) for line in outside if not line.word.startswith(".")]
-    if not elements:
-        raise InputError(f"netlist {file} must have elements outside of subcircuits, but has none: export it again")
-    cards = [line for line in outside if line.word in (".model", ".param")]
-    cards += [line for line in outside if line.word.startswith(".") and line.word not in (*IGNORED, ".model", ".param")]
-    places = [places_of_nodes(line, tokens, models) for line, tokens in elements]
-    present = {net_of(tokens[k]): None for (_, tokens), nodes in zip(elements, places, strict=True) for k in nodes}
+    elements = _elements(file, outside, models)
+    present = {net_of(one.tokens[k]): None for one in elements for k in one.nodes}
     first, second = (_known(f"net of load.terminals in netlist {file}", one, present) for one in load.terminals)
     if first == second:
         raise invalid("load.terminals", "be two different nets", ", ".join(load.terminals))
     names = _local_names(present, first, second)
     ground = "" if names["0"] == "n" else names["0"]
     renamed = _roles(file, elements, load)
-    defaults, body = [], []
-    for (line, tokens), nodes in zip(elements, places, strict=True):
-        _no_piezo(line, tokens, nodes, {first, second})
-        new = [names[net_of(token)] if k in nodes else token for k, token in enumerate(tokens)]
-        if (role := renamed.get(line.word)) is not None:
-            new[0] = role
-            if len(new) > 3 and ngspice_number(new[3]) is not None:
-                letter = "R" if role == "Rload" else "C"
-                defaults.append(f"{letter}={new[3]}")
-                new[3] = f"{{{letter}}}"
-        rest = len(nodes) + 1
-        text = " ".join([*new[:rest], *(_expression(one, names, names["0"]) for one in new[rest:])])
-        body.append(Line(line.where, text))
-    for k, (net, volts) in enumerate(load.supplies.items()):
-        node = _known(f"net of load.supplies in netlist {file}", net, present)
-        if node in ("0", first, second):
-            raise invalid("load.supplies", "name a net that is neither ground nor a terminal of the piezo", net)
-        body.append(Line(file, f"Vsupply{k + 1} {names[node]} {names['0']} {volts!r}"))
+    defaults, body = list[str](), list[Line]()
+    for one in elements:
+        _no_piezo(one, {first, second})
+        body.append(_renamed(one, names, renamed, defaults))
+    body += _supplies(file, load, present, names, {"0", first, second})
     if ground:
         body, inner = referred(body, inner, models)
     name = re.sub(r"\W", "_", f"flat_{file.rpartition('.')[0]}", flags=re.ASCII)
     header = Line(file, " ".join([f".subckt {name} p n", *defaults]))
-    whole = [*cards, header, *body, Line(file, f".ends {name}"), *(line for one in inner for line in one)]
+    whole = [*_cards(outside), header, *body, Line(file, f".ends {name}"), *(line for one in inner for line in one)]
     return Board(whole, names, {old: new.lower() for old, new in renamed.items()}, ground)
+
+
+class _Element(NamedTuple):
+    """A line of an element: its words, and which of them are its nodes."""
+
+    line: Line
+    tokens: list[str]
+    nodes: range
+
+
+def _elements(file: str, outside: list[Line], models: set[str]) -> list[_Element]:
+    """The elements outside of subcircuits."""
+    lines = [(line, joined(line.text).split()) for line in outside if not line.word.startswith(".")]
+    if not lines:
+        raise InputError(f"netlist {file} must have elements outside of subcircuits, but has none: export it again")
+    return [_Element(line, tokens, places_of_nodes(line, tokens, models)) for line, tokens in lines]
+
+
+def _cards(outside: list[Line]) -> list[Line]:
+    """The lines outside of subcircuits that are no element and stay: models and parameters first."""
+    first = [line for line in outside if line.word in _FIRST]
+    return first + [line for line in outside if line.word[0] == "." and line.word not in (*IGNORED, *_FIRST)]
+
+
+def _renamed(one: _Element, names: dict[str, str], renamed: dict[str, str], defaults: list[str]) -> Line:
+    """The element's line with the subcircuit's names; a value that becomes a parameter joins the ``defaults``."""
+    new = [names[net_of(token)] if k in one.nodes else token for k, token in enumerate(one.tokens)]
+    if (role := renamed.get(one.line.word)) is not None:
+        new[0] = role
+        if len(new) > 3 and ngspice_number(new[3]) is not None:
+            letter = "R" if role == "Rload" else "C"
+            defaults.append(f"{letter}={new[3]}")
+            new[3] = f"{{{letter}}}"
+    rest = len(one.nodes) + 1
+    return Line(one.line.where, " ".join([*new[:rest], *(_expression(word, names, names["0"]) for word in new[rest:])]))
+
+
+def _supplies(
+    file: str, load: Load, present: dict[str, None], names: dict[str, str], taken: set[str]
+) -> Iterator[Line]:
+    """A voltage source for each net that a supply feeds."""
+    for k, (net, volts) in enumerate(load.supplies.items()):
+        node = _known(f"net of load.supplies in netlist {file}", net, present)
+        if node in taken:
+            raise invalid("load.supplies", "name a net that is neither ground nor a terminal of the piezo", net)
+        yield Line(file, f"Vsupply{k + 1} {names[node]} {names['0']} {volts!r}")
 
 
 def _apart(lines: list[Line]) -> tuple[list[Line], list[list[Line]]]:
@@ -121,13 +152,13 @@ def _local_names(present: dict[str, None], first: str, second: str) -> dict[str,
     return names
 
 
-def _roles(file: str, elements: list[tuple[Line, list[str]]], load: Load) -> dict[str, str]:
+def _roles(file: str, elements: list[_Element], load: Load) -> dict[str, str]:
     """The board's names, in lower case, of the elements that become Rload and Csmooth."""
     found: dict[str, str] = {}
     for role, letter, what, given in (
         ("Rload", "r", "resistor", load.resistor), ("Csmooth", "c", "store", load.store),
     ):  # fmt: skip
-        there = {line.word: tokens[0] for line, tokens in elements if line.word[0] == letter}
+        there = {one.line.word: one.tokens[0] for one in elements if one.line.word[0] == letter}
         if given is not None:
             if given.lower() not in there:
                 raise unknown(f"load.{what} of netlist {file}", given, there.values())
@@ -147,12 +178,12 @@ def _roles(file: str, elements: list[tuple[Line, list[str]]], load: Load) -> dic
     return found
 
 
-def _no_piezo(line: Line, tokens: list[str], nodes: range, piezo: set[str]) -> None:
+def _no_piezo(one: _Element, piezo: set[str]) -> None:
     """Refuse a source where the piezo is."""
-    if line.word[0] in "vi" and {net_of(tokens[k]) for k in nodes} == piezo:
+    if one.line.word[0] in "vi" and {net_of(one.tokens[k]) for k in one.nodes} == piezo:
         raise InputError(
-            f"netlist {line.where} must have no source between the piezo's terminals, where the device itself is, but "
-            f"has {tokens[0][:20]}: leave it out of the simulation"
+            f"netlist {one.line.where} must have no source between the piezo's terminals, where the device itself is, "
+            f"but has {one.tokens[0][:20]}: leave it out of the simulation"
         )
 
 

@@ -7,6 +7,7 @@ that subcircuit and what it uses reach ngspice; the rest is a bench for running 
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -89,12 +90,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         name, parameters = "resistor", {"R": load.resistance}
     path = Path(name) if is_path(name) else _of_package(name)
     folder = netlist_folder() / "parts"
-    board = Board(list(read_lines(path)))
-    if load.terminals is None and not any(line.word in (".subckt", ".ends") for line in board.lines):
-        must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
-        raise invalid(f"netlist {path.name}", must, "neither")
-    if load.terminals is not None:
-        board = as_subcircuit(path.name, board.lines, load, part_names(folder))
+    board = _board(load, path, folder)
     subcircuits, outside = split_subcircuits(path.name, with_parts(list(allowed_lines(board.lines)), folder))
     body = _with_rload(path, subcircuits)
     header = header_of(body[0])
@@ -102,10 +98,12 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     scene_values = _scene_values(header, parameters, capacitance)
     check_names(subcircuits, outside)
     check_size(subcircuits, header.name.lower())
-    first = body[0].text
-    for wanting in (key for key, value in header.defaults.items() if value is None):
-        first = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={scene_values[wanting]!r}", first)
-    text = "\n".join([first, *(line.text for line in [*body[1:], *used_lines(body, subcircuits, outside)])])
+    text = "\n".join(
+        [
+            _first_line(body[0].text, header, scene_values),
+            *(line.text for line in [*body[1:], *used_lines(body, subcircuits, outside)]),
+        ]
+    )
     defaults = {key: ngspice_number(value or "") for key, value in header.defaults.items()}
     values = {key: value for key, value in (defaults | scene_values).items() if value is not None}
     smoothing, storage = _storage(body, values)
@@ -124,6 +122,24 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         renamed=board.elements,
         ground=board.ground,
     )
+
+
+def _board(load: Load, path: Path, parts: Path) -> Board:
+    """The lines of the load's netlist; of a flat one those of a subcircuit made of it."""
+    lines = list(read_lines(path))
+    if load.terminals is not None:
+        return as_subcircuit(path.name, lines, load, part_names(parts))
+    if not any(line.word in (".subckt", ".ends") for line in lines):
+        must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
+        raise invalid(f"netlist {path.name}", must, "neither")
+    return Board(lines)
+
+
+def _first_line(text: str, header: Header, values: Mapping[str, float]) -> str:
+    """The subcircuit's first line, with the scene's values of the parameters that have no default."""
+    for wanting in (key for key, value in header.defaults.items() if value is None):
+        text = re.sub(rf"\b{wanting}\b(?!\s*=)(?=[^:]*$)", f"{wanting}={values[wanting]!r}", text)
+    return text
 
 
 def _of_package(name: str) -> Path:

@@ -85,13 +85,7 @@ def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
 
 def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
     if text == STORE:
-        if not load.smoothing_nodes:
-            raise InputError(
-                f"`probe` store must be the capacitor Csmooth of the netlist, but {load.name} has none: name a node or "
-                "an element, such as p(load)"
-            )
-        plus, minus = (_vector(node, load) for node in load.smoothing_nodes)
-        return Probe(STORE, "V", plus, minus)
+        return _store(load)
     name = r"([\w.+/~-]+)"
     match = re.fullmatch(rf"([vip])\(\s*{name}\s*(?:,\s*{name}\s*)?\)", text)
     if match is None or (match[1] != "v" and match[3]):
@@ -109,6 +103,17 @@ def _read(text: str, load: LoadCircuit, there: list[Element]) -> Probe:
     if first not in named:
         raise unknown(f"element of netlist {load.name}", first, named)
     return _of_element(kind, name, named[first], load)
+
+
+def _store(load: LoadCircuit) -> Probe:
+    """The voltage of the storage capacitor."""
+    if not load.smoothing_nodes:
+        raise InputError(
+            f"`probe` store must be the capacitor Csmooth of the netlist, but {load.name} has none: name a node or an "
+            "element, such as p(load)"
+        )
+    plus, minus = (_vector(node, load) for node in load.smoothing_nodes)
+    return Probe(STORE, "V", plus, minus)
 
 
 def _node(name: str, nodes: set[str], load: LoadCircuit) -> str:

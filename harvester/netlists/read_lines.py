@@ -92,9 +92,7 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
     lines: list[Line] = []
     for number, raw in enumerate(_text(path, left).split("\n"), 1):
         where = f"{path.name} line {number}"
-        bare = raw.strip()
-        if bare.startswith("*#") or (number == 1 and bare.lower().startswith("*ng_script")):
-            raise InputError(f"netlist {where} must run no command, but does")
+        _check_no_command(raw.strip(), where, number)
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
         if not text or text.startswith("*") or (number == 1 and not included and not text.startswith(".")):
             continue  # the first line of a netlist is its title
@@ -109,6 +107,12 @@ def _joined_lines(path: Path, left: list[int], included: bool) -> list[Line]:
             f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}, but has none: is it a netlist?"
         )
     return lines
+
+
+def _check_no_command(text: str, where: str, number: int) -> None:
+    """Refuse the two comments that ngspice takes for commands."""
+    if text.startswith("*#") or (number == 1 and text.lower().startswith("*ng_script")):
+        raise InputError(f"netlist {where} must run no command, but does")
 
 
 def _text(path: Path, left: list[int]) -> str:

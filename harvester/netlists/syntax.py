@@ -30,23 +30,21 @@ def places_of_nodes(line: Line, tokens: list[str], models: Set[str]) -> range:
 
     Raises InputError where it has too few words.
     """
-    kind, count = line.word[0], NODES.get(line.word[0], 0)
-    if kind == "x":
-        plain = next((k for k, one in enumerate(tokens) if "=" in one or one.lower() == "params:"), len(tokens))
-        count = plain - 2
-    elif (
-        (
-            kind in "egs"
-            and len(tokens) > 3
-            and not tokens[3].lower().startswith(_NO_CONTROL_NODES)
-            and "=" not in tokens[3]
-        )
-        or (kind == "q" and len(tokens) > 5 and tokens[4].lower() not in models and tokens[5].lower() in models)
-        or (kind == "m" and not (len(tokens) > 4 and tokens[4].lower() in models))
-    ):
-        count = 4
-    elif kind == "m":
-        count = 3
+    count = _count_of_nodes(line.word[0], tokens, models)
     if len(tokens) <= count:
         raise invalid(f"netlist {line.where}", f"give {count} nodes to {tokens[0][:20]}", line.text[:60])
     return range(1, count + 1)
+
+
+def _count_of_nodes(kind: str, tokens: list[str], models: Set[str]) -> int:
+    """How many nodes an element of a kind has."""
+    words = [one.lower() for one in tokens]
+    if kind == "x":
+        plain = next((k for k, one in enumerate(words) if "=" in one or one == "params:"), len(words))
+        return plain - 2
+    if kind == "q":  # a model as its fifth word makes the fourth its substrate
+        return 4 if len(words) > 5 and words[4] not in models and words[5] in models else NODES[kind]
+    if kind == "m":
+        return 3 if len(words) > 4 and words[4] in models else 4
+    controlled = len(words) > 3 and not words[3].startswith(_NO_CONTROL_NODES) and "=" not in words[3]
+    return 4 if kind in "egs" and controlled else NODES.get(kind, 0)

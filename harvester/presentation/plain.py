@@ -15,26 +15,27 @@ def plain(one: Any) -> Any:
     """What JSON can hold: a value with its errors, an array as a list; a number that is none is null."""
     if isinstance(one, Value):
         return number(one)
-    if isinstance(one, Diagnostic):
-        return str(one)
-    if isinstance(one, Exception):
+    if isinstance(one, Diagnostic | Exception):
         return str(one)
     if hasattr(one, "as_json"):
         return one.as_json()
-    if hasattr(one, "_asdict"):  # a NamedTuple
-        return plain(one._asdict())
-    if isinstance(one, Mapping):
-        return {_key(name): plain(part) for name, part in one.items()}
-    if isinstance(one, np.ndarray):
-        return plain(one.tolist())
-    if isinstance(one, list | tuple | set | frozenset):
-        return [plain(part) for part in one]
-    if isinstance(one, np.generic):
-        return plain(one.item())
     if isinstance(one, float) and not math.isfinite(one):
         return None
-    if dataclasses.is_dataclass(one):
-        return {field.name: plain(getattr(one, field.name)) for field in dataclasses.fields(one)}
+    if isinstance(one, np.ndarray | np.generic):
+        return plain(one.tolist())
+    return _parts(one)
+
+
+def _parts(one: Any) -> Any:
+    """What has parts, as a list or an object of these; anything else as it is."""
+    if hasattr(one, "_asdict"):  # a NamedTuple
+        one = one._asdict()
+    elif dataclasses.is_dataclass(one):
+        one = {field.name: getattr(one, field.name) for field in dataclasses.fields(one)}
+    if isinstance(one, Mapping):
+        return {_key(name): plain(part) for name, part in one.items()}
+    if isinstance(one, list | tuple | set | frozenset):
+        return [plain(part) for part in one]
     return one
 
 

@@ -52,16 +52,24 @@ def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float
         raise invalid("the count of values", "be a whole number between 2 and 100000", count)
     if not isinstance(low, str) and not isinstance(high, str):
         return float(low), float(high), None
-    first, last = split_unit(low), split_unit(high)
-    if first is not None and last is not None:
-        (a, unit), (b, other) = first, last
-        if unit == other:
-            return a, b, unit
-        scales = [1.0 if one == "" else prefix_factor(one) for one in (unit, other)]
-        if scales[0] is not None and scales[1] is not None:
-            return a * scales[0], b * scales[1], ""
-        factor = unit_factor(other, unit) if unit and other else None
-        if factor is not None:
-            return a, b * factor, unit
-    must = "must be two numbers or two quantities of one kind, such as '1 kohm' and '10 Mohm'"
-    raise InputError(f"the ends of the values {must}, but are {low!r} and {high!r}")
+    found = _in_one_unit(split_unit(low), split_unit(high))
+    if found is None:
+        must = "must be two numbers or two quantities of one kind, such as '1 kohm' and '10 Mohm'"
+        raise InputError(f"the ends of the values {must}, but are {low!r} and {high!r}")
+    return found
+
+
+def _in_one_unit(
+    first: tuple[float, str] | None, last: tuple[float, str] | None
+) -> tuple[float, float, str | None] | None:
+    """Two quantities in the unit of the first, or plain numbers of prefixes alone; None where they are of two kinds."""
+    if first is None or last is None:
+        return None
+    (a, unit), (b, other) = first, last
+    if unit == other:
+        return a, b, unit
+    scales = [1.0 if one == "" else prefix_factor(one) for one in (unit, other)]
+    if scales[0] is not None and scales[1] is not None:
+        return a * scales[0], b * scales[1], ""
+    factor = unit_factor(other, unit) if unit and other else None
+    return None if factor is None else (a, b * factor, unit)

@@ -73,6 +73,11 @@ def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
     if eqs.restitution is None or (eqs.restitution == 1.0 and not coupled(eqs, None)):
         q = _without_stop(eqs)
         return None if q > LIGHT else PowerTail(q, q, q)
+    return _with_stop(eqs, bare)
+
+
+def _with_stop(eqs: Equations, bare: float) -> PowerTail | None:
+    """The tail with a stop; ``bare`` is the exponent without stop and load."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
     n, growth = float(n2 / (4.0 * w2)), float(exponent.averaged(eqs))
