@@ -1,12 +1,13 @@
 """The figure of one path: over time, in the phase plane, and how it spends its time."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import broken, scale
+from harvester.figures.quantities import Scale, broken, scale
 from harvester.figures.shapes import MotionShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
@@ -19,74 +20,124 @@ _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
 _ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
+_OWN = ("x", "voltage", "acceleration", "v", "t")  # attributes of a path that are drawn
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A path as it is drawn: values over their scales, and which of its readings are where."""
+
+    path: MotionShape
+    scales: dict[str, Scale]
+    values: dict[str, Floats]
+    probes: list[str]
+    stops: list[float]
+
+    @staticmethod
+    def of(path: MotionShape) -> "_Drawn":
+        """The path, with the scales of the part that is shown."""
+        u, probes = path.unit_names, list(path.probes)[:_PROBES]
+        units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
+        names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
+        names |= {"t": "time"} | {name: name for name in probes}
+        names["acceleration"] += " but its white noise" if path.hides_noise else ""
+        units |= {name: path.probe_units[name] for name in probes}
+        values = {name: array for name in _OWN if (array := getattr(path, name)) is not None}
+        values |= {name: _but_rounding(path.probes[name], path, units[name] == u.voltage) for name in probes}
+        last = path.t >= path.t[-1] - path.shown
+        scales = {name: scale(names[name], units[name], array[last]) for name, array in values.items() if name != "t"}
+        scales["t"] = scale(names["t"], units["t"], [float(path.t[-1])])
+        shown = {name: array / scales[name].factor for name, array in values.items()}
+        return _Drawn(path, scales, shown, probes, [stop / scales["x"].factor for stop in path.stops])
+
+    @property
+    def end(self) -> float:
+        """When the path ends."""
+        return float(self.path.t[-1])
+
+    @property
+    def from_rest(self) -> bool:
+        """Whether all of it is shown: a beginning, which has no density."""
+        return self.path.shown > 0.999 * self.end
+
+    @property
+    def over_time(self) -> list[str]:
+        """What is drawn over time."""
+        return [*(name for name in ("x", "voltage", "acceleration") if name in self.values), *self.probes]
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
     """Draw displacement, voltage and probes of the part shown, phase plane and densities; stops are dashed lines."""
-    end = float(path.t[-1])
-    last, settled = path.t >= end - path.shown, path.t >= 0.25 * end
-    few = path.t >= end - 0.15 * path.shown
-    thin = slice(None, None, max(1, int(last.sum()) // _MOST))
-    u = path.unit_names
-    units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
-    names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
-    names["t"] = "time"
-    names["acceleration"] += " but its white noise" if path.hides_noise else ""
-    from_rest = path.shown > 0.999 * end  # a beginning, which has no density
-    probes = list(path.probes)[:_PROBES]
-    values = {name: array for name in names if (array := getattr(path, name)) is not None}
-    values |= {name: _but_rounding(path.probes[name], path, path.probe_units[name] == u.voltage) for name in probes}
-    names, units = names | {name: name for name in probes}, units | {name: path.probe_units[name] for name in probes}
-    scales = {
-        name: scale(names[name], units[name], [end] if name == "t" else array[last]) for name, array in values.items()
-    }
-    shown = {name: array / scales[name].factor for name, array in values.items()}
-    in_time = [*(name for name in ("x", "voltage", "acceleration") if name in values), *probes]
-    stops = [stop / scales["x"].factor for stop in path.stops]
+    drawn = _Drawn.of(path)
+    rows = len(drawn.over_time)
     with styled():
-        figure, axes = new(len(in_time), 2, (WIDTH, 1.9 * len(in_time) + 0.5), width_ratios=[2.0, 1])
-        for here, name in zip(axes[:, 0], in_time, strict=True):
-            here.plot(shown["t"][last][thin], shown[name][last][thin], color=_INK, linewidth=0.8)
-            here.set_ylabel(broken(scales[name].label, 20).replace(" (", "\n("))
-            here.set_xlim((end - path.shown) / scales["t"].factor, end / scales["t"].factor)
-        for here in axes[:-1, 0]:
-            here.tick_params(labelbottom=False)
-        axes[-1, 0].set_xlabel(scales["t"].label)
-        hits = path.impacts[path.impacts[:, 0] >= end - path.shown]
-        if 0 < len(hits) <= _MOST:
-            at = np.where(hits[:, 1] > 0.0, stops[0], stops[-1])
-            look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
-            axes[0, 0].plot(hits[:, 0] / scales["t"].factor, at, "o", **look)
-        for number, stop in enumerate(stops):
-            axes[0, 0].axhline(stop, **_STOP, label="_" if number else "stop" if len(stops) == 1 else "stops")
-        plane, density = axes[0, 1], axes[1, 1]
-        dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
-        plane.plot(*_between(path, 0.25 * end, shown["x"], shown["v"]), ".", zorder=1, **dots)
-        plane.plot(shown["x"][few], shown["v"][few], color=_INK, linewidth=0.7)
-        plane.set_xlabel(scales["x"].label)
-        plane.set_ylabel(scales["v"].label)
-        for here in (plane,) if from_rest else (plane, density):
-            for stop in stops:
-                here.axvline(stop, **_STOP)
-        for here in axes.flat:
-            here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
-        for here in axes[:, 0]:
-            here.xaxis.set_major_locator(MaxNLocator(6, steps=_ROUND))
-        for here in axes[:, 1]:
-            here.xaxis.set_major_locator(MaxNLocator(3))
-        others = ["x", *probes] if path.acceleration is None else ["x", "voltage", *probes]
-        for here, name in zip(axes[1:, 1], others, strict=True):
-            if from_rest:
-                here.remove()
-                continue
-            _density(here, shown[name][settled], scales[name].label)
+        figure, axes = new(rows, 2, (WIDTH, 1.9 * rows + 0.5), width_ratios=[2.0, 1])
+        _over_time(axes[:, 0], drawn)
+        _impacts_and_stops(axes[0, 0], drawn)
+        _phase_plane(axes[0, 1], drawn)
+        _densities(axes[1:, 1], drawn)
+        for column, most in ((axes[:, 0], 6), (axes[:, 1], 3)):
+            for here in column:
+                here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
+                here.xaxis.set_major_locator(MaxNLocator(most, steps=_ROUND) if most > 3 else MaxNLocator(most))
         entitle(figure, title, "One path")
-        note = (
-            "Phase plane: the end of the path, and in grey the last three quarters of it, which the densities are of."
-        )
-        legend(figure, note.partition(", which")[0] + "." if from_rest else note)
+        rest = "." if drawn.from_rest else ", used for the densities."
+        legend(figure, f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}")
     return figure
+
+
+def _over_time(column: Any, drawn: _Drawn) -> None:
+    """Draw each quantity over the part of the time that is shown."""
+    path, end, t = drawn.path, drawn.end, drawn.scales["t"]
+    last = path.t >= end - path.shown
+    thin = slice(None, None, max(1, int(last.sum()) // _MOST))
+    for here, name in zip(column, drawn.over_time, strict=True):
+        here.plot(drawn.values["t"][last][thin], drawn.values[name][last][thin], color=_INK, linewidth=0.8)
+        here.set_ylabel(broken(drawn.scales[name].label, 20).replace(" (", "\n("))
+        here.set_xlim((end - path.shown) / t.factor, end / t.factor)
+        here.tick_params(labelbottom=False)
+    column[-1].tick_params(labelbottom=True)
+    column[-1].set_xlabel(t.label)
+
+
+def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
+    """Mark the impacts and the stops beside the displacement."""
+    hits = drawn.path.impacts[drawn.path.impacts[:, 0] >= drawn.end - drawn.path.shown]
+    if 0 < len(hits) <= _MOST:
+        at = np.where(hits[:, 1] > 0.0, drawn.stops[0], drawn.stops[-1])
+        look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
+        here.plot(hits[:, 0] / drawn.scales["t"].factor, at, "o", **look)
+    name = "stop" if len(drawn.stops) == 1 else "stops"
+    for number, stop in enumerate(drawn.stops):
+        here.axhline(stop, **_STOP, label="_" if number else name)
+
+
+def _phase_plane(plane: Any, drawn: _Drawn) -> None:
+    """Draw velocity over displacement: in grey where the path has been, and its end as a line."""
+    x, v, path = drawn.values["x"], drawn.values["v"], drawn.path
+    dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
+    plane.plot(*_between(path, 0.25 * drawn.end, x, v), ".", zorder=1, **dots)
+    few = path.t >= drawn.end - 0.15 * path.shown
+    plane.plot(x[few], v[few], color=_INK, linewidth=0.7)
+    plane.set_xlabel(drawn.scales["x"].label)
+    plane.set_ylabel(drawn.scales["v"].label)
+    for stop in drawn.stops:
+        plane.axvline(stop, **_STOP)
+
+
+def _densities(column: Any, drawn: _Drawn) -> None:
+    """Draw how often displacement, voltage and probes take each value; nothing of a path from rest."""
+    if drawn.from_rest:
+        for here in column:
+            here.remove()
+        return
+    others = ["x", *drawn.probes] if drawn.path.acceleration is None else ["x", "voltage", *drawn.probes]
+    settled = drawn.path.t >= 0.25 * drawn.end
+    for here, name in zip(column, others, strict=True):
+        _density(here, drawn.values[name][settled], drawn.scales[name].label)
+    for stop in drawn.stops:
+        column[0].axvline(stop, **_STOP)
 
 
 def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:

@@ -28,29 +28,23 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     """
     answers = sorted(answers, key=lambda one: next(iter(one.varied.values())))
     (key,) = answers[0].varied
-    values = np.array([one.varied[key] for one in answers])
     directions = list(answers[0].directions)
     at = sorted(set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions)))
-    units, f = answers[0].unit_names, np.array(at)
     powers = {d: np.array([_powers(a, d, at, per_g) for a in answers]) for d in directions}
     if len(directions) > 1 and not any(one.hysteresis for one in answers):
         directions = directions[:1]
+    units = answers[0].unit_names
     power = scale("mean power" + (" per g²" if per_g else ""), "W/g^2" if per_g else units.power, [*powers.values()])
-    top = max(float(one.max()) for one in powers.values()) / power.factor
-    least = min(float(one[one > 0.0].min(initial=np.inf)) for one in powers.values()) / power.factor
-    low = max(least, top / DEEPEST)
-    norm = LogNorm(low, top) if top > DECADES * low else Normalize(0.0, top or 1.0)
+    hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
+    norm = _colours([one / power.factor for one in powers.values()])
     with styled():
         size = (WIDTH, 4.2) if len(directions) == 1 else (WIDTH, 3.9)
         figure, axes = new(1, len(directions), size, squeeze=False, sharey=True)
         for panel, direction in zip(axes[0], directions, strict=True):
-            hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
-            logarithmic = values[0] > 0.0 and values[-1] >= 10.0 * values[0]
-            height = values / mark(panel.yaxis, key, values, bool(logarithmic))
-            panel.grid(False)
-            drawn = panel.pcolormesh(
-                f / hertz.factor, height, powers[direction] / power.factor, norm=norm, cmap="viridis", shading="nearest"
-            )
+            height = _heights(panel, key, np.array([one.varied[key] for one in answers]))
+            values = powers[direction] / power.factor
+            f = np.array(at) / hertz.factor
+            drawn = panel.pcolormesh(f, height, values, norm=norm, cmap="viridis", shading="nearest")
             _crest(panel, answers, direction, height, hertz.factor)
             panel.set_xlabel(hertz.label)
             if len(directions) > 1:
@@ -64,6 +58,21 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
         entitle(figure, title, "Frequency response")
         legend(figure)
     return figure
+
+
+def _colours(powers: Sequence[Floats]) -> Normalize:
+    """Colours that go by ratio where powers differ by `DECADES` or more."""
+    top = max(float(one.max()) for one in powers)
+    least = min(float(one[one > 0.0].min(initial=np.inf)) for one in powers)
+    low = max(least, top / DEEPEST)
+    return LogNorm(low, top) if top > DECADES * low else Normalize(0.0, top or 1.0)
+
+
+def _heights(panel: Axes, key: str, values: Floats) -> Floats:
+    """The values of the key on the panel's axis, which goes by ratio where they differ tenfold."""
+    panel.grid(False)
+    logarithmic = values[0] > 0.0 and values[-1] >= 10.0 * values[0]
+    return values / mark(panel.yaxis, key, values, bool(logarithmic))
 
 
 def _powers(answer: ResponseShape, direction: str, frequencies: Sequence[float], per_g: bool) -> list[float]:

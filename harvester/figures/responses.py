@@ -12,7 +12,6 @@ from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, colour
-from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
 _UP = "#0072B2"
@@ -39,24 +38,28 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
         return response_map(answers, title, per_g)
     curves = [one for place, answer in enumerate(answers) for one in _curves(answer, place, answers)]
     units = answers[0].unit_names
-    f = np.array([p.frequency for a, d, _ in curves for p in a.sweep(d)])
-    hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, f)
     points = [p for a, d, _ in curves for p in a.sweep(d)]
+    frequency = "drive frequency" if units.frequency else "drive frequency Ω"
+    hertz = scale(frequency, units.frequency, [p.frequency for p in points])
+    sizes = [
+        ("mean_power", "mean power", units.power, 2 * per_g),
+        ("voltage_rms", "RMS voltage", units.voltage, +per_g),
+    ]
     moved, turned = (any(x is not None for x in some) for some in _known(points))
-    panels = 2 + moved + turned
+    if moved:
+        sizes.append(("displacement_rms", "RMS displacement", units.length, +per_g))
+    panels = len(sizes) + turned
     with styled():
         rows, columns = (2, 2) if panels > 2 else (2, 1)
         figure, axes = new(rows, columns, (WIDTH, 5.6), sharex=True, squeeze=False)
         places = list(axes.flat)
-        _sizes(places[0], curves, "mean_power", "mean power", units.power, hertz.factor, 2 * per_g)
-        _sizes(places[1], curves, "voltage_rms", "RMS voltage", units.voltage, hertz.factor, int(per_g))
+        for place, (name, words, unit, power) in zip(places, sizes, strict=False):
+            _sizes(place, curves, name, words, unit, hertz.factor, power)
         if len(answers) == 1 and not per_g:
             for a, d, look in curves:
                 _bandwidth(places[0], a, d, look, hertz.factor, len(curves) == 1)
-        if moved:
-            _sizes(places[2], curves, "displacement_rms", "RMS displacement", units.length, hertz.factor, int(per_g))
         if turned:
-            _phases(places[1 + moved + 1], curves, hertz.factor, bool(units.frequency), len(answers) == 1)
+            _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency), len(answers) == 1)
         for place in places[panels:]:
             place.remove()
         for place in places[max(0, panels - columns) : panels]:
@@ -86,17 +89,24 @@ def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape])
         if alike:
             look |= {"label": "up and down the frequencies, alike", "marker": "o"}
         if len(answers) > 1:
-            words = [*([values[number]] if len(values) > 1 else []), *([answer.engine] if len(engines) > 1 else [])]
-            look["label"] = ", ".join([*words, *([] if alike or len(directions) == 1 else [direction])])
-            look["color"] = (
-                colour(number, min(len(values), MOST_CURVES)) if len(values) > 1 else look_of(answer.engine).colour
-            )
-            if len(engines) > 1:
-                look["marker"] = look_of(answer.engine).marker
-                look["markerfacecolor"] = "white" if look_of(answer.engine).line == "none" else look["color"]
+            way = "" if alike or len(directions) == 1 else direction
+            look |= _among_others(answer.engine, values, number, len(engines) > 1, way)
         look["markersize"] = 3 if len(answer.sweep(direction)) < _FEW else 0
         found.append((answer, direction, look))
     return found
+
+
+def _among_others(engine: str, values: Sequence[str], number: int, engines: bool, direction: str) -> dict[str, Any]:
+    """The look of one of several responses: its colour by the value or the engine, its marker by the engine."""
+    words = [values[number]] if len(values) > 1 else []
+    words += ([engine] if engines else []) + ([direction] if direction else [])
+    own = look_of(engine)
+    look = {"label": ", ".join(words), "color": own.colour}
+    if len(values) > 1:
+        look["color"] = colour(number, min(len(values), MOST_CURVES))
+    if engines:
+        look |= {"marker": own.marker, "markerfacecolor": "white" if own.line == "none" else look["color"]}
+    return look
 
 
 def _values(answer: ResponseShape) -> str:
