@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 
 from harvester.arrays import Floats
@@ -34,7 +35,8 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     if len(directions) > 1 and not any(one.hysteresis for one in answers):
         directions = directions[:1]
     units = answers[0].unit_names
-    power = scale("mean power" + (" per g²" if per_g else ""), "W/g^2" if per_g else units.power, [*powers.values()])
+    quantity = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
+    power = scale(*quantity, [*powers.values()])
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
     norm = _colours([one / power.factor for one in powers.values()])
     with styled():
@@ -51,13 +53,17 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
                 panel.set_title(f"{direction} the frequencies")
         for panel in axes[0][1:]:
             panel.set_ylabel("")
-        bar = figure.colorbar(drawn, ax=list(axes[0]), label=power.label)
-        if isinstance(norm, LogNorm):
-            bar.formatter = bar.ax.yaxis.get_major_formatter()
-            bar.ax.yaxis.set_major_formatter(lambda y, _: plain(y))
+        _bar(figure.colorbar(drawn, ax=list(axes[0]), label=power.label), isinstance(norm, LogNorm))
         entitle(figure, title, "Frequency response")
         legend(figure)
     return figure
+
+
+def _bar(bar: Colorbar, by_ratio: bool) -> None:
+    """Write the numbers of a bar that goes by ratio as people read them."""
+    if by_ratio:
+        bar.formatter = bar.ax.yaxis.get_major_formatter()
+        bar.ax.yaxis.set_major_formatter(lambda y, _: plain(y))
 
 
 def _colours(powers: Sequence[Floats]) -> Normalize:

@@ -12,6 +12,7 @@ from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, colour
+from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
 _UP = "#0072B2"
@@ -60,14 +61,19 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
                 _bandwidth(places[0], a, d, look, hertz.factor, len(curves) == 1)
         if turned:
             _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency), len(answers) == 1)
-        for place in places[panels:]:
-            place.remove()
-        for place in places[max(0, panels - columns) : panels]:
-            place.set_xlabel(hertz.label)
-            place.tick_params(labelbottom=True)
+        _close(places, panels, columns, hertz.label)
         entitle(figure, title, "Frequency response")
         legend(figure, _note(curves, len(answers)))
     return figure
+
+
+def _close(places: Sequence[Any], panels: int, columns: int, label: str) -> None:
+    """Take away the panels that are empty, and label the lowest of each column."""
+    for place in places[panels:]:
+        place.remove()
+    for place in places[max(0, panels - columns) : panels]:
+        place.set_xlabel(label)
+        place.tick_params(labelbottom=True)
 
 
 def _known(points: Sequence[DriveShape]) -> tuple[list[Any], list[Any]]:
