@@ -41,7 +41,7 @@ CASES = {  # words after `harvester`; a name without a dot is an example
     "paper, no target": "run paper_figure3 --engine ensemble",
     "harmonic with a stop": "run plate_harmonic_stop --engine ensemble --within 0.1%",
     "compare": "compare plate_with_stop",
-    "optimise": "optimise plate_with_stop --over load.resistance=100k:10M --engine ensemble --within 0.1%",
+    "optimise": "optimise plate_with_stop --vary load.resistance=100k:10M --engine ensemble --within 0.1%",
 }
 
 

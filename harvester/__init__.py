@@ -26,13 +26,19 @@ _RENAMED = {  # names of version 0.1, which go with version 0.3
     "Response": "FrequencyResponse",
     "Responses": "FrequencyResponses",
     "Front": "ParetoFront",
+    "Tolerance": "ToleranceResult",
+    "optimise_circuits": "optimise",
+    "optimise_robust": "optimise",
+    "pareto": "optimise",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name in _RENAMED:
-        import warnings
+    if name not in _RENAMED:
+        return _attribute(name)
+    import importlib
+    import warnings
 
-        warnings.warn(f"harvester.{name} is harvester.{_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
-        name = _RENAMED[name]
-    return _attribute(name)
+    new = _RENAMED[name]
+    warnings.warn(f"harvester.{name} is harvester.{new} now", DeprecationWarning, stacklevel=2)
+    return getattr(importlib.import_module("harvester.studies.old_names"), name, None) or _attribute(new)

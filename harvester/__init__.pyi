@@ -42,17 +42,14 @@ from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
 from .studies.optimum.answer import Optimum as Optimum
 from .studies.optimum.circuits import CircuitChoice as CircuitChoice
-from .studies.optimum.circuits import optimise_circuits as optimise_circuits
 from .studies.optimum.optimise import optimise as optimise
-from .studies.robust.front import ParetoFront as ParetoFront
-from .studies.robust.optimise import RobustOptimum as RobustOptimum
-from .studies.robust.optimise import optimise_robust as optimise_robust
-from .studies.robust.pareto import pareto as pareto
+from .studies.optimum.pareto_front import ParetoFront as ParetoFront
+from .studies.optimum.under_limits import RobustOptimum as RobustOptimum
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep
 from .studies.sweep.table import SweepTable as SweepTable
-from .studies.tolerance.answer import Tolerance as Tolerance
+from .studies.tolerance.answer import ToleranceResult as ToleranceResult
 from .studies.tolerance.tolerance import tolerance as tolerance
 from .uncertainty.value import Value as Value
 

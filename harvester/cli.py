@@ -43,7 +43,7 @@ A first session:
   harvester new mine.toml                                  your device, from questions; what its numbers mean
   harvester run mine.toml --within 1%                      its mean power, with the error
   harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep          against the load, with a plot
-  harvester optimise mine.toml --over load.resistance=1k:10M                      the best load
+  harvester optimise mine.toml --vary load.resistance=1k:10M                      the best load
   harvester compare mine.toml --report                     all engines side by side, and one page with all of it
 """
 
@@ -98,7 +98,7 @@ def exit_status(arguments: list[str]) -> int:
 
 
 _FILL = {"path": "'harvester new FILE.toml' makes one", "file": "such as mine.toml", "out": "such as --out out"}
-_FILL |= {"over": "such as --over load.resistance=1k:10M", "sweep": "such as --sweep 1Hz:10Hz:61"}
+_FILL |= {"sweep": "such as --sweep 1Hz:10Hz:61"}
 _FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
 

@@ -37,7 +37,7 @@ LINES = {
     "sweep spice": f"sweep {PLATE} --vary load.resistance=100k:1M:6 --engine spice {SHORT} --workers 2 --out out",
     "compare": f"compare {PLATE} --json --out out --budget 2s",
     "cost": f"cost {PLATE} --out out --budget 2s",
-    "optimise": f"optimise {PLATE} --over load.resistance=1k:10M --engine averaged --json --out out",
+    "optimise": f"optimise {PLATE} --vary load.resistance=1k:10M --engine averaged --json --out out",
     "motion": f"motion {PLATE} --engine spice --duration 2 --out out",
     "response": f"response {DRIVEN} --sweep 3Hz:4Hz:5 --json --out out",
     "stability": f"stability {PLATE} --json --trajectories 64",

@@ -150,7 +150,7 @@ def _optimise(problem: "Problem", file: str) -> str:
 
     low, high = load_range(problem)
     engine = " --engine ideal" if "ideal" in engines(problem) else ""
-    return f"harvester optimise {file} --over {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
+    return f"harvester optimise {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
 
 
 def _load_key(problem: "Problem") -> str:
@@ -159,7 +159,7 @@ def _load_key(problem: "Problem") -> str:
 
 
 def _plain(ohm: float) -> str:
-    """A resistance such as 10k, as --vary and --over read it."""
+    """A resistance such as 10k, as --vary reads it."""
     from harvester.uncertainty.value import Value
 
     return Value(ohm).format("ohm").removesuffix("ohm").replace(" ", "")

@@ -59,6 +59,9 @@ def default_sampler(scene: AnyScene) -> str:
     return Ensemble.NAME if Problem.of(scene).netlist is None else Spice.NAME
 
 
+ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared
+
+
 def default_engines(scene: AnyScene) -> list[str]:
     """The engines of a sweep: for a linear scene `Exact` and for a netlist `Spice` alone, else all that serve it."""
     problem = Problem.of(scene)

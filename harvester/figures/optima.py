@@ -1,5 +1,7 @@
 """The figure of an optimum: the evaluations that found it, the best place and its interval."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -7,12 +9,14 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, mark, scale
-from harvester.figures.shapes import BestKeyShape, OptimumShape
+from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import FEWEST, smooth
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
+_UNSOUND = "not settled, cut off or without an error"
+_GREY: dict[str, Any] = {"color": "0.75", "marker": "o", "markersize": 3, "linestyle": "none", "zorder": 1}
 _NOTE = "Bars: 95 % sampling + step + model, as far as stated."
 _MAP = "Map: a smooth surface through the evaluations; white where there is none near."
 _MOST_BARS = 150  # evaluations with an error bar each
@@ -21,31 +25,67 @@ _STAR["clip_on"] = False
 _GRID = 121  # points a side of a map
 
 
+@dataclass(frozen=True)
+class _Evaluations:
+    """Evaluations as arrays: places and keys' values (n, keys), powers and errors (n,) in units of the axis."""
+
+    places: Floats
+    x: Floats
+    power: Floats
+    error: Floats
+    sampling: Floats
+
+    @classmethod
+    def of(cls, some: Sequence[EvaluationShape], keys: Sequence[BestKeyShape], unit: float) -> "_Evaluations":
+        """Those of an answer; powers are divided by ``unit``."""
+        powers = [one.power for one in some if one.power is not None]
+        values = [[key.range.value(float(u)) for key, u in zip(keys, one.u, strict=True)] for one in some]
+        parts = ("value", "known_error95", "sampling95")
+        power, error, sampling = (np.array([getattr(v, name) for v in powers]) / unit for name in parts)
+        places = np.array([one.u for one in some]).reshape(-1, len(keys))
+        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, sampling / NORMAL_QUANTILE)
+
+    @property
+    def fills_a_plane(self) -> bool:
+        """Whether a map can be drawn through them."""
+        if self.places.shape[1] != 2 or len(self.places) <= 3:
+            return False
+        return bool(np.linalg.matrix_rank(self.places - self.places[0], 1e-6) == 2)
+
+    @property
+    def bars(self) -> Floats | None:
+        """Their errors, where there are any and not too many to be seen."""
+        return self.error if self.error.any() and len(self.x) <= _MOST_BARS else None
+
+
 def optimum(answer: OptimumShape, title: str | None) -> Plot:
-    """Draw the engine's evaluations, the optimum and its interval: a map over two keys, else a panel for each."""
-    keys = answer.keys
-    own = [p for p in answer.points if p.engine == answer.engine and p.power is not None]
-    places = np.array([p.u for p in own])
-    x = np.array([[key.range.value(float(u)) for key, u in zip(keys, p.u, strict=True)] for p in own])
-    powers = [p.power for p in own if p.power is not None]
-    y = scale("mean power", answer.estimate.unit_names.power, [v.value for v in powers])
-    power, error = (np.array([getattr(v, name) for v in powers]) / y.factor for name in ("value", "known_error95"))
-    plane = len(keys) == 2 and len(own) > 3 and bool(np.linalg.matrix_rank(places - places[0], 1e-6) == 2)
+    """Draw the engine's evaluations, the optimum and its interval: a map over two keys, else a panel for each.
+
+    Evaluations that are not sound are grey, and no part of map and guide, unless there are no others.
+    """
+    powers = [p.power.value for p in answer.own_points if p.power is not None]
+    y = scale("mean power", answer.estimate.unit_names.power, powers)
+    found, grey = (_Evaluations.of(some, answer.keys, y.factor) for some in _sound(answer))
+    plane = found.fills_a_plane
     with styled():
-        columns = 1 if plane else len(keys)
-        figure, axes = new(1, columns, (WIDTH, 4.4), squeeze=False, sharey=True)
-        sampling = np.array([v.sampling95 / NORMAL_QUANTILE for v in powers]) / y.factor
+        figure, axes = new(1, 1 if plane else len(answer.keys), (WIDTH, 4.4), squeeze=False, sharey=True)
         if plane:
-            _plane(axes[0, 0], answer, places, x, power, sampling, y.label)
-        for number, here in enumerate(() if plane else axes[0]):
-            _panel(here, answer, keys[number], x[:, number], power, error, y.factor)
-        if len(keys) == 1 and len(own) >= FEWEST and np.ptp(places) > 0.0:
-            _guide(axes[0, 0], keys[0], places, power, sampling)
-        if not plane:
+            _plane(axes[0, 0], answer, found, grey, y.label)
+        else:
+            for number, here in enumerate(axes[0]):
+                _panel(here, answer, number, found, grey, y.factor)
+            _guide(axes[0, 0], answer.keys, found)
             axes[0, 0].set_ylabel(y.label)
         entitle(figure, title, "Largest mean power")
-        legend(figure, _MAP if plane else _NOTE if error.any() and len(own) <= _MOST_BARS else "")
+        legend(figure, _MAP if plane else _NOTE if found.bars is not None else "")
     return figure
+
+
+def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], list[EvaluationShape]]:
+    """The engine's evaluations that have an answer: those that are sound, or all where none is, and the others."""
+    own = [p for p in answer.own_points if p.power is not None]
+    sound = [p for p in own if p.is_sound]
+    return (sound, [p for p in own if not p.is_sound]) if sound else (own, [])
 
 
 def _star(answer: OptimumShape) -> str:
@@ -53,10 +93,9 @@ def _star(answer: OptimumShape) -> str:
     return "optimum" if answer.scanned else "highest so far: the scan was cut short"
 
 
-def _panel(
-    here: Axes, answer: OptimumShape, key: BestKeyShape, x: Floats, power: Floats, error: Floats, unit: float
-) -> None:
+def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, grey: _Evaluations, unit: float) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
+    key, x = answer.keys[number], found.x[:, number]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     if np.ptp([*x, key.value]) < 1e-6 * abs(key.value):  # all at one place: no width that an axis could have
         here.set_xlim(key.range.low / by, key.range.high / by)
@@ -67,33 +106,35 @@ def _panel(
         here.set_xlabel(broken(here.get_xlabel(), 22))
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
-    bars = error if error.any() and len(x) <= _MOST_BARS else None
-    here.errorbar(x / by, power, bars, **style, label=f"evaluations by {answer.engine}")
+    here.errorbar(x / by, found.power, found.bars, **style, label=f"evaluations by {answer.engine}")
+    if len(grey.x):
+        here.plot(grey.x[:, number] / by, grey.power, **_GREY, label=_UNSOUND)
     best = answer.estimate.mean_power
     here.errorbar(
         key.value / by, best.value / unit, best.known_error95 / unit or None, color=INK, label=_star(answer), **_STAR
     )
 
 
-def _guide(here: Axes, key: BestKeyShape, places: Floats, power: Floats, sampling: Floats) -> None:
+def _guide(here: Axes, keys: Sequence[BestKeyShape], found: _Evaluations) -> None:
     """Draw a smooth line through the evaluations of one key, which leads the eye."""
-    u = np.linspace(places.min(), places.max(), 300)[:, None]
+    if len(keys) > 1 or len(found.places) < FEWEST or np.ptp(found.places) == 0.0:
+        return
+    key, u = keys[0], np.linspace(found.places.min(), found.places.max(), 300)[:, None]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
     x = np.array([key.range.value(float(one)) for one in u[:, 0]]) / by
-    here.plot(x, smooth(places, power, sampling, u), color="0.5", linewidth=1.0, zorder=1.5, label="guide to the eye")
+    line = smooth(found.places, found.power, found.sampling, u)
+    here.plot(x, line, color="0.5", linewidth=1.0, zorder=1.5, label="guide to the eye")
 
 
-def _plane(
-    here: Axes, answer: OptimumShape, places: Floats, x: Floats, power: Floats, sampling: Floats, label: str
-) -> None:
+def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, grey: _Evaluations, label: str) -> None:
     """Draw a smooth map over two keys, made as they were searched: by ratio where the axis is logarithmic."""
     one, two = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (one.range, two.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]
-    x = x / by
+    x, power = found.x / by, found.power
     side = np.linspace(0.0, 1.0, _GRID)
     u = np.stack(np.meshgrid(side, side), axis=-1)
-    surface = smooth(places, power, sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
+    surface = smooth(found.places, power, found.sampling, u.reshape(-1, 2)).reshape(_GRID, _GRID)
     surface = np.clip(surface, power.min(), power.max())  # a spline may overshoot
     across, up = (np.array([k.range.value(float(v)) for v in side]) / b for k, b in zip(answer.keys, by, strict=True))
     filled = here.pcolormesh(across, up, surface, cmap="viridis", shading="gouraud", rasterized=True)
@@ -105,6 +146,8 @@ def _plane(
     dots: dict[str, Any] = {"marker": "o", "markersize": 3 if len(x) < 100 else 1.5, "linestyle": "none"}
     dots |= {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.4}
     here.plot(x[:, 0], x[:, 1], **dots, label=f"evaluations by {answer.engine}")
+    if len(grey.x):
+        here.plot(*(grey.x / by).T, **_GREY | {"zorder": 2}, label=_UNSOUND)
     spans = [
         None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
         for k, b in zip(answer.keys, by, strict=True)

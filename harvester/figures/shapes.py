@@ -107,10 +107,13 @@ class BestKeyShape(Protocol):
 
 
 class EvaluationShape(Protocol):
-    """One evaluation at a place ``u`` of the unit cube; a power of None is one that failed."""
+    """One evaluation at a place ``u`` of the unit cube; a power of None is one that failed.
+
+    One that ``is_sound`` has settled, was not cut off, and has a known error.
+    """
 
     @property
-    def engine(self) -> str: ...
+    def is_sound(self) -> bool: ...
     @property
     def u(self) -> Floats: ...
     @property
@@ -118,14 +121,14 @@ class EvaluationShape(Protocol):
 
 
 class OptimumShape(Protocol):
-    """The place with the largest mean power, and the evaluations that found it."""
+    """The place with the largest mean power, and the evaluations by the engine itself that found it."""
 
     @property
     def engine(self) -> str: ...
     @property
     def keys(self) -> Sequence[BestKeyShape]: ...
     @property
-    def points(self) -> Sequence[EvaluationShape]: ...
+    def own_points(self) -> Sequence[EvaluationShape]: ...
     @property
     def scanned(self) -> bool: ...
     @property

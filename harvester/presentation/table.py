@@ -186,17 +186,20 @@ class Table:
 
     def head(self, rows: int) -> "Table":
         """Its first rows."""
-        some = (replace(one, cells=one.cells[:rows], units=one.units[:rows]) for one in self.columns)
-        return replace(self, columns=tuple(some))
+        return self.rows(range(min(rows, len(self))))
+
+    def rows(self, places: Sequence[int]) -> "Table":
+        """Some of its rows."""
+
+        def chosen(column: Column) -> Column:
+            units = [column.units[k] for k in places] if column.units else ()
+            return replace(column, cells=[column.cells[k] for k in places], units=units)
+
+        return replace(self, columns=tuple(map(chosen, self.columns)))
 
     def _ends(self) -> "Table":
         half = MOST_ROWS // 2
-
-        def both(some: Any) -> list[Any]:
-            return [*some[:half], *some[-half:]]
-
-        some = (replace(one, cells=both(one.cells), units=both(one.units)) for one in self.columns)
-        return replace(self, columns=tuple(some))
+        return self.rows([*range(half), *range(len(self) - half, len(self))])
 
 
 def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:

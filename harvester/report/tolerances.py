@@ -7,10 +7,10 @@ from harvester.report.scenes import scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
-from harvester.studies.tolerance.answer import Tolerance
+from harvester.studies.tolerance.answer import ToleranceResult
 
 
-def of_tolerance(scene: Scene | Problem, answer: Tolerance, seed: int) -> Page:
+def of_tolerance(scene: Scene | Problem, answer: ToleranceResult, seed: int) -> Page:
     """The page of how power scatters over devices: quantiles, yield, the keys' bars and shares, and the error."""
     problem = Problem.of(scene)
     unit = answer.unit_names.power
@@ -36,7 +36,7 @@ def of_tolerance(scene: Scene | Problem, answer: Tolerance, seed: int) -> Page:
     return scene_page(problem, kind, lead, found, about, seed=seed, samples=len(answer.power))
 
 
-def _keys(answer: Tolerance) -> TextTable:
+def _keys(answer: ToleranceResult) -> TextTable:
     """The table of each key's spread, its bar, and its shares of the variance."""
     unit, written = answer.unit_names.power, {one.key: one.written for one in answer.spreads}
     rows = []

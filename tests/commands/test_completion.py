@@ -29,7 +29,7 @@ def test_engines(command):
 
 
 def test_keys_of_a_scene():
-    for command, option in (("sweep", "--vary"), ("tolerance", "--vary"), ("optimise", "--over")):
+    for command, option in (("sweep", "--vary"), ("tolerance", "--vary"), ("optimise", "--vary")):
         assert offered(command, "mine.toml", option, "load.resistan") == ["load.resistance"]
         assert offered(command, "mine.toml", option, "load.resistance=") == []
 

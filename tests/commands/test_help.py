@@ -105,7 +105,7 @@ def test_keys_are_those_of_the_dataclasses(harvester):
         (("run",), "Missing argument 'SCENE'. ('harvester new FILE.toml' makes one)"),
         (("sweep", PLATE, "--vary", "load.resistance=1k"), "(such as --out out)"),
         (("sweep", PLATE, "--out", "x"), "(such as --vary load.resistance=1k:10M:25)"),
-        (("optimise", PLATE), "(such as --over load.resistance=1k:10M)"),
+        (("optimise", PLATE), "(such as --vary load.resistance=1k:10M)"),
         (("run", PLATE, "--seed", "x"), "(harvester run --help)"),
         (("run", PLATE, "--engine", "spise"), "did you mean 'spice'?"),
     ],

@@ -74,10 +74,10 @@ def test_warnings_name_options(harvester):
             "--workers must be left out where --scheduler is given, but both are given",
         ),
         (
-            ("optimise", "--over", "load.resistance=1k:1M", "--engine", "averaged", "--duration", "1"),
+            ("optimise", "--vary", "load.resistance=1k:1M", "--engine", "averaged", "--duration", "1"),
             "--duration must be left out with engine 'averaged'",
         ),
-        (("optimise", "--over", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out, where"),
+        (("optimise", "--vary", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out, where"),
         (("stability", "--vector", "svg"), "--vector must go with --out, where the figure is written, but --out is"),
         (("compare", "--json", "--vector", "pdf"), "--vector must go with --out, where the figure is written"),
     ],

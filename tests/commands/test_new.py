@@ -188,7 +188,7 @@ def next_words(sheet):
 def test_what_to_type_next():
     """It starts with what is missing."""
     assert next_words(SHEET)[0].startswith("keys excitation")
-    assert next_words(SHEET | NOISE)[0].startswith("optimise a.toml --over load.")
+    assert next_words(SHEET | NOISE)[0].startswith("optimise a.toml --vary load.")
     far, near = ({**SHEET, **NOISE, "resistance": load} for load in ("10 kohm", "700 kohm"))
     assert [line.split()[0] for line in next_words(far)] == ["run", "optimise"]
     assert [line.split()[0] for line in next_words(near)] == ["run", "sweep"]

@@ -291,7 +291,7 @@ def test_paper_markers_stand_for_curves():
 @pytest.mark.slow
 def test_an_optimum_of_one_evaluation():
     """The budget ended after the first evaluation: the axis is the range that was to be searched, not of zero width."""
-    best = hv.optimise("examples/plate_with_stop.toml", {R: ("10k", "10M")}, "averaged", within="5%")
+    best = hv.optimise("examples/plate_with_stop.toml", vary={R: ("10k", "10M")}, engine="averaged", within="5%")
     place = next(p for p in best.points if p.u == pytest.approx(best.points[0].u))
     key = dataclasses.replace(best.keys[0], value=best.keys[0].range.value(float(place.u[0])), low95=None, high95=None)
     figure = dataclasses.replace(best, keys=(key,), points=(place,)).plot()

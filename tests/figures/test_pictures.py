@@ -192,9 +192,9 @@ def test_the_map_of_an_optimum_is_smooth_and_whole():
     ranges = [Range(R, 1e4, 1e7), Range(STOP, 0.5, 0.9)]
     keys = [SimpleNamespace(range=one, value=one.value(0.5), low95=None, high95=None) for one in ranges]
     places = np.random.default_rng(2).random((200, 2))
-    points = [SimpleNamespace(engine="averaged", u=u, power=Value(1e-6 * hill(u), model=1e-8)) for u in places]
+    points = [SimpleNamespace(is_sound=True, u=u, power=Value(1e-6 * hill(u), model=1e-8)) for u in places]
     answer = SimpleNamespace(
-        engine="averaged", keys=keys, points=points, estimate=hv.Averaged().run(PLATE), scanned=True
+        engine="averaged", keys=keys, own_points=points, estimate=hv.Averaged().run(PLATE), scanned=True
     )
     here = figures.optimum(answer, None).axes[0]
     mesh = next(one for one in here.collections if np.ndim(one.get_array()) == 2)

@@ -45,7 +45,6 @@ def test_public_names_say_what_they_are():
         assert missing == []
 
 
-@pytest.mark.thorough("test_files_that_pages_name_are_there")
 @pytest.mark.slow
 def test_pages(site):
     """All are there; formulas are MathML, figures are files; nothing is fetched from elsewhere."""

@@ -17,7 +17,7 @@ REQUIRED = {
     "loads": ((EXAMPLES / "plate.toml").read_text(),),
     "logspace": (1.0, 2.0, 3),
     "motion": (SCENE,),
-    "optimise": (SCENE, {"load.resistance": ("1 kohm", "1 Mohm")}),
+    "optimise": (SCENE,),
     "response": (SCENE, [1.0, 2.0]),
     "run": (SCENE,),
     "stability": (SCENE,),
@@ -73,4 +73,4 @@ def test_what_is_given_in_another_form():
         SCENE.with_load(resistanc=1.0)
     assert [one.engine for one in hv.compare(SCENE, engines="averaged").estimates] == ["averaged"]
     with pytest.raises(hv.InputError, match="`within` and `budget` must be numbers or texts"):
-        hv.optimise(SCENE, {"load.resistance": ("1 kohm", "1 Mohm")}, "averaged", within=None)
+        hv.optimise(SCENE, vary={"load.resistance": ("1 kohm", "1 Mohm")}, engine="averaged", within=None)

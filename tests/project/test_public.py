@@ -161,7 +161,7 @@ def test_notebook():
     answer = hv.Averaged(within="1%").run(scene)
     answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded("a < b", "note")))
     table = hv.sweep(scene, "load.resistance", LOADS, engines=[hv.Published()])
-    best = hv.optimise(scene, {"load.resistance": ("100 kohm", "1 Mohm")}, hv.Averaged())
+    best = hv.optimise(scene, vary={"load.resistance": ("100 kohm", "1 Mohm")}, engine="averaged")
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
     for thing, texts in (
         (scene, ["<script>alert(1)</script> & co", "[oscillator]", "kg"]),
@@ -186,7 +186,7 @@ answer: hv.Estimate = hv.Ensemble(within="1%", budget="30s", seed=1).run(scene.w
 load: hv.Load = hv.Netlist("bridge", R="1 Mohm", C=1e-5)
 table: hv.SweepTable = hv.sweep(scene, "load.resistance", hv.logspace("1 kohm", "10 Mohm", 25), engines=[hv.Spice()])
 grid = hv.sweep(scene, {"load.resistance": "1k:10M:5", "stop.restitution": [0.9, 0.96]}, out="grid")
-best: hv.Optimum = hv.optimise(scene, {"load.resistance": ("1 kohm", 1e7)}, hv.Averaged())
+best: hv.Optimum = hv.optimise(scene, vary={"load.resistance": ("1 kohm", 1e7)}, engine="averaged")
 found: hv.Comparison = hv.compare(scene, within=0.01)
 verdict: str = hv.stability(scene).verdict
 table.plot().savefig("sweep.pdf")

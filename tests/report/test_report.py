@@ -23,8 +23,8 @@ from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import effects_section
 from harvester.studies.compare import Comparison
 from harvester.studies.optimum.circuits import CircuitChoice
+from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront
 from harvester.studies.paper import Drawn, FigurePoint
-from harvester.studies.robust.front import FrontPoint, ParetoFront
 from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
 from harvester.studies.work_precision.cost_table import Cost, CostRow
@@ -135,7 +135,7 @@ def test_json_stands_alone(harvester, tmp_path, monkeypatch):
             "--vector must be svg or pdf",
         ),
         (("stability", PLATE, "--vector", "svg"), "--vector must go with --out"),
-        (("optimise", PLATE, "--over", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out"),
+        (("optimise", PLATE, "--vary", "load.resistance=1k:1M", "--vector", "svg"), "--vector must go with --out"),
         (("compare", PLATE, "--json", "--vector", "svg"), "--vector must go with --out"),
     ],
 )
@@ -194,7 +194,7 @@ def test_comparison():
 
 
 PLATE_HARMONIC = ROOT / "examples" / "plate_harmonic.toml"
-OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--over", "load.resistance=100k:1M", "--within", "5%")
+OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--vary", "load.resistance=100k:1M", "--within", "5%")
 
 
 @pytest.mark.slow
@@ -228,14 +228,14 @@ def test_front_and_circuits():
     """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
     points = tuple(FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r) for r in (1e5, 1e6))
-    front = ParetoFront("averaged", "peak_displacement", -1, points, True, 1.0, ("beware",))
+    front = ParetoFront("averaged", "peak_displacement", -1, points, True, 1.0, (worded("beware"),))
     page = checked(report.html(report.of_search(scene, front, 0)))
     for word in ("100 µm", "100 kΩ", "peak displacement", "beware"):
         assert word in page.text
-    best = hv.optimise(scene, {"load.resistance": ("100k", "1M")}, "exact")
-    choice = CircuitChoice({"bridge": best, "sece": SimulationError("it <failed>")}, 2.0)
+    best = hv.optimise(scene, vary={"load.resistance": ("100k", "1M")}, engine="exact")
+    choice = CircuitChoice.of({"bridge": best, "sece": SimulationError("it <failed>")}, 2.0)
     page = checked(report.html(report.of_search(scene, choice, 0)))
-    for word in ("the best circuit is bridge", "no optimum", "it <failed>", "load.resistance = "):
+    for word in ("The best circuit is bridge", "no optimum", "it <failed>", "664.7 kΩ"):
         assert word in page.text
 
 

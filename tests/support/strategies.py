@@ -227,8 +227,7 @@ OPTIONS = {  # what each option may well have; the other half of the time it has
     "--trajectories": ["2", "16", "1", "1000000000000"],
     "--duration": ["1", "20", "1e-9", "1e300"],
     "--seed": ["1", "0", "99999999999999999999999"],
-    "--vary": RANGES,
-    "--over": [
+    "--vary": [
         "load.resistance=1k:1M",
         "nondimensional.mu=.1:1",
         "load.resistance=1M:1k",

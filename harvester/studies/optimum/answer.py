@@ -1,23 +1,36 @@
 """The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
 
+from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar, NamedTuple
 
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, has
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.optimum.evaluations import Evaluation
 from harvester.studies.optimum.ranges import Range
-from harvester.studies.output_folder import csv_text
-from harvester.uncertainty.value import Value, amount, number
+from harvester.uncertainty.value import Value
 
 _ENDS = {-1: "low", 1: "high"}
+# Why no place of the ranges is better than another, and why the best has no interval.
+FLAT = (
+    *("no_power", "no_power_anywhere", "same_power_everywhere"),
+    *("flat_within_model", "no_place_better", "power_changes_little"),
+)
+NO_INTERVAL = ("no_model_error", "curvature_in_noise", "not_narrowed", "search_cut_short")
+CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget ended before the search did
 
 
-@dataclass(frozen=True)
-class OptimalKey:
+@dataclass(frozen=True, repr=False)
+class OptimalKey(Result):
     """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
+
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"range"})
+    SHORT: ClassVar[tuple[str, ...]] = ("key", "value", "low95", "high95")
 
     range: Range
     value: float
@@ -25,23 +38,27 @@ class OptimalKey:
     high95: float | None
     boundary: str | None
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        return {name: getattr(self, name) for name in ("value", "low95", "high95", "boundary")}
+    @property
+    def key(self) -> str:
+        """The key itself."""
+        return self.range.key
 
-    def __str__(self) -> str:
-        unit = unit_of(self.range.key)
-        text = f"{amount(self.value, unit)}"
-        if self.low95 is not None and self.high95 is not None:
-            text += f", between {amount(self.low95, unit)} and {amount(self.high95, unit)}"
-        if self.boundary:
-            text += f" (the {self.boundary} end of its range: the best may lie beyond)"
-        return text
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return unit_of(self.range.key)
+
+
+class PowerPeak(NamedTuple):
+    """A place where the power is larger than at all places near it."""
+
+    keys: dict[str, float]
+    mean_power: Value
 
 
 @names_arguments
-@dataclass(frozen=True)
-class Optimum:
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Optimum(TableResult):
     """The largest mean power over ranges of keys.
 
     The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the
@@ -50,24 +67,44 @@ class Optimum:
     in finding the place, for the highest power of many is too high.  ``peaks`` are all that were found, best first,
     each with its keys and power; ``flat`` says why no place is better than another, and is empty where one is.
     ``scanned`` is False where the budget ended before the whole range was looked at: more power may lie anywhere in it.
+    ``table`` has all evaluations, in the order that they were made.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> best = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, hv.Averaged())
-    >>> best.keys[0].range.key, best.keys[0].boundary
-    ('nondimensional.mu', None)
+    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
+    >>> best
+    Optimum(engine='averaged', mean_power=0.0032265 +- 2.2e-05 (model, estimated))
     """
+
+    FILE: ClassVar[str] = "optimise"  # the name of its files
+    DERIVED: ClassVar[tuple[str, ...]] = (
+        *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks"),
+        *("best_keys", "flat", "no_interval"),
+    )
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimate", "points", "keys"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+        {"peaks", "scanned", "evaluations", "failed", "best_keys", "flat", "no_interval"}
+    )
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"key_table", "other_peaks"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {
+        "best_keys": "keys",
+        "evaluation_count": "evaluations",
+        "evaluations": "evaluations_by_engine",
+    }
 
     engine: str
     keys: tuple[OptimalKey, ...]
     estimate: Estimate
-    peaks: tuple[tuple[dict[str, float], Value], ...]
-    why: str
-    flat: str
+    peaks: tuple[PowerPeak, ...]
     points: tuple[Evaluation, ...]
     seconds: float
-    warnings: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
     scanned: bool = True
+
+    @property
+    def physical(self) -> bool:
+        """Whether its numbers are in SI units."""
+        return self.estimate.physical
 
     @property
     def mean_power(self) -> Value:
@@ -75,81 +112,97 @@ class Optimum:
         return self.estimate.mean_power
 
     @property
+    def flat(self) -> str:
+        """Why no place is better than another; empty where one is."""
+        return self._sentence(FLAT)
+
+    @property
+    def why(self) -> str:
+        """Why the best values of the keys have no interval; empty where they have."""
+        return self._sentence(NO_INTERVAL)
+
+    no_interval = why
+
+    def _sentence(self, codes: tuple[str, ...]) -> str:
+        return next((str(one) for one in self.diagnostics if one.code in codes), "")
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether the budget ended before the search did."""
+        return has(self.diagnostics, *CUT_SHORT)
+
+    @property
+    def best_keys(self) -> dict[str, OptimalKey]:
+        """The keys by their names."""
+        return {key.range.key: key for key in self.keys}
+
+    @property
+    def evaluation_count(self) -> int:
+        """The number of evaluations."""
+        return len(self.points)
+
+    @property
     def evaluations(self) -> dict[str, int]:
         """The number of evaluations by each engine."""
-        names = [p.engine for p in self.points]
-        return {name: names.count(name) for name in dict.fromkeys(names)}
+        return dict(Counter(p.engine for p in self.points))
+
+    @property
+    def own_points(self) -> list[Evaluation]:
+        """The evaluations by the engine itself, which makes the last one; the others are those of a scout."""
+        return [p for p in self.points if p.engine == self.points[-1].engine]
 
     @property
     def failed(self) -> int:
         """The number of evaluations by the engine itself that failed."""
-        return sum(p.engine == self.engine and isinstance(p.answer, HarvesterError) for p in self.points)
+        return sum(isinstance(p.answer, HarvesterError) for p in self.own_points)
+
+    @property
+    def key_table(self) -> Table:
+        """The best value of each key, and the ends of its interval."""
+        rows, units = self.keys, [key.unit for key in self.keys]
+        made = [Column("key", [one.key for one in rows])]
+        for name in ("value", "low95", "high95", "boundary"):
+            cells = [getattr(one, name) for one in rows]
+            made += [Column(name, cells, units=units)] if any(cell is not None for cell in cells) else []
+        return Table(tuple(made), "the largest power is at")
+
+    @property
+    def other_peaks(self) -> Table | None:
+        """The peaks that are lower; None where there is one alone."""
+        if len(self.peaks) < 2:
+            return None
+        rows = self.peaks[1:]
+        columns = [Column(one.key, [peak.keys[one.key] for peak in rows], one.unit) for one in self.keys]
+        power = Column("mean_power", [peak.mean_power for peak in rows], self.unit_names.power)
+        return Table((power, *columns), "another peak" if len(rows) == 1 else "other peaks")
+
+    @property
+    def table(self) -> Table:
+        """All evaluations, in the order that they were made."""
+        found, of = self.points, self.unit_names
+        powers = [one.power for one in found]
+        places = zip(
+            *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in found), strict=True
+        )
+        columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, places, strict=True)]
+        columns += [Column(name, [getattr(one, name) for one in found]) for name in ("engine", "stage", "seed")]
+        columns.append(Column("mean_power", powers, of.power))
+        columns.append(Column("mean_power_bias", [None if one is None else bias_of(one) for one in powers], of.power))
+        answers = [one.answer for one in found]
+        columns.append(Column("seconds", [one.seconds if isinstance(one, Estimate) else None for one in answers], "s"))
+        columns.append(Column("is_sound", [one.is_sound for one in found]))
+        columns.append(Column("error", ["" if isinstance(one, Estimate) else str(one) for one in answers]))
+        return Table(tuple(columns), "evaluations")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The evaluations and the optimum as a matplotlib figure."""
         return figures.optimum(self, title)
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        return {
-            "engine": self.engine,
-            "keys": {key.range.key: key.as_json() for key in self.keys},
-            "mean_power": number(self.mean_power),
-            "reason": self.estimate.reason,
-            "no_interval": self.why,
-            "flat": self.flat,
-            "scanned": self.scanned,
-            "peaks": [{"keys": keys, "mean_power": number(power)} for keys, power in self.peaks],
-            "evaluations": len(self.points),
-            "evaluations_by_engine": self.evaluations,
-            "failed": self.failed,
-            "seconds": self.seconds,
-            "warnings": list(self.warnings),
-        }
 
-    def __str__(self) -> str:
-        unit = self.estimate.unit_names.power
-        counts = ", ".join(f"{count} by {name}" for name, count in self.evaluations.items())
-        width = max(len(key.range.key) for key in self.keys)
-        lines = [f"{self.engine}: {self.seconds:.2g} s, {len(self.points)} evaluations ({counts})"]
-        lines += [f"  {key.range.key:<{width}}  {key}" for key in self.keys]
-        lines.append(f"  {'mean power':<{width}}  {self.mean_power.format(unit)}")
-        if self.estimate.reason and self.mean_power.stderr is None:
-            lines.append(f"  note: {self.estimate.reason}")
-        if self.flat:
-            lines.append(f"  flat: {self.flat}")
-        elif self.why:
-            lines.append(f"  no interval of the keys: {self.why}")
-        for keys, power in self.peaks[1:]:
-            where = ", ".join(f"{name} = {amount(value, unit_of(name))}" for name, value in keys.items())
-            lines.append(f"  another peak: {power.format(unit)} at {where}")
-        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
-
-    def _repr_html_(self) -> str:
-        from harvester.presentation import html
-
-        unit = self.estimate.unit_names.power
-        rows = [(key.range.key, str(key)) for key in self.keys]
-        rows += [("mean power", self.mean_power.format(unit)), ("seconds", f"{self.seconds:.2g}")]
-        notes = [f"flat: {self.flat}"] if self.flat else []
-        notes += [f"no interval of the keys: {self.why}"] if self.why and not self.flat else []
-        notes += [f"note: {self.estimate.reason}"] if self.estimate.reason else []
-        return html.table(f"optimum by {self.engine}", (), rows, notes + html.warnings(self.warnings))
-
-    def text(self) -> str:
-        """The CSV file of all evaluations, in the order that they were made."""
-        ranges = [key.range for key in self.keys]
-        names = ("engine", "stage", "seed", "mean_power", "mean_power_stderr", "mean_power_bias", "seconds", "error")
-        rows = []
-        for p in self.points:
-            numbers: list[object] = [None, None, None, "", str(p.answer)]
-            if isinstance(p.answer, Estimate):
-                power = p.answer.mean_power
-                known = [error for error in (power.bias, power.model) if error is not None]
-                numbers = [power.value, power.stderr, sum(known) if known else None, f"{p.answer.seconds:.4g}", ""]
-            place = [repr(r.value(float(u))) for r, u in zip(ranges, p.u, strict=True)]
-            rows.append([*place, p.engine, p.stage, p.seed, *numbers])
-        return csv_text([*(r.key for r in ranges), *names], rows)
+def bias_of(power: Value) -> float | None:
+    """The errors of step and model together; None where neither is known."""
+    known = [error for error in (power.bias, power.model) if error is not None]
+    return sum(known) if known else None
 
 
 def end(face: float) -> str | None:

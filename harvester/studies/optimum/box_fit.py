@@ -5,9 +5,11 @@ import numpy as np
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
-from harvester.studies.optimum.evaluations import Evaluation
-from harvester.studies.optimum.response_surface import CUBIC, SEEN, Fit, exponents
+from harvester.presentation.diagnostic import note
+from harvester.studies.optimum.evaluations import Evaluation, served
+from harvester.studies.optimum.response_surface import CUBIC, SEEN, Fit
 from harvester.studies.optimum.search_result import Peak
+from harvester.studies.tolerance.surface import exponents
 from harvester.uncertainty.value import Value
 
 DROP = 0.1  # of the power, between the middle of a box and its faces
@@ -17,16 +19,13 @@ ROUNDING = 1e-9  # relative noise of a power that has no other
 def fit_box(rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC) -> tuple[Fit, Floats]:
     """Fit a polynomial to the means of several rounds of one design in a box; also the bias of the step at each point.
 
-    The box has its middle at ``u`` and half-widths ``width``.  Raises SimulationError where too many points fail.
+    The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left out where there are
+    enough others.  Raises SimulationError where too many points fail.
     """
-    good = [k for k in range(len(rounds[0])) if all(one[k].power is not None for one in rounds)]
-    if len(good) <= len(exponents(len(u))):
-        failed = next(p.answer for one in rounds for p in one if p.power is None)
-        raise SimulationError(f"too few points near the optimum have an answer; the last that failed: {failed}")
+    good = _usable(rounds, len(exponents(len(u), CUBIC)))
     kept = [[one[k] for k in good] for one in rounds]
-    values = [[p.power for p in one if p.power is not None] for one in kept]
-    power = np.mean([[v.value for v in one] for one in values], axis=0)
-    bias = np.mean([[v.bias or 0.0 for v in one] for one in values], axis=0)
+    power = np.mean([served(one)[1] for one in kept], axis=0)
+    bias = np.mean([[value.bias or 0.0 for value in served(one)[2]] for one in kept], axis=0)
     covariance = np.sum([_covariance(one) for one in kept], axis=0) / len(rounds) ** 2
     covariance = covariance + (ROUNDING * power.mean()) ** 2 * np.eye(len(good))
     low, high = np.maximum(u - width, 0.0), np.minimum(u + width, 1.0)
@@ -41,8 +40,7 @@ def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
     power = Value(*fit.value(fit.best))
     faces = np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0))
     if fit.exits.any() or fit.resolution < SEEN:
-        why = "the curvature does not stand above the noise"
-        return Peak(place, power, faces, width=width, why=why)
+        return Peak(place, power, faces, width=width, why=note("curvature_in_noise"))
     half = width * (fit.half_widths + fit.bias_shift(bias))
     return Peak(place, power, faces, np.clip(place - half, 0.0, 1.0), np.clip(place + half, 0.0, 1.0), width)
 
@@ -75,6 +73,17 @@ def _fitting_widths(fit: Fit, width: Floats) -> Floats:
     curvature = -np.diag(fit.hessian)
     wanted = np.sqrt(2.0 * DROP * abs(fit.value(fit.best)[0]) / np.maximum(curvature, 1e-300))
     return np.where((fit.faces != 0.0) | (curvature <= 0.0), width, width * wanted)
+
+
+def _usable(rounds: list[list[Evaluation]], least: int) -> list[int]:
+    """Which points of the design have an answer in every round: more than ``least``, the sound ones if they are."""
+    columns = [*enumerate(zip(*rounds, strict=True))]
+    sound = [k for k, some in columns if all(one.is_sound for one in some)]
+    good = sound if len(sound) > least else [k for k, some in columns if all(one.power is not None for one in some)]
+    if len(good) <= least:
+        failed = next(one.answer for some in rounds for one in some if one.power is None)
+        raise SimulationError(f"too few points near the optimum have an answer; the last that failed: {failed}")
+    return good
 
 
 def _covariance(points: list[Evaluation]) -> Floats:

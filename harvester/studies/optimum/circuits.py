@@ -3,54 +3,70 @@
 import dataclasses
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, SimulationError, names_arguments
+from harvester.errors import HarvesterError, InputError, SimulationError, invalid, names_arguments
+from harvester.machine.execution import Execution
 from harvester.netlists.load_circuit import load_circuit
-from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic, has, note, warning
+from harvester.presentation.table import Column, Table
 from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.evaluations import Tick
-from harvester.studies.optimum.optimise import prepared
-from harvester.studies.optimum.race import ENDED, Race
-from harvester.studies.optimum.ranges import Range
-from harvester.studies.optimum.sampled_search import SPENT
-from harvester.studies.output_folder import OutputFolder, csv_text
+from harvester.studies.optimum.race import Race
+from harvester.studies.optimum.ranges import Range, Vary
+from harvester.studies.optimum.search import SearchRequest
+from harvester.studies.output_folder import OutputFolder
 
 KEY = "load.netlist"
+NAMES = (KEY, "netlist")
 
 
 @names_arguments
-@dataclass(frozen=True)
-class CircuitChoice:
-    """The optimum of each circuit by its name, or the error where it has none; ``best`` is the one of most power.
+@dataclass(frozen=True, repr=False, kw_only=True)
+class CircuitChoice(Optimum):
+    """The optimum of the circuit of most power; ``optima`` are those of each circuit, or the error where it has none.
 
-    ``best`` is None where that cannot be said: the budget of a circuit of less power ended before its first scan did.
-
-    ``alike`` are circuits whose power cannot be told from that of the best: the intervals of both overlap.
+    ``best`` is the name of that circuit.  It is None where that cannot be said: the budget of a circuit of less power
+    ended before its first scan did.  ``alike`` are circuits whose power cannot be told from that of the best: the
+    intervals of both overlap.  ``unsound`` are those that cannot be compared, as their power has not settled, was cut
+    off or has no known error, while that of another has.  ``table`` has a row for each circuit.
 
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")
-    >>> over = {"load.parameters.R": ("100 kohm", "10 Mohm")}
-    >>> hv.optimise_circuits(scene, ["bridge"], over, "ideal")
+    >>> hv.optimise(scene, vary={"load.netlist": ["bridge"], "load.parameters.R": ("100 kohm", "10 Mohm")})
     Traceback (most recent call last):
-    harvester.errors.InputError: `circuits` must be two or more different ones, but is ['bridge']
+    harvester.errors.InputError: `vary` must be load.netlist=A,B,... with two circuits or more, but is ['bridge']
     """
 
-    optima: dict[str, Optimum | HarvesterError]
-    seconds: float
+    DERIVED: ClassVar[tuple[str, ...]] = ("best", "alike", "unfinished", "unscanned", "unsound", "circuits")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"peaks", "scanned", "optima", *DERIVED[:-1]})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"peaks", "scanned", "circuits"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"optima": "circuits"}
+    SHORT: ClassVar[tuple[str, ...]] = ("best", *Optimum.SHORT)
+
+    optima: dict[str, Optimum | HarvesterError] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, optima: dict[str, Optimum | HarvesterError], seconds: float) -> "CircuitChoice":
+        """The choice between circuits; raises the error of the first where none has an optimum."""
+        found = _ranked(optima)
+        if not found:
+            raise next(one for one in optima.values() if isinstance(one, HarvesterError))
+        top = next(iter(found.values()))
+        fields = {one.name: getattr(top, one.name) for one in dataclasses.fields(Optimum)}
+        choice = cls(**fields | {"seconds": seconds, "diagnostics": ()}, optima=optima)
+        return dataclasses.replace(choice, diagnostics=(*choice._remarks(),))
 
     @property
     def found(self) -> dict[str, Optimum]:
-        """The circuits that have an optimum, the one of most power first."""
-        some = [(name, one) for name, one in self.optima.items() if isinstance(one, Optimum)]
-        return dict(sorted(some, key=lambda pair: -pair[1].mean_power.value))
+        """The circuits that have an optimum, the one of most power first; those that are not sound last."""
+        return _ranked(self.optima)
 
     @property
     def best(self) -> str | None:
@@ -63,119 +79,141 @@ class CircuitChoice:
         """The circuits whose power cannot be told from that of the best."""
         (_, top), *others = self.found.items()
         low = top.mean_power.value - top.mean_power.known_error95
-        return tuple(n for n, one in others if one.mean_power.value + one.mean_power.known_error95 >= low)
+        near = [name for name, one in others if one.mean_power.value + one.mean_power.known_error95 >= low]
+        return tuple(name for name in near if name not in self.unsound)
 
     @property
     def unfinished(self) -> tuple[str, ...]:
         """The circuits that may have more power than was found: the budget ended before their search did."""
-        return tuple(n for n, one in self.found.items() if any(word.startswith(SPENT) for word in one.warnings))
+        return tuple(name for name, one in self.found.items() if has(one.diagnostics, "budget_spent"))
 
     @property
     def unscanned(self) -> tuple[str, ...]:
         """The circuits of which the budget ended before the whole range was looked at."""
         return tuple(name for name, one in self.found.items() if not one.scanned)
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        circuits = {n: one.as_json() if isinstance(one, Optimum) else str(one) for n, one in self.optima.items()}
-        return {
-            "best": self.best,
-            "alike": list(self.alike),
-            "unfinished": list(self.unfinished),
-            "unscanned": list(self.unscanned),
-            "circuits": circuits,
-            "seconds": self.seconds,
-        }
+    @property
+    def unsound(self) -> tuple[str, ...]:
+        """The circuits that cannot be compared with others that can."""
+        (_, top), *others = self.found.items()
+        return tuple(name for name, one in others if not one.estimate.is_sound) if top.estimate.is_sound else ()
 
-    def __str__(self) -> str:
-        unit = next(iter(self.found.values())).estimate.unit_names.power
-        unknown = dict.fromkeys(one.mean_power.unknown for one in self.found.values() if one.mean_power.unknown)
-        notes = [f"  note: the error of {part} is not known" for part in unknown]
-        rows = [[KEY, "largest mean power", "keys there"]]
-        for name, one in self.found.items():
-            power = dataclasses.replace(one.mean_power, unknown="")  # which a note says once
-            rows.append([name, power.format(unit), "; ".join(f"{k.range.key} = {k}" for k in one.keys)])
-        failed = [f"  no optimum of {name}: {e}" for name, e in self.optima.items() if isinstance(e, HarvesterError)]
-        warned = [f"  warning: {name}: {word}" for name, one in self.found.items() for word in one.warnings]
+    @property
+    def circuits(self) -> Table:
+        """A row a circuit, the one of most power first."""
+        return self._rows([*self.found.items(), *(pair for pair in self.optima.items() if pair[0] not in self.found)])
+
+    @property
+    def table(self) -> Table:
+        """A row a circuit, in the order that they were given."""
+        rows, powers = [*self.optima.items()], [_optimum(one) for one in self.optima.values()]
+        bias = Column("mean_power_bias", [None if one is None else one.mean_power.bias for one in powers])
+        found = self._rows(rows)
+        return dataclasses.replace(found, columns=(*found.columns[:-2], bias, *found.columns[-2:]))
+
+    def _rows(self, some: Sequence[tuple[str, Optimum | HarvesterError]]) -> Table:
+        optima = [_optimum(one) for _, one in some]
+        columns = [Column(KEY, [name for name, _ in some])]
+        for k, key in enumerate(self.keys):
+            columns.append(Column(key.key, [None if one is None else one.keys[k].value for one in optima], key.unit))
+        powers = [None if one is None else one.mean_power for one in optima]
+        columns.append(Column("mean_power", powers, self.unit_names.power))
+        columns.append(Column("search", [self._state(name, one) for name, one in some]))
+        columns.append(Column("error", [str(one) if isinstance(one, HarvesterError) else "" for _, one in some]))
+        return Table(tuple(columns), "largest mean power of each circuit")
+
+    def _state(self, name: str, one: Optimum | HarvesterError) -> str:
+        """How far the search of a circuit came."""
+        if isinstance(one, HarvesterError):
+            return "failed"
+        if not one.scanned:
+            return "scan cut short"
+        if has(one.diagnostics, "ended_with_scan"):
+            return "first scan only"
+        return "cut short" if name in self.unfinished else "complete"
+
+    def _remarks(self) -> list[Diagnostic]:
+        """What is to be said of the choice, and of each circuit."""
+        said = [note("best_circuit", best=self.best, alike=" and ".join(self.alike))]
         if self.best is None:
-            early = " and ".join(self.unscanned)
-            said = f"no best circuit: the budget ended before the first scan of {early} did"
-        else:
-            same = f", which cannot be told from {' and '.join(self.alike)}" if self.alike else ""
-            said = f"the best circuit is {self.best}{same}"
-        cut = f"; the search of {' and '.join(self.unfinished)} was cut short" if self.unfinished else ""
-        lines = [f"{self.seconds:.2g} s; {said}{cut}"]
-        return "\n".join([*lines, *(f"  {row}" for row in columns(rows, "  ")), *notes, *failed, *warned])
-
-    def text(self) -> str:
-        """The CSV file: a row a circuit, in the order that they were given."""
-        keys = [key.range.key for key in next(iter(self.found.values())).keys]
-        powers = ["mean_power", "mean_power_stderr", "mean_power_bias", "mean_power_error95"]
-        heads = [KEY, *keys, *powers, "search", "error"]
-        rows: list[list[object]] = []
-        for name, one in self.optima.items():
-            if isinstance(one, Optimum):
-                power = one.mean_power
-                search = "cut short" if name in self.unfinished else "complete"
-                search = "first scan only" if any(word.startswith(ENDED) for word in one.warnings) else search
-                search = search if one.scanned else "scan cut short"
-                errors = power.stderr, power.bias, power.error95
-                rows.append([name, *(key.value for key in one.keys), power.value, *errors, search, ""])
-            else:
-                rows.append([name, *([None] * (len(keys) + len(powers))), "failed", str(one)])
-        return csv_text(heads, rows)
+            said = [note("no_best_circuit", early=" and ".join(self.unscanned))]
+        if self.unfinished:
+            said.append(note("circuits_cut_short", names=" and ".join(self.unfinished)))
+        unknown = dict.fromkeys(one.mean_power.unknown for one in self.found.values() if one.mean_power.unknown)
+        said += [note("error_unknown", part=part) for part in unknown]
+        said += [
+            note("no_optimum", name, why=str(e)) for name, e in self.optima.items() if isinstance(e, HarvesterError)
+        ]
+        said += [warning("circuit_unsound", name) for name in self.unsound]
+        return said + [word.of(name) for name, one in self.found.items() for word in one.warnings]
 
 
-@names_arguments
-def optimise_circuits(
+def _ranked(optima: Mapping[str, Optimum | HarvesterError]) -> dict[str, Optimum]:
+    some = [(name, one) for name, one in optima.items() if isinstance(one, Optimum)]
+    return dict(sorted(some, key=lambda pair: (not pair[1].estimate.is_sound, -pair[1].mean_power.value)))
+
+
+def _optimum(one: Optimum | HarvesterError) -> Optimum | None:
+    return one if isinstance(one, Optimum) else None
+
+
+def circuits_of(vary: Vary) -> tuple[tuple[str, ...], Vary]:
+    """The circuits among what is varied, and the rest of it; raises InputError for fewer than two, or one twice."""
+    if isinstance(vary, Mapping):
+        chosen = [names for key, names in vary.items() if key in NAMES]
+        rest: Vary = {key: ends for key, ends in vary.items() if key not in NAMES}
+    else:
+        texts = [vary] if isinstance(vary, str) else vary
+        rest = [one for one in texts if not _names_circuits(one)]
+        chosen = [str(one).partition("=")[2] for one in texts if _names_circuits(one)]
+    if len(chosen) > 1:
+        raise InputError(f"`vary` must name each key only once, but names {KEY!r} twice")
+    return (_several(chosen[0]) if chosen else ()), rest
+
+
+def _names_circuits(one: Range | str) -> bool:
+    return isinstance(one, str) and one.partition("=")[0].strip() in NAMES
+
+
+def _several(given: str | Sequence[str]) -> tuple[str, ...]:
+    """The names of circuits, from a text or a list; InputError for fewer than two, or one twice."""
+    names = [one.strip() for one in (given.split(",") if isinstance(given, str) else given)]
+    if len(names) < 2 or len({*names}) < len(names) or not all(names):
+        raise invalid("`vary`", f"be {KEY}=A,B,... with two circuits or more", given)
+    return tuple(names)
+
+
+def best_circuit(
     scene: AnyScene,
     circuits: Sequence[str],
-    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
-    engine: Named | None = None,
-    within: float | str = 0.01,
-    budget: float | str = 60.0,
-    out: str | Path | None = None,
-    tick: Tick | None = None,
-    vector: Sequence[str] = (),
+    vary: Vary,
+    engine: Named | None,
+    within: float | str,
+    budget: float | str,
+    execution: Execution,
 ) -> CircuitChoice:
     """Optimise each of several circuits over the keys by itself, and say which has the largest mean power.
 
-    ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that have them.  The
-    other arguments are those of `harvester.optimise`; all circuits together have the ``budget`` for each, and each a
-    folder in ``out``, beside circuits.csv.  First all are scanned alike (`harvester.studies.optimum.race`).
+    ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that have them.  All
+    circuits together have the ``budget`` for each, and each a folder in that of the ``execution``, beside circuits.csv.
+    First all are scanned alike (`harvester.studies.optimum.race`).
 
-    >>> import harvester as hv
-    >>> hv.optimise_circuits(hv.load("examples/plate_bridge.toml"), ["bridge", "sec"], {})
-    Traceback (most recent call last):
-    harvester.errors.InputError: unknown netlist 'sec': did you mean 'sece'?
-
-    Raises
-    ------
-    InputError
-        for fewer than two circuits, one that there is not, and as `harvester.optimise`.
-    HarvesterError
-        where no circuit has an optimum, the last error.
+    Raises InputError for a circuit that there is not, and HarvesterError where none has an optimum, the first's error.
     """
-    whole = Problem.of(scene).scene
-    if isinstance(circuits, str) or len(set(circuits)) < max(2, len(circuits)):
-        raise InputError(f"`circuits` must be two or more different ones, but is {circuits!r}")
+    whole, begin = Problem.of(scene).scene, time.perf_counter()
     scenes = {name: _with(whole, name) for name in circuits}
-    folder = None if out is None else OutputFolder(out, vector)
-    begin, found = time.perf_counter(), dict[str, Optimum | HarvesterError]()
-    asked = {name: prepared(one, over, engine, within, budget) for name, one in scenes.items()}
-    race = Race(asked, tick)
+    folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+    requests = {name: SearchRequest.of(one, vary, engine, within, budget) for name, one in scenes.items()}
+    race, found = Race(requests, execution.progress), dict[str, Optimum | HarvesterError]()
     for name in race.order():
-        inside = None if folder is None else OutputFolder(folder.path / Path(name).stem, vector)
+        inside = None if folder is None else OutputFolder(folder.path / Path(name).stem, execution.formats)
         try:
             found[name] = race.optimum(name, inside)
         except SimulationError as error:  # what the user asked is in order: this circuit has no answer
             found[name] = error
-    found = {name: found[name] for name in scenes}
-    if not any(isinstance(one, Optimum) for one in found.values()):
-        raise next(one for one in found.values() if isinstance(one, HarvesterError))
-    answer = CircuitChoice(found, time.perf_counter() - begin)
+    answer = CircuitChoice.of({name: found[name] for name in scenes}, time.perf_counter() - begin)
     if folder is not None:
-        folder.table("circuits", answer.text())
+        folder.table("circuits", answer.table.csv())
     return answer
 
 

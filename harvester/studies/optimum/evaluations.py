@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,19 +11,17 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Spice
 from harvester.engines.options import number
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
+from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.ranges import Range, problem_at
 from harvester.uncertainty.value import Value
 
 SHORTEST = 0.1  # seconds that an evaluation has at least
 _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
-
-Tick = Callable[[float], None]  # called with the fraction of the budget that is spent
 
 
 class SpentError(Exception):
@@ -45,15 +43,20 @@ class Evaluation:
         """The mean power; None where the engine failed."""
         return self.answer.mean_power if isinstance(self.answer, Estimate) else None
 
+    @property
+    def is_sound(self) -> bool:
+        """Whether its power may stand beside others (`harvester.answers.estimate.Estimate.is_sound`)."""
+        return isinstance(self.answer, Estimate) and self.answer.is_sound
+
 
 @dataclass
 class Surface:
-    """A scene over ranges of its keys, evaluated until the budget ends."""
+    """A scene over ranges of its keys, evaluated until the budget ends; ``progress`` is told what share is spent."""
 
     scene: Scene
     ranges: tuple[Range, ...]
     budget: float
-    tick: Tick | None = None
+    progress: Progress = NO_PROGRESS
     share: float = 1.0  # of the budget that may be spent now
     begin: float = field(default_factory=time.perf_counter)
     points: list[Evaluation] = field(default_factory=list)
@@ -89,15 +92,15 @@ class Surface:
         for at in range(0, len(where), some):
             if self.points and self.left < (1.0 - self.share) * self.budget:
                 raise SpentError
-            if isinstance(engine, Spice):
-                engine = with_options(engine, budget=min(number(engine.budget) or math.inf, self.left_now))
+            if engine.runs_ngspice:
+                budget = number(getattr(engine, "budget", None)) or math.inf
+                engine = with_options(engine, budget=min(budget, self.left_now))
             rows = where[at : at + some]
             seed = getattr(engine, "seed", None)
             for u, answer in zip(rows, self._answers(rows, engine), strict=True):
                 done.append(Evaluation(np.array(u), engine.NAME, stage, seed, answer))
                 self.points.append(done[-1])
-            if self.tick is not None:
-                self.tick(min(1.0 - self.left / self.budget, 1.0))
+            self.progress.step(min(1.0 - self.left / self.budget, 1.0))
         return done
 
     def _answers(self, where: Floats, engine: Engine) -> Sequence[Estimate | HarvesterError]:
@@ -125,8 +128,13 @@ def _run(engine: Engine, scene: Problem) -> Estimate | HarvesterError:
 
 
 def served(points: Iterable[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
-    """The places (n, keys), powers (n,) and values of the evaluations that have an answer."""
-    good = [(p.u, p.power) for p in points if p.power is not None]
+    """The places (n, keys), powers (n,) and values of the evaluations that have an answer.
+
+    Those that are not sound are left out, unless there are no others.
+    """
+    known = [p for p in points if p.power is not None]
+    sound = [p for p in known if p.is_sound] or known
+    good = [(p.u, p.power) for p in sound if p.power is not None]
     if not good:
         return np.empty((0, 0)), np.empty(0), []
     return np.array([u for u, _ in good]), np.array([v.value for _, v in good]), [v for _, v in good]

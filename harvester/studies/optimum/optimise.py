@@ -1,191 +1,176 @@
-"""The largest mean power over one or several keys of a scene, with intervals of both."""
+"""The one search for the largest mean power: over loads, circuits and other keys, for most devices, or as a front."""
 
-import dataclasses
-import math
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, Literal, overload
 
-from harvester import figures
-from harvester.answers.estimate import Estimate
-from harvester.engines import Cheapest
-from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine
-from harvester.engines.selection import Named, default_engine
+from harvester.engines.protocol import AnyScene
+from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, names_arguments
-from harvester.scene.scene import Scene
-from harvester.studies.optimum import formula_search
-from harvester.studies.optimum.answer import OptimalKey, Optimum, end
-from harvester.studies.optimum.evaluations import Surface, Tick, with_options
-from harvester.studies.optimum.ranges import Range, problem_at, ranges
-from harvester.studies.optimum.sampled_search import SampledSearch
-from harvester.studies.optimum.search_result import Peak, SearchResult
+from harvester.errors import InputError, invalid, names_arguments
+from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
+from harvester.machine.progress import Progress
+from harvester.studies.optimum.answer import Optimum
+from harvester.studies.optimum.circuits import best_circuit, circuits_of
+from harvester.studies.optimum.front import front
+from harvester.studies.optimum.objective import Aim, Objective
+from harvester.studies.optimum.pareto_front import ParetoFront
+from harvester.studies.optimum.ranges import Range, Vary, ranges
+from harvester.studies.optimum.sampled_front import sampled_front
+from harvester.studies.optimum.search import Search, SearchRequest
+from harvester.studies.optimum.under_limits import RobustRequest, under_limits
 from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.tolerance.limits import lifetime_of, limits
 
-SEARCHED = 0.75  # of the budget at most, so that the rest evaluates the power at the optimum
-DISAGREE = 4.0  # standard errors between the surface's power and the last evaluation's that bring a warning
+POINTS, MOST_POINTS = 9, 50  # of a front
+Texts = Mapping[str, str] | Sequence[str]
 
 
+@overload
+def optimise(
+    scene: AnyScene, *, vary: Vary, objective: Literal["mean_power"] = "mean_power", **options: Any
+) -> Optimum: ...
+@overload
+def optimise(scene: AnyScene, *, vary: Vary, objective: Aim, **options: Any) -> Any: ...
+@as_in_version_0_1(  # type: ignore[misc]  # the options of the overloads are those below
+    *("vary", "engine", "within", "budget", "out", "tick", "vector"), tick=calls_with_fraction, over="vary"
+)
 @names_arguments
 def optimise(
     scene: AnyScene,
-    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
+    *,
+    vary: Vary,
+    objective: Aim = "mean_power",
+    constraints: Sequence[str] | str = (),
+    spread: Texts = (),
     engine: Named | None = None,
+    lifetime: float | str | None = None,
     within: float | str = 0.01,
     budget: float | str = 60.0,
-    out: str | Path | None = None,
-    tick: Tick | None = None,
-    vector: Sequence[str] = (),
-) -> Optimum:
-    """Find the values of one or several keys with the largest mean power.
+    points: int | None = None,
+    execution: Execution = DEFAULT,
+) -> Optimum | ParetoFront:
+    """Find the values of one or several keys with the largest mean power, or the front of it and a second quantity.
 
-    ``over`` maps each key to the ends of its range, numbers in SI units or texts with their unit; ``engine`` may be a
-    name, and is by default `Exact` for a linear scene, else `Ensemble`, for a netlist `Spice`.  ``within`` is the
-    relative error of the power at the optimum; at the ends of the keys' intervals, at most a quarter of it is lost.
-    Only engines that sample can work towards it.  ``budget`` is in seconds, compilation included; both may be texts
-    ("1%", "30s").  ``out`` is a folder for optimise.csv (all evaluations), optimise.png, its ``vector`` forms (svg,
-    pdf) and provenance.json.
+    ``vary`` maps each key to the ends of its range, numbers in SI units or texts with their unit, or to a text such as
+    "1k:10M" or "E24:1k:10M", the values of a series; or it is a list of texts KEY=LOW:HIGH.  Several names of
+    "load.netlist" make it choose between circuits, each with its own best values of the other keys; all have the
+    ``budget`` each.  ``engine`` may be a name, and is by default `Exact` for a linear scene, else `Ensemble`, for a
+    netlist `Spice`.
+
+    ``objective`` is "mean_power", or a share such as "5%": the power of which only 5 % of the devices have less, whose
+    parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be low (with ":high" behind it
+    high), which makes the answer a front of up to ``points`` designs (default: 9); or a list of both.  ``constraints``
+    are texts such as "voltage_rms < 2 V"; they, their ``lifetime`` and ``spread`` are those of `harvester.tolerance`, a
+    percentage being of the values of each place.  Of a limited quantity the value counts that all but the share keep.
+    With any of these ``engine`` is one of formulas, by default `Exact` where it serves, else `Averaged`; for a front
+    without ``spread`` it may sample, too.
+
+    ``within`` is the relative error of the power at the optimum; at the ends of the keys' intervals, at most a quarter
+    of it is lost.  Only engines that sample can work towards it.  ``budget`` is in seconds, compilation included; both
+    may be texts ("1%", "30s").  The ``execution`` has the folder for optimise.csv (all evaluations), optimise.png and
+    provenance.json; of circuits for circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> best = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, hv.Averaged())
+    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
     >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
     '1.02'
 
     Raises
     ------
     InputError
-        for a range that cannot be, the engine 'cheapest', a target or a budget out of range, or a folder that cannot
-        be written.
+        for a range, an objective, a constraint or a spread that cannot be, the engine 'cheapest', a target or a budget
+        out of range, a share without a spread, or a folder that cannot be written.
     HarvesterError
         where the engine fails everywhere, the last error.
     """
-    asked = prepared(scene, over, engine, within, budget)
-    folder = None if out is None else OutputFolder(out, vector)
-    surface = Surface(asked.scene, asked.ranges, asked.budget, tick)
-    return finished(asked, surface, asked.search(surface), folder)
+    aim, (circuits, rest) = Objective.of(objective), circuits_of(vary)
+    kind, found = kind_of_search(vary, objective, constraints, spread, lifetime), ranges(rest)
+    if points is not None and aim.aimed is None:
+        raise InputError("`points` must go with a second quantity in `objective`, but there is none")
+    if points is not None and not 2 <= points <= MOST_POINTS:
+        raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
+    with _working(execution.progress) as progress:
+        if kind == "circuits":
+            return best_circuit(scene, circuits, found, engine, within, budget, execution)
+        folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+        if kind == "plain":
+            return Search.begin(SearchRequest.of(scene, found, engine, within, budget), progress).finish(folder)
+        if aim.aimed is not None and not spread and aim.share is None and _samples(engine):
+            request = SearchRequest.of(scene, found, engine, within, budget)
+            answer = _sampled(request, aim, constraints, lifetime, progress)
+        else:
+            robust = RobustRequest.of(scene, found, aim, constraints, spread, engine, lifetime, within, budget)
+            if aim.aimed is None:
+                return under_limits(robust, progress, folder)
+            answer = front(robust, points or POINTS, progress)
+        if folder is not None:
+            _write_front(folder, answer, Problem.of(scene), found, constraints)
+        return answer
 
 
-@dataclass(frozen=True)
-class SearchAsked:
-    """What a search is asked, checked: the scene, the ranges, the engine, the error that is aimed at, the seconds."""
+def kind_of_search(
+    vary: Vary,
+    objective: Aim = "mean_power",
+    constraints: Sequence[str] | str = (),
+    spread: Texts = (),
+    lifetime: float | str | None = None,
+) -> Literal["circuits", "devices", "plain"]:
+    """Whether `optimise` chooses between circuits, computes "devices" by formulas for another of its aims, or neither.
 
-    scene: Scene
-    ranges: tuple[Range, ...]
-    engine: Engine
-    within: float
-    budget: float
-
-    def search(self, surface: Surface) -> SampledSearch | None:
-        """The search of an engine that samples; None for an engine of formulas."""
-        return None if self.engine.is_formula else SampledSearch(surface, self.engine, self.within)
-
-
-def prepared(
-    scene: AnyScene,
-    over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]],
-    engine: Named | None,
-    within: float | str,
-    budget: float | str,
-) -> SearchAsked:
-    """The arguments of `optimise`, checked; raises InputError as it does."""
-    found_ranges = ranges(over)
-    problem = Problem.of(scene)
-    scene = problem.scene
-    engine = engine_of(default_engine(problem) if engine is None else engine)
-    if isinstance(engine, Cheapest):
-        raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
-    if any(r.steps for r in found_ranges) and not engine.is_formula:
-        raise InputError(f"`engine` must be one of formulas for the values of a series, but is {engine.NAME!r}")
-    asked = Request(within=within, budget=budget)
-    if asked.within is None or asked.budget is None:
-        raise InputError("`within` and `budget` must be numbers or texts, but one of them is None")
-    within, budget = number(asked.within) or 0.0, number(asked.budget) or 0.0
-    for ends in ([r.low for r in found_ranges], [r.high for r in found_ranges]):
-        point = scene
-        for r, value in zip(found_ranges, ends, strict=True):  # a key of another table is an error before anything runs
-            point = point.vary(r.key, value)
-    return SearchAsked(scene, found_ranges, engine, within, budget)
-
-
-def finished(
-    asked: SearchAsked,
-    surface: Surface,
-    search: SampledSearch | None,
-    folder: OutputFolder | None,
-    found: SearchResult | None = None,
-) -> Optimum:
-    """The optimum of a search over a surface, in which an engine that samples may have begun to scan.
-
-    ``found`` is what was found already, where the search is to end with it; ``folder`` gets the files.
+    Raises InputError for circuits beside such an aim, and for what cannot be varied.
     """
-    begin, engine = time.perf_counter(), asked.engine
-    if found is None:
-        surface.share = SEARCHED
-        found = formula_search.search(surface, engine) if search is None else search.find()
-    surface.share = math.inf  # the optimum itself is always evaluated
-    best = found.peaks[0]
-    estimate, warnings = _last(surface, engine, search, best, asked.within)
-    answer = _answer(surface, engine, found, estimate, warnings, time.perf_counter() - begin)
-    if folder is not None:
-        _write(folder, answer, asked.scene, engine, {"within": asked.within, "budget": asked.budget})
-    return answer
+    circuits, rest = circuits_of(vary)
+    series = any(one.steps for one in ranges(rest))
+    special = bool(constraints or spread or series) or lifetime is not None or Objective.of(objective) != Objective()
+    if circuits and special:
+        names = "`constraints`, `lifetime`, `spread`, `objective` and series"
+        raise InputError(f"{names} must be left out where circuits are compared, but one is given")
+    return "circuits" if circuits else "devices" if special else "plain"
 
 
-def _last(
-    surface: Surface, engine: Engine, search: SampledSearch | None, best: Peak, within: float
-) -> tuple[Estimate, tuple[str, ...]]:
-    """The answer at the optimum: an engine that samples gives it anew, with noise of its own."""
-    if search is None:
-        return engine.run(problem_at(surface.scene, surface.ranges, best.u)), ()
-    options = {"within": within, "budget": surface.left_now, "seed": search.new_seed()}
-    point = surface.evaluate(best.u[None], with_options(engine, **options), "optimum")[0]
-    if not isinstance(point.answer, Estimate):
-        raise point.answer
-    power, error = point.answer.mean_power, best.power.stderr
-    if best.low is None or not error:
-        return point.answer, ()
-    if abs(power.value - best.power.value) > DISAGREE * math.hypot(error, power.stderr or 0.0) + (power.bias or 0.0):
-        word = f"the surface says {best.power.value:.5g} at the optimum, and its own evaluation {power.value:.5g}"
-        return point.answer, (word,)
-    return point.answer, ()
+@contextmanager
+def _working(progress: Progress) -> Iterator[Progress]:
+    """The progress, begun, and ended whatever happens."""
+    progress.start()
+    try:
+        yield progress
+    finally:
+        progress.close()
 
 
-def _answer(
-    surface: Surface, engine: Engine, found: SearchResult, estimate: Estimate, warnings: tuple[str, ...], seconds: float
-) -> Optimum:
-    best, keys = found.peaks[0], []
-    for k, r in enumerate(surface.ranges):
-        low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
-        if found.flat:
-            low, high = r.low, r.high
-        keys.append(OptimalKey(r, r.value(float(best.u[k])), low, high, None if found.flat else end(best.faces[k])))
-    own = [p.answer for p in surface.points if p.engine == engine.NAME]
-    failed = [answer for answer in own if not isinstance(answer, Estimate)]
-    failures = [f"{len(failed)} of {len(own)} evaluations failed, the first: {failed[0]}"] if failed else []
-    return Optimum(
-        engine=engine.NAME,
-        keys=tuple(keys),
-        estimate=estimate,
-        peaks=tuple((surface.values(p.u), p.power) for p in found.peaks),
-        why=best.why,
-        flat=found.flat,
-        points=tuple(surface.points),
-        seconds=seconds,
-        warnings=(*dict.fromkeys((*found.warnings, *warnings, *failures, *map(str, estimate.warnings))),),
-        scanned=found.scanned,
-    )
+def _samples(engine: Named | None) -> bool:
+    return engine is not None and not engine_of(engine).is_formula
 
 
-def _write(folder: OutputFolder, answer: Optimum, scene: Scene, engine: Any, options: dict[str, float]) -> None:
-    chosen = {f.name: getattr(engine, f.name) for f in dataclasses.fields(engine)} | options
-    about = provenance(
-        scene,
-        over={key.range.key: [key.range.low, key.range.high] for key in answer.keys},
-        engine={engine.NAME: {name: value for name, value in chosen.items() if value is not None}},
-    )
-    folder.save("optimise", answer.text(), figures.optimum(answer, scene.title), about)
+def _sampled(
+    request: SearchRequest,
+    aim: Objective,
+    constraints: Sequence[str] | str,
+    lifetime: float | str | None,
+    progress: Progress,
+) -> ParetoFront:
+    """The front by an engine that samples."""
+    problem = Problem.of(request.scene)
+    bounds = limits(constraints, problem.physical)
+    assert aim.aimed is not None
+    years = lifetime_of([*bounds, aim.aimed], lifetime, problem)
+    if reason := request.engine.refusal(problem):
+        raise InputError(reason)
+    return sampled_front(request, aim.aimed, bounds, years, progress)
+
+
+def _write_front(
+    folder: OutputFolder,
+    answer: ParetoFront,
+    problem: Problem,
+    found: Sequence[Range],
+    constraints: Sequence[str] | str,
+) -> None:
+    """The files of a front."""
+    texts = [constraints] if isinstance(constraints, str) else [*constraints]
+    asked = {"over": {one.key: [one.low, one.high] for one in found}, "pareto": f"{answer.quantity}:{answer.aim}"}
+    about = provenance(problem, **asked, limits=texts, engine=answer.engine)
+    folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.title), about)

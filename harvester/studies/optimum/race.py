@@ -2,7 +2,8 @@
 
 The places of the first scan come in rounds, coarse to fine: in a round each search evaluates one more place, so that
 none is judged by fewer places than another.  A search whose scan shows less than `HOPELESS` of the largest power ends
-there; what is left of the budget is shared out among the others, that of the largest power first.
+there; what is left of the budget is shared out among the others, that of the largest power first.  A power that has
+not settled ends no other search.
 """
 
 import time
@@ -10,16 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from harvester.errors import HarvesterError
+from harvester.machine.progress import NO_PROGRESS, NoProgress, Progress
+from harvester.presentation.diagnostic import warning
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.evaluations import SHORTEST, SpentError, Surface, Tick
-from harvester.studies.optimum.optimise import SearchAsked, finished
+from harvester.studies.optimum.evaluations import SHORTEST, SpentError
 from harvester.studies.optimum.ranges import scan
 from harvester.studies.optimum.sampled_search import SCAN, SampledSearch
+from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.studies.output_folder import OutputFolder
 
 SCANS = 0.6  # of the whole budget, for the scans at most
-ENDED = "its search ended with the first scan"  # the first words of the warning of one that did not go on
 HOPELESS = 0.5  # of the largest power: a scan may miss a peak's top, but not by as much
 
 
@@ -27,64 +29,84 @@ HOPELESS = 0.5  # of the largest power: a scan may miss a peak's top, but not by
 class Race:
     """The searches of several scenes by their names, with the seconds of all of them together."""
 
-    asked: Mapping[str, SearchAsked]
-    tick: Tick | None = None
-    begin: float = field(default_factory=time.perf_counter)
-    surfaces: dict[str, Surface] = field(default_factory=dict)
-    searches: dict[str, SampledSearch | None] = field(default_factory=dict)
+    requests: Mapping[str, SearchRequest]
+    progress: Progress = NO_PROGRESS
+    start: float = field(default_factory=time.perf_counter)
+    searches: dict[str, Search] = field(default_factory=dict)
     seen: dict[str, float] = field(default_factory=dict)  # the largest power of each complete scan
+    top: str = ""  # the search that has shown the largest sound power
     waiting: list[str] = field(default_factory=list)
 
     @property
     def whole(self) -> float:
         """The seconds of all searches."""
-        return sum(one.budget for one in self.asked.values())
+        return sum(one.budget for one in self.requests.values())
 
     def order(self) -> list[str]:
         """Scan all searches alike; their names, in the order in which they go on."""
-        for name, one in self.asked.items():
-            surface = Surface(one.scene, one.ranges, SCANS * self.whole, self._told, begin=self.begin)
-            self.surfaces[name], self.searches[name] = surface, one.search(surface)
-        searches = {name: one for name, one in self.searches.items() if one is not None}
+        for name, one in self.requests.items():
+            self.searches[name] = search = Search.begin(one, _Elapsed(self))
+            search.surface.budget, search.surface.begin = SCANS * self.whole, self.start
+        sampled = {name: one.sampled for name, one in self.searches.items() if one.sampled is not None}
         try:
-            more = bool(searches)
+            more = bool(sampled)
             while more:
-                more = sum(scan_one_more(search) for search in searches.values()) > 0
-            for name, search in searches.items():
-                try:
-                    self.seen[name] = best_of_scan(search).power.value
-                except HarvesterError:
-                    self.seen[name] = 0.0  # its error comes again where it goes on
+                more = sum(scan_one_more(search) for search in sampled.values()) > 0
+            self._compare(sampled)
         except SpentError:
             pass
-        self.waiting = sorted(self.asked, key=lambda name: -self.seen.get(name, 0.0))
+        self.waiting = sorted(self.requests, key=lambda name: -self.seen.get(name, 0.0))
         return list(self.waiting)
+
+    def _compare(self, sampled: Mapping[str, SampledSearch]) -> None:
+        """Note the largest power of each scan, and which has the largest of those that are sound."""
+        sound = dict[str, float]()
+        for name, search in sampled.items():
+            try:
+                self.seen[name] = best_of_scan(search).power.value
+                if any(one.is_sound for one in scanning(search).of_scan):
+                    sound[name] = self.seen[name]
+            except HarvesterError:
+                self.seen[name] = 0.0  # its error comes again where it goes on
+        known = sound or self.seen
+        self.top = max(known, key=known.__getitem__, default="")
 
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
         """What a search finds in its share of the seconds that are left; ``folder`` gets its files.
 
         Raises HarvesterError where every place fails, the last error.
         """
-        surface, search = self.surfaces[name], self.searches[name]
+        search, surface = self.searches[name], self.searches[name].surface
         going_on = [one for one in self.waiting if not self._hopeless(one)]
         self.waiting.remove(name)
         surface.begin, now = time.perf_counter(), time.perf_counter()
-        surface.budget = max(self.begin + self.whole - now, SHORTEST) / max(len(going_on), 1)
+        surface.budget = max(self.start + self.whole - now, SHORTEST) / max(len(going_on), 1)
         found = None
-        if search is not None and self._hopeless(name):
-            top = max(self.seen, key=self.seen.__getitem__)
-            word = f"{ENDED}, whose largest power is {self.seen[name] / self.seen[top]:.0%} of that of {top}"
-            found = SearchResult((best_of_scan(search),), warnings=(word,))
-        return finished(self.asked[name], surface, search, folder, found)
+        if search.sampled is not None and self._hopeless(name):
+            word = warning("ended_with_scan", share=self.seen[name] / self.seen[self.top], top=self.top)
+            found = SearchResult((best_of_scan(search.sampled),), warnings=(word,))
+        return search.finish(folder, found)
 
     def _hopeless(self, name: str) -> bool:
         """Whether all were scanned, and this one has too little power to go on."""
-        top = max(self.seen.values(), default=0.0)
-        return 0.0 < self.seen.get(name, 0.0) < HOPELESS * top
+        return 0.0 < self.seen.get(name, 0.0) < HOPELESS * self.seen.get(self.top, 0.0)
 
-    def _told(self, _: float) -> None:
-        if self.tick is not None:
-            self.tick(min((time.perf_counter() - self.begin) / self.whole, 1.0))
+
+@dataclass
+class _Elapsed(NoProgress):
+    """The progress of each search: the share of the seconds of all of them that has passed."""
+
+    race: Race
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Tell the progress of the race."""
+        passed = time.perf_counter() - self.race.start
+        self.race.progress.step(min(passed / self.race.whole, 1.0), what)
+
+
+def scanning(search: SampledSearch) -> SampledSearch:
+    """The search that makes the first scan: the scout's, where there is one."""
+    return search.scout() or search
 
 
 def scan_one_more(search: SampledSearch) -> bool:
@@ -92,7 +114,7 @@ def scan_one_more(search: SampledSearch) -> bool:
 
     Raises SpentError where the budget has ended.
     """
-    first, dimensions = search.scout() or search, search.surface.dimensions
+    first, dimensions = scanning(search), search.surface.dimensions
     done, places = len(first.of_scan), scan(SCAN[dimensions], dimensions)
     if done == len(places):
         return False
@@ -102,5 +124,4 @@ def scan_one_more(search: SampledSearch) -> bool:
 
 def best_of_scan(search: SampledSearch) -> Peak:
     """The place of the largest power that the coarse scan saw; raises the last error where it saw none."""
-    first = search.scout() or search
-    return search.so_far(first.of_scan)
+    return search.so_far(scanning(search).of_scan)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -46,6 +47,10 @@ class Range:
         return self.low + u * (self.high - self.low)
 
 
+# What is varied: keys with the ends of their ranges or a text LOW:HIGH, or texts KEY=LOW:HIGH.
+Vary: TypeAlias = Sequence[Range | str] | Mapping[str, Any] | str
+
+
 def parse(text: str) -> Range:
     """The range that a text describes, such as ``load.resistance=1k:10M``, or the values of a series: E24:1k:10M.
 
@@ -55,35 +60,43 @@ def parse(text: str) -> Range:
     series, _, rest = ends.partition(":")
     stepped = series.strip().upper() in SERIES
     if not equals or (rest if stepped else ends).count(":") != 1:
-        raise invalid("`over`", f"be KEY={series.strip().upper()}:LOW:HIGH" if stepped else "be KEY=LOW:HIGH", text)
+        raise invalid("`vary`", f"be KEY={series.strip().upper()}:LOW:HIGH" if stepped else "be KEY=LOW:HIGH", text)
     key = ".".join(split_key(key))
     low, high = (read_value(key, end) for end in (rest if stepped else ends).split(":"))
     if not stepped:
         return Range(key, low, high)
     values = between(series.strip().upper(), low, high) if low < high else ()
     if len(values) < 2:
-        raise invalid("`over`", f"hold two values of {series} or more", text)
+        raise invalid("`vary`", f"hold two values of {series} or more", text)
     return Range(key, values[0], values[-1], values)
 
 
-def ranges(over: Sequence[Range] | Mapping[str, tuple[float | str, float | str]]) -> tuple[Range, ...]:
+def ranges(vary: Vary) -> tuple[Range, ...]:
     """The ranges to search, one to `MOST_KEYS` of different keys; raises InputError for others."""
-    found = (
-        (*over,)
-        if not isinstance(over, Mapping)
-        else tuple(Range(".".join(split_key(k)), _number(k, a), _number(k, b)) for k, (a, b) in over.items())
-    )
+    some = vary.items() if isinstance(vary, Mapping) else [vary] if isinstance(vary, str) else vary
+    found = tuple(_range(one) for one in some)
     if not 1 <= len(found) <= MOST_KEYS:
-        raise invalid("`over`", f"be given for 1 to {MOST_KEYS} keys", len(found))
+        raise invalid("`vary`", f"be given for 1 to {MOST_KEYS} keys", len(found))
     keys = [r.key for r in found]
     for key in keys:
         if keys.count(key) > 1:
-            raise InputError(f"`over` must name each key only once, but names {key!r} twice")
+            raise InputError(f"`vary` must name each key only once, but names {key!r} twice")
     return found
 
 
-def _number(key: str, end: float | str) -> float:
-    return read_value(key, end) if isinstance(end, str) else float(end)
+def _range(one: Any) -> Range:
+    """The range of a text, of a key with its ends or their text, or the range itself."""
+    if isinstance(one, Range):
+        return one
+    if isinstance(one, str):
+        return parse(one)
+    key, ends = one
+    if isinstance(ends, str):
+        return parse(f"{key}={ends}")
+    if not isinstance(ends, Sequence) or len(ends) != 2:
+        raise invalid(f"the range of {key}", "be (LOW, HIGH) or a text 'LOW:HIGH'", ends)
+    low, high = (read_value(key, end) if isinstance(end, str) else float(end) for end in ends)
+    return Range(".".join(split_key(key)), low, high)
 
 
 def problem_at(scene: Scene, found: Sequence[Range], u: Floats) -> Problem:

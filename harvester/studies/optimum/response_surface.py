@@ -8,7 +8,6 @@ knows that, and the error of a difference is small.  What the polynomial leaves 
 Where the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) = H^-1 G L C L' G' H^-1.
 """
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.studies.tolerance.surface import exponents
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -25,19 +25,9 @@ SEEN = 3.0  # standard errors that a curvature must have to be one
 _EDGE = 1e-6  # of the box: nearer to its face than this is on it
 
 
-def exponents(dimensions: int, most: int = CUBIC) -> Floats:
-    """The exponents of the monomials up to a degree, shape (k, dimensions)."""
-    rows = [
-        np.bincount(np.array(one, dtype=int), minlength=dimensions)
-        for degree in range(most + 1)
-        for one in itertools.combinations_with_replacement(range(dimensions), degree)
-    ]
-    return np.array(rows, dtype=float)
-
-
 def design_size(dimensions: int) -> int:
     """The number of points of a design: twice the coefficients of a cubic, and one."""
-    return 2 * len(exponents(dimensions)) + 1
+    return 2 * len(exponents(dimensions, CUBIC)) + 1
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,11 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Ensemble, Ideal, Spice
+from harvester.engines import ENGINES
 from harvester.engines.cheapest import formula
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.studies.optimum import formula_search
 from harvester.studies.optimum.box_fit import fit_box, next_box, peak_of_box
 from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served, with_options
@@ -29,7 +30,6 @@ from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, de
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
-SPENT = "the budget of"  # the first words of the warning of a search that the budget ended
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
 CANDIDATES = 3
 FIRST = 0.06  # half-width of the first box
@@ -51,7 +51,7 @@ class SampledSearch:
     surface: Surface
     engine: Any
     within: float
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[Diagnostic] = field(default_factory=list)
     seeds: int = 0  # used so far
     pilot: Estimate | None = None
     rough_peak: Peak | None = None  # what the last box shows
@@ -71,33 +71,32 @@ class SampledSearch:
 
         Raises HarvesterError where every place fails, the last error.
         """
-        begin, flat = len(self.surface.points), ""
+        begin, flat = len(self.surface.points), None
         found: list[Peak] = []
         try:
             starts = self._scouted() or self._scan()
             self.scanned = True
             for u, width in starts:
                 peak, flat = self._refine(u, width)
-                near = [p for p in found if np.all(np.abs(p.u - peak.u) <= _box_widths(p) + _box_widths(peak))]
-                if near and flat == "":
-                    continue
-                found.append(peak)
+                if flat or not any(_overlap(peak, other) for other in found):
+                    found.append(peak)
                 if flat:
                     break
         except SpentError:
-            rough = self.rough_peak
-            if rough is not None and rough.low is not None and not any(p is rough for p in found):
-                found.append(rough)
-            elif not found:
-                found = [self.so_far(self.surface.points[begin:] or self.surface.points)]
-            self.warnings.append(self._missing(found[-1].low is not None))
+            self._end_early(found, begin)
         found.sort(key=lambda p: -p.power.value)
-        for other in found[1:]:
-            error = np.hypot(other.power.stderr or 0.0, found[0].power.stderr or 0.0)
-            if found[0].power.value - other.power.value < NORMAL_QUANTILE * error:
-                self.warnings.append("another peak is as high within the error of sampling: see peaks")
-                break
+        if any(_as_high(other, found[0]) for other in found[1:]):
+            self.warnings.append(warning("other_peak_within_sampling"))
         return SearchResult(tuple(found), flat, tuple(self.warnings), self.scanned)
+
+    def _end_early(self, found: list[Peak], begin: int) -> None:
+        """Add what the last box shows to the peaks, or failing that the best place since ``begin``, with a warning."""
+        rough = self.rough_peak
+        if rough is not None and rough.low is not None and not any(p is rough for p in found):
+            found.append(rough)
+        elif not found:
+            found.append(self.so_far(self.surface.points[begin:] or self.surface.points))
+        self.warnings.append(self._budget_spent(found[-1].low is not None))
 
     def full(self, seed: int) -> Any:
         """The engine at full accuracy, with the step and effort that the pilot run chose."""
@@ -112,7 +111,8 @@ class SampledSearch:
     def coarse(self, seed: int) -> Any:
         """The engine at a coarse accuracy."""
         if self.pilot is None or not self.shares_noise:
-            known: dict[str, Any] = {"trajectories": FEWEST} if isinstance(self.engine, Ensemble) else {}
+            compiled = self.engine.samples and not self.engine.runs_ngspice
+            known: dict[str, Any] = {"trajectories": FEWEST} if compiled else {}
             return with_options(self.engine, within=None, budget=None, seed=seed, **known)
         whole = self.full(seed)
         many = max((whole.trajectories or 0) // COARSE, FEWEST)
@@ -137,9 +137,11 @@ class SampledSearch:
 
     def scout(self) -> "SampledSearch | None":
         """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one."""
-        if isinstance(self.engine, Spice) and self._cheaper is None:
+        if self.engine.runs_ngspice and self._cheaper is None:
             problem = Problem.of(self.surface.scene)
-            kind = Ensemble if problem.netlist is None else Ideal
+            of_netlists = problem.netlist is not None
+            compiled = (kind for kind in ENGINES.values() if kind.samples and not kind.runs_ngspice)
+            kind: Any = next(kind for kind in compiled if kind.needs_netlist == of_netlists)
             if not kind.refusal(problem):
                 names = {f.name for f in dataclasses.fields(kind)}
                 cheap = kind(**{k: v for k, v in vars(self.engine).items() if k in names})
@@ -151,13 +153,13 @@ class SampledSearch:
         surface, engine, begin = self.surface, self.engine, len(self.surface.points)
         surface.share, before = SCOUTED * surface.share, surface.share
         try:
-            if isinstance(engine, Spice):
+            if engine.runs_ngspice:
                 if (cheaper := self.scout()) is None:
                     return []
                 found = cheaper.find().peaks
                 self.scouted_by_samples = any(p.width is not None for p in found)
                 return [(p.u, _box_widths(p)) for p in found if p.width is not None][:CANDIDATES]
-            if type(engine) is Ensemble:
+            if engine.samples and not engine.takes_netlists:
                 middle = problem_at(surface.scene, surface.ranges, np.full(surface.dimensions, 0.5))
                 scout = formula(middle)()
                 scout.run(middle)
@@ -181,7 +183,7 @@ class SampledSearch:
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
 
-    def _refine(self, u: Floats, width: Floats) -> tuple[Peak, str]:
+    def _refine(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
         """The peak near a place, and why there is none where the surface is flat."""
         self.rough_peak = None
         engine = with_options(self.engine, within=self.within, budget=0.3 * self.surface.left_now)
@@ -190,7 +192,7 @@ class SampledSearch:
             raise first.answer
         self.pilot = first.answer
         if first.answer.mean_power.value <= 0.0:
-            return Peak(u, first.answer.mean_power, np.zeros(len(u))), "the load takes no power"
+            return Peak(u, first.answer.mean_power, np.zeros(len(u))), note("no_power")
         return self._settle(*((u, width) if self.scouted_by_samples else self._climb(u, width)))
 
     def _climb(self, u: Floats, width: Floats) -> tuple[Floats, Floats]:
@@ -202,29 +204,41 @@ class SampledSearch:
                 break
         return u, width
 
-    def _settle(self, u: Floats, width: Floats) -> tuple[Peak, str]:
-        """The peak in a box, by cubics at full accuracy."""
+    def _settle(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
+        """The peak in a box, by cubics at full accuracy, and why there is none where the box is flat."""
         for box in range(BOXES):
-            rounds: list[list[Evaluation]] = []
-            while len(rounds) < ROUNDS:
-                rounds.append(self._design(u, width, "box"))
-                fit, bias = self._fit(rounds, u, width)
-                if fit.exits.any() or self._known(fit) or fit.misfit_dominates:
-                    break
-            last = box == BOXES - 1
-            if not fit.exits.any() or last:
+            fit, bias = self._sample_box(u, width)
+            inside, last = not fit.exits.any(), box == BOXES - 1
+            if inside or last:
                 if self._known(fit) and (last or not fit.misfit_dominates):
                     break
-                whole = bool(fit.walls.all())
-                if whole and fit.flat:
-                    return peak_of_box(fit, bias, u, width), "no place is seen to be better than another"
-                if whole and np.ptp(fit.power) < LOST * self.within * fit.power.mean():
-                    return peak_of_box(fit, bias, u, width), "the power changes less than a quarter of `within`"
-                width = np.where(fit.surely_on_face, 1.0, 0.6) * width if fit.misfit_dominates and not last else width
-            if not last:
-                place = np.clip(u + width * fit.best, 0.0, 1.0)
-                u = np.where((width >= 0.5) & fit.flat, 0.5, place)
-        return peak_of_box(fit, bias, u, width), ""
+                if flat := self._flatness(fit):
+                    return peak_of_box(fit, bias, u, width), flat
+            if last:
+                break
+            if inside and fit.misfit_dominates:
+                width = np.where(fit.surely_on_face, 1.0, 0.6) * width
+            place = np.clip(u + width * fit.best, 0.0, 1.0)
+            u = np.where((width >= 0.5) & fit.flat, 0.5, place)
+        return peak_of_box(fit, bias, u, width), None
+
+    def _sample_box(self, u: Floats, width: Floats) -> tuple[Fit, Floats]:
+        """Evaluate a box with new noise again and again, until its fit says where to go, or where the peak is."""
+        rounds: list[list[Evaluation]] = []
+        while len(rounds) < ROUNDS:
+            rounds.append(self._design(u, width, "box"))
+            fit, bias = self._fit(rounds, u, width)
+            if fit.exits.any() or self._known(fit) or fit.misfit_dominates:
+                break
+        return fit, bias
+
+    def _flatness(self, fit: Fit) -> Diagnostic | None:
+        """Why no place is better than another, where the box is the whole of the ranges and none is."""
+        if not fit.walls.all():
+            return None
+        if fit.flat:
+            return note("no_place_better")
+        return note("power_changes_little") if np.ptp(fit.power) < LOST * self.within * fit.power.mean() else None
 
     def _known(self, fit: Fit) -> bool:
         """Whether the peak is resolved, and little is lost at the ends of the keys' interval."""
@@ -257,20 +271,36 @@ class SampledSearch:
             error = self.surface.points[-1].answer
             raise error if isinstance(error, HarvesterError) else SimulationError("no place was evaluated")
         best = int(np.argmax(power))
-        return Peak(u[best], values[best], np.zeros(len(u)), why="the budget ended before it was narrowed")
+        return Peak(u[best], values[best], np.zeros(len(u)), why=note("not_narrowed"))
 
-    def _missing(self, boxed: bool) -> str:
+    def _budget_spent(self, boxed: bool) -> Diagnostic:
+        """The warning that the budget ended the search, in its last box or before."""
         own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
         seconds = [one.seconds for one in own if isinstance(one, Estimate)]
-        stage = "the last box" if boxed else "the search for peaks" if self.scanned else "the first scan of the range"
-        takes = f"some {usual}" if len(own) < (usual := 4 * design_size(self.surface.dimensions)) else "more here"
-        more = f", each of {np.mean(seconds):.2g} s" if seconds else ", which first compiles it"
-        return (
-            f"{SPENT} {self.surface.budget:.3g} s ended in {stage}, after {len(own)} evaluations by "
-            f"{self.engine.NAME!r}: a search takes {takes}{more}"
+        usual = 4 * design_size(self.surface.dimensions)
+        early = "the search for peaks" if self.scanned else "the first scan of the range"
+        return warning(
+            "budget_spent",
+            budget=self.surface.budget,
+            stage="the final refinement" if boxed else early,
+            evaluations=len(own),
+            engine=self.engine.NAME,
+            takes=f"some {usual}" if len(own) < usual else "more here",
+            each=float(np.mean(seconds)) if seconds else None,
         )
 
 
 def _box_widths(peak: Peak) -> Floats:
     """The half-widths of the box about a peak."""
     return np.full(len(peak.u), FIRST) if peak.width is None else peak.width
+
+
+def _overlap(peak: Peak, other: Peak) -> bool:
+    """Whether the boxes about two peaks overlap."""
+    return bool(np.all(np.abs(other.u - peak.u) <= _box_widths(other) + _box_widths(peak)))
+
+
+def _as_high(other: Peak, best: Peak) -> bool:
+    """Whether the error of sampling does not tell another peak's power from that of the best."""
+    error = np.hypot(other.power.stderr or 0.0, best.power.stderr or 0.0)
+    return bool(best.power.value - other.power.value < NORMAL_QUANTILE * error)

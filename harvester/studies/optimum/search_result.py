@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from harvester.arrays import Floats
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.uncertainty.value import Value
 
 
@@ -10,8 +11,8 @@ from harvester.uncertainty.value import Value
 class Peak:
     """A place in the unit cube with a higher power than all places near it.
 
-    ``low`` and ``high`` are the ends of its interval, None where there is none, for the reason ``why``; ``faces`` is of
-    each key -1, 0 or 1: at the lower end of the range, inside, at the upper end; ``width`` the half-width of a box over
+    ``low`` and ``high`` are the ends of its interval, None where there is none, as ``why`` says; ``faces`` is of each
+    key -1, 0 or 1: at the lower end of the range, inside, at the upper end; ``width`` the half-width of a box over
     which the power falls by a tenth or so, None where that is not known.
     """
 
@@ -21,7 +22,7 @@ class Peak:
     low: Floats | None = None
     high: Floats | None = None
     width: Floats | None = None
-    why: str = ""
+    why: Diagnostic | None = None
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,6 @@ class SearchResult:
     """
 
     peaks: tuple[Peak, ...]
-    flat: str = ""
-    warnings: tuple[str, ...] = ()
+    flat: Diagnostic | None = None
+    warnings: tuple[Diagnostic, ...] = ()
     scanned: bool = True

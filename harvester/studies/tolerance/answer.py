@@ -39,7 +39,7 @@ class TornadoBar:
 
 @names_arguments
 @dataclass(frozen=True)
-class Tolerance:
+class ToleranceResult:
     """How mean power and RMS voltage scatter over devices whose parts have tolerances.
 
     ``samples`` are the keys' values, shape (n, keys), and ``power`` and ``voltage`` what the engine finds there, shape

@@ -39,6 +39,10 @@ class Limit:
     bound: float
     written: str
 
+    def as_json(self) -> str:
+        """The limit as it was written."""
+        return self.written
+
     def met(self, values: Floats) -> NDArray[np.bool_]:
         """Which of the values, of any shape, meet it; a bound itself is met, and nan never is."""
         return np.asarray(self.sign * (values - self.bound) >= 0.0)
@@ -61,6 +65,11 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
     except ValueError as error:
         raise InputError(f"the limit of {name} {error}, but is {shown(bound)}") from None
     return Limit(name, 1 if sign[0] == ">" else -1, value, " ".join(text.split()))
+
+
+def limits(texts: Sequence[str] | str, physical: bool) -> tuple[Limit, ...]:
+    """The limits that one text or several describe; raises InputError as `parse`."""
+    return tuple(parse(text, physical) for text in ([texts] if isinstance(texts, str) else texts))
 
 
 def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: Problem) -> float | None:

@@ -65,7 +65,7 @@ class PartSpread:
         return float(low), float(high)
 
 
-def parse(text: str, scene: Scene) -> PartSpread:
+def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
     """The spread that a text such as ``piezo.capacitance=10%`` describes about the values of a scene.
 
     Raises InputError for a key that no scene has, a text of another form, values that the key cannot take, ends or a
@@ -73,7 +73,7 @@ def parse(text: str, scene: Scene) -> PartSpread:
     """
     key, equals, written = text.partition("=")
     if not equals:
-        raise invalid("`vary`", f"be KEY=SPREAD with a SPREAD such as {FORMS}", text)
+        raise invalid(f"`{argument}`", f"be KEY=SPREAD with a SPREAD such as {FORMS}", text)
     return spread(key.strip(), written.strip(), scene)
 
 
@@ -148,19 +148,19 @@ def _nominal(key: str, scene: Scene) -> float:
     return float(found)
 
 
-def spreads(some: Mapping[str, str] | Sequence[str], scene: Scene) -> tuple[PartSpread, ...]:
-    """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads.
+def spreads(some: Mapping[str, str] | Sequence[str], scene: Scene, argument: str = "vary") -> tuple[PartSpread, ...]:
+    """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
     Raises InputError as `parse`, for a key that is named twice, and where there is none.
     """
     if isinstance(some, Mapping):
         found = tuple(spread(key, written, scene) for key, written in some.items())
     else:
-        found = tuple(parse(text, scene) for text in some)
+        found = tuple(parse(text, scene, argument) for text in ([some] if isinstance(some, str) else some))
     if not found:
-        raise InputError("`vary` must be given for one key or more, but is left out")
+        raise InputError(f"`{argument}` must be given for one key or more, but is left out")
     keys = [one.key for one in found]
     for key in keys:
         if keys.count(key) > 1:
-            raise InputError(f"`vary` must name each key only once, but names {key!r} twice")
+            raise InputError(f"`{argument}` must name each key only once, but names {key!r} twice")
     return found

@@ -8,6 +8,7 @@ leverage h of the sample, the diagonal of the projection; their mean square over
 (1 - Q^2, Blatman and Sudret, J. Comput. Phys. 230, 2011).
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,6 @@ from numpy.polynomial import legendre
 
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
-from harvester.studies.optimum.response_surface import exponents
 
 HIGHEST = 10  # degree
 PER_TERM = 2.0  # samples that a coefficient needs
@@ -23,6 +23,16 @@ MOST_TERMS = 600
 ENOUGH = 1e-8  # of the variance unexplained
 PATIENCE = 2
 _SINGULAR = 1e-10
+
+
+def exponents(dimensions: int, most: int) -> Floats:
+    """The exponents of the monomials up to a degree, shape (k, dimensions)."""
+    rows = [
+        np.bincount(np.array(one, dtype=int), minlength=dimensions)
+        for degree in range(most + 1)
+        for one in itertools.combinations_with_replacement(range(dimensions), degree)
+    ]
+    return np.array(rows, dtype=float)
 
 
 @dataclass(frozen=True)

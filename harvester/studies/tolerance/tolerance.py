@@ -20,7 +20,7 @@ from harvester.errors import InputError, SimulationError, invalid, names_argumen
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
-from harvester.studies.tolerance.answer import Tolerance, TornadoBar
+from harvester.studies.tolerance.answer import ToleranceResult, TornadoBar
 from harvester.studies.tolerance.distribution import QUANTILES, quantile, share_met
 from harvester.studies.tolerance.limits import lifetime_of
 from harvester.studies.tolerance.limits import parse as read_limit
@@ -52,7 +52,7 @@ def tolerance(
     workers: int | None = None,
     scheduler: str | None = None,
     vector: Sequence[str] = (),
-) -> Tolerance:
+) -> ToleranceResult:
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
     ``vary`` maps keys to spreads such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
@@ -132,7 +132,7 @@ def tolerance(
 
 def _answer(
     scene: Any, found: Found, spread: tuple[PartSpread, ...], matrix: Floats | None, bounds: Any, seed: int
-) -> Tolerance:
+) -> ToleranceResult:
     """The answer of a study's runs."""
     some = found.samples
     power, square = some.values["mean_power"], some.values["mean_square_voltage"]
@@ -170,7 +170,7 @@ def _answer(
         for k, one in enumerate(spread)
         if np.isfinite(found.alone[[1 + 2 * k, 2 + 2 * k]]).all()
     ]
-    return Tolerance(
+    return ToleranceResult(
         engine=some.engine,
         spreads=spread,
         samples=found.x,

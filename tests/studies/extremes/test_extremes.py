@@ -95,7 +95,7 @@ def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
         strain, far = (found[name][share] for name in ("peak_strain", "peak_displacement"))
         assert strain["value"] == pytest.approx(factor * far["value"])
         assert strain["error95"] == pytest.approx(factor * far["error95"])
-    over = ("--over", "load.resistance=E6:10k:1M", "--limit", "peak_strain < 100e-6")
+    over = ("--vary", "load.resistance=E6:10k:1M", "--limit", "peak_strain < 100e-6")
     answer = json.loads(harvester("optimise", path, *over, q1, q2, "--json")[1])
     assert not answer["met"]
     wanted = "piezo.strain_per_displacement must be given for a limit of peak_strain"

@@ -6,21 +6,23 @@ import json
 import pytest
 
 import harvester as hv
+from harvester.machine.progress import CallingBack
+from harvester.presentation.diagnostic import has, warning
 from harvester.studies.optimum.circuits import CircuitChoice
-from harvester.studies.optimum.optimise import prepared
-from harvester.studies.optimum.race import ENDED, Race
+from harvester.studies.optimum.race import Race
+from harvester.studies.optimum.search import SearchRequest
 from tests.support import systems
 from tests.support.paths import EXAMPLES
 
 BRIDGE = EXAMPLES / "plate_bridge.toml"
-OVER = ("--over", "load.parameters.R=300k:3M")
+OVER = ("--vary", "load.parameters.R=300k:3M")
 
 
 @pytest.mark.thorough("test_all_are_scanned_alike")
 @pytest.mark.slow
 def test_each_circuit_has_its_own_best(harvester, tmp_path):
     """The best of a short search of each, in the order of power, with a folder each; the parameters are kept."""
-    words = ("--over", "load.netlist=bridge,doubler", *OVER, "--engine", "ideal", "--trajectories", "64", "--json")
+    words = ("--vary", "load.netlist=bridge,doubler", *OVER, "--engine", "ideal", "--trajectories", "64", "--json")
     status, out, err = harvester("optimise", BRIDGE, *words, "--budget", "1.5s", "--out", tmp_path)
     assert (status, err) == (0, "")
     found = json.loads(out)
@@ -40,7 +42,7 @@ def test_all_are_scanned_alike():
     told = []
     powers = {"weak": 0.0025, "strong": 0.01}
     asked = {
-        name: prepared(
+        name: SearchRequest.of(
             systems.scene(systems.linear(0.5, 1.0, 0.1, n1=n1)),
             {"nondimensional.mu": (0.1, 10.0)},
             hv.Ensemble(trajectories=256, duration=50.0),
@@ -49,41 +51,50 @@ def test_all_are_scanned_alike():
         )
         for name, n1 in powers.items()
     }
-    race = Race(asked, told.append)
+    race = Race(asked, CallingBack(lambda done, _: told.append(done)))
     assert race.order() == ["strong", "weak"]
-    scans = [[tuple(p.u) for p in race.surfaces[name].points] for name in powers]
+    scans = [[tuple(p.u) for p in race.searches[name].surface.points] for name in powers]
     assert scans[0] == scans[1] and len(scans[0]) == 13
     strong, weak = race.optimum("strong", None), race.optimum("weak", None)
-    assert weak.warnings[0].startswith("its search ended with the first scan, whose largest power is 25% of that")
-    assert not any(word.startswith(ENDED) for word in strong.warnings)
+    assert str(weak.warnings[0]).startswith("its search ended with the first scan, whose largest power is 25% of that")
+    assert has(weak.diagnostics, "ended_with_scan") and not has(strong.diagnostics, "ended_with_scan")
     assert len(weak.points) == 14 < len(strong.points)
     assert told == sorted(told) and told[-1] <= 1.0
-    assert "first scan only" in CircuitChoice({"strong": strong, "weak": weak}, 1.0).text().splitlines()[2]
+    assert "first scan only" in CircuitChoice.of({"strong": strong, "weak": weak}, 1.0).table.csv().splitlines()[2]
 
 
 def test_the_table():
     """The best first, what cannot be told from it named, and a circuit without an answer with its error."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
-    two = hv.optimise(scene, {"nondimensional.mu": (3.0, 10.0)}, "exact")
-    found = CircuitChoice({"two": two, "broken": hv.SimulationError("does not converge"), "one": one, "same": one}, 1.0)
+    one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
+    two = hv.optimise(scene, vary={"nondimensional.mu": (3.0, 10.0)}, engine="exact")
+    found = CircuitChoice.of(
+        {"two": two, "broken": hv.SimulationError("does not converge"), "one": one, "same": one}, 1.0
+    )
     assert found.best == "one" and found.alike == ("same",) and found.unfinished == ()
     assert "the best circuit is one, which cannot be told from same" in str(found)
-    assert "no optimum of broken: does not converge" in str(found)
-    assert [row.split(",")[0] for row in found.text().splitlines()] == ["load.netlist", "two", "broken", "one", "same"]
+    assert "broken: no optimum: does not converge" in str(found)
+    assert [row.split(",")[0] for row in found.table.csv().splitlines()] == [
+        "load.netlist",
+        "two",
+        "broken",
+        "one",
+        "same",
+    ]
 
 
 def test_no_best_circuit_where_a_scan_was_cut_short():
     """A circuit of less power whose range was not looked at may have more; the one of most power has it anyway."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
-    two = hv.optimise(scene, {"nondimensional.mu": (3.0, 10.0)}, "exact")
-    cut = {"scanned": False, "warnings": ("the budget of 1 s ended in the first scan of the range",)}
-    found = CircuitChoice({"one": one, "two": dataclasses.replace(two, **cut)}, 1.0)
+    one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
+    two = hv.optimise(scene, vary={"nondimensional.mu": (3.0, 10.0)}, engine="exact")
+    spent = warning("budget_spent", budget=1.0, stage="the scan", evaluations=3, engine="exact", takes="44", each=None)
+    cut = {"scanned": False, "diagnostics": (spent,)}
+    found = CircuitChoice.of({"one": one, "two": dataclasses.replace(two, **cut)}, 1.0)
     assert found.best is None and found.unscanned == ("two",) and found.as_json()["best"] is None
     assert "no best circuit: the budget ended before the first scan of two did" in str(found)
-    assert [row.split(",")[-2] for row in found.text().splitlines()] == ["search", "complete", "scan cut short"]
-    assert CircuitChoice({"one": dataclasses.replace(one, **cut), "two": two}, 1.0).best == "one"
+    assert [row.split(",")[-2] for row in found.table.csv().splitlines()] == ["search", "complete", "scan cut short"]
+    assert CircuitChoice.of({"one": dataclasses.replace(one, **cut), "two": two}, 1.0).best == "one"
     figure = found.found["two"].plot(None)
     labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert "optimum" not in labels and "highest so far: the scan was cut short" in labels
@@ -92,21 +103,45 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
 def test_what_is_not_known_stands_once():
     """Rows of circuits hold the errors that are known; a note says which are not, once."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    one = hv.optimise(scene, {"nondimensional.mu": (0.1, 10.0)}, "exact")
+    one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     value = hv.Value(one.mean_power.value, stderr=1e-3 * one.mean_power.value, unknown="ideal diodes")
     one = dataclasses.replace(one, estimate=dataclasses.replace(one.estimate, mean_power=value))
-    assert str(CircuitChoice({"one": one, "two": one}, 1.0)).count("the error of ideal diodes is not known") == 1
+    assert str(CircuitChoice.of({"one": one, "two": one}, 1.0)).count("the error of ideal diodes is not known") == 1
+
+
+def unsettled(optimum, times):
+    """An optimum of so many times the power, by a run that was cut off before it had settled."""
+    answer, power = optimum.estimate, optimum.mean_power
+    doubts = (*answer.diagnostics, warning("mean_while_settling", covered=2.0, why="time is over", steady=False))
+    cut = hv.Value(times * power.value, unknown="a response that was cut short")
+    estimate = dataclasses.replace(answer, mean_power=cut, diagnostics=doubts)
+    return dataclasses.replace(optimum, estimate=estimate, diagnostics=(*optimum.diagnostics, doubts[-1]))
+
+
+def test_a_power_that_has_not_settled_is_never_chosen_over_one_that_has():
+    """Twice the power of a run that was cut off is no reason to take that circuit; alone it is all there is."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
+    found = CircuitChoice.of({"cut": unsettled(one, 2.0), "bridge": one}, 1.0)
+    assert (found.best, found.unsound, found.alike) == ("bridge", ("cut",), ())
+    assert found.mean_power == one.mean_power and [*found.found] == ["bridge", "cut"]
+    assert has(found.warnings, "circuit_unsound") and "cut: its power has not settled" in str(found)
+    alone = CircuitChoice.of({"cut": unsettled(one, 2.0), "less": unsettled(one, 1.0)}, 1.0)
+    assert (alone.best, alone.unsound) == ("cut", ())
 
 
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        (("--over", "load.netlist=bridge,sec"), "unknown netlist 'sec': did you mean 'sece'?"),
-        (("--over", "load.netlist=bridge"), "--over must be load.netlist=A,B,... with two circuits or more"),
-        (("--over", "netlist=bridge,bridge"), "--over must be load.netlist=A,B,... with two circuits or more"),
-        (("--vary", "load.netlist=bridge,"), "--over must be load.netlist=A,B,... with two circuits or more"),
-        (("--over", "load.netlist=bridge,sece", "--limit", "voltage_rms < 2"), "must be left out where circuits are"),
-        (("--over", "load.netlist=bridge,../../etc/passwd"), "passwd"),
+        (("--vary", "load.netlist=bridge,sec"), "unknown netlist 'sec': did you mean 'sece'?"),
+        (("--vary", "load.netlist=bridge"), "--vary must be load.netlist=A,B,... with two circuits or more"),
+        (("--vary", "netlist=bridge,bridge"), "--vary must be load.netlist=A,B,... with two circuits or more"),
+        (("--vary", "load.netlist=bridge,"), "--vary must be load.netlist=A,B,... with two circuits or more"),
+        (
+            ("--vary", "load.netlist=bridge,sece", "--constraint", "voltage_rms < 2"),
+            "must be left out where circuits are",
+        ),
+        (("--vary", "load.netlist=bridge,../../etc/passwd"), "passwd"),
     ],
 )
 def test_what_is_refused(harvester, words, error):

@@ -16,7 +16,8 @@ from harvester.cli import cli
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
-from harvester.studies.optimum import evaluations, optimise, ranges
+from harvester.presentation.diagnostic import warning
+from harvester.studies.optimum import evaluations, ranges
 from harvester.studies.optimum.box_fit import peak_of_box
 from harvester.studies.optimum.response_surface import Fit, design_size, exponents
 from harvester.uncertainty.value import Value
@@ -74,9 +75,9 @@ def only(answer):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("load.resistance", "`over` must be KEY=LOW:HIGH, but is 'load.resistance'"),
-        ("load.resistance=1k", "`over` must be KEY=LOW:HIGH, but is 'load.resistance=1k'"),
-        ("load.resistance=1k:2k:3", "`over` must be KEY=LOW:HIGH, but is"),
+        ("load.resistance", "`vary` must be KEY=LOW:HIGH, but is 'load.resistance'"),
+        ("load.resistance=1k", "`vary` must be KEY=LOW:HIGH, but is 'load.resistance=1k'"),
+        ("load.resistance=1k:2k:3", "`vary` must be KEY=LOW:HIGH, but is"),
         ("load.resistence=1:2", "unknown [load] key 'resistence': did you mean 'resistance'?"),
         (
             "load.resistance=2k:1k",
@@ -93,7 +94,7 @@ def test_what_is_no_range(text, line):
 @pytest.mark.parametrize(
     ("over", "options", "line"),
     [
-        ({}, {}, "`over` must be given for 1 to 4 keys, but is 0"),
+        ({}, {}, "`vary` must be given for 1 to 4 keys, but is 0"),
         ({"load.resistance": (1.0, 2.0)}, {}, "[load] must be left out where [nondimensional] is given"),
         (
             {"nondimensional.restitution": (0.0, 2.0)},
@@ -106,7 +107,7 @@ def test_what_is_no_range(text, line):
 )
 def test_refused(over, options, line):
     with pytest.raises(InputError, match=f"^{re.escape(line)}"):
-        optimise.optimise(LINEAR, over, hv.Published(), **options)
+        hv.optimise(LINEAR, vary=over, engine="published", **options)
 
 
 def test_ranges():
@@ -120,7 +121,7 @@ def test_ranges():
 def test_fit_of_a_cubic_is_exact():
     """Without noise a cubic's highest place, its power and its curvature are found to rounding, and nothing is bent."""
     places = 2.0 * ranges.spread(design_size(2), 2) - 1.0
-    assert len(exponents(2)) == 10
+    assert len(exponents(2, 3)) == 10
 
     def cubic(x, y):
         return 3.0 - (x - 0.2) ** 2 - 2.0 * (y + 0.1) ** 2 + 0.3 * (x - 0.2) * (y + 0.1) + 0.2 * (x - 0.2) ** 3
@@ -149,7 +150,7 @@ def test_the_interval_of_a_place():
 
 def test_exact_is_the_default_of_a_linear_scene():
     """P = beta mu S is largest at mu = sqrt(1 + beta): the interval is as narrow as what it was searched to."""
-    answer = optimise.optimise(LINEAR, MU)
+    answer = hv.optimise(LINEAR, vary=MU)
     key = only(answer)
     assert answer.engine == "exact"
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95 < 1.0001 * key.low95
@@ -159,13 +160,13 @@ def test_exact_is_the_default_of_a_linear_scene():
 def test_an_interval_holds_its_own_value():
     """Engine `exact` is known to rounding, which is closer than the climb to the peak comes."""
     scene = hv.load(EXAMPLES / "plate.toml")
-    (key,) = hv.optimise(scene, {"load.resistance": ("1k", "1M")}, "exact").keys
+    (key,) = hv.optimise(scene, vary={"load.resistance": ("1k", "1M")}, engine="exact").keys
     assert key.low95 < key.value < key.high95
 
 
 def test_formula_finds_the_exact_optimum():
     """The interval of `averaged` holds it, too."""
-    answer = optimise.optimise(LINEAR, MU, hv.Averaged())
+    answer = hv.optimise(LINEAR, vary=MU, engine=hv.Averaged())
     key = only(answer)
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95
     assert key.boundary is None
@@ -196,13 +197,13 @@ def test_weak_coupling_and_a_stop():
 
     exact = minimize_scalar(lambda mu: -power(mu), bounds=(1.0, 4.0), method="bounded", options={"xatol": 1e-3}).x
     weak = systems.scene(systems.changed(systems.linear(1e-4, 1.0, c), restitution=0.9999))
-    key = only(optimise.optimise(weak, MU, hv.Averaged()))
+    key = only(hv.optimise(weak, vary=MU, engine=hv.Averaged()))
     assert key.value == pytest.approx(exact, rel=0.01)
     assert key.low95 < exact < key.high95
 
 
 def test_published_knows_no_interval():
-    answer = optimise.optimise(LINEAR, MU, hv.Published())
+    answer = hv.optimise(LINEAR, vary=MU, engine=hv.Published())
     key = only(answer)
     assert key.value == pytest.approx(math.sqrt(1.0 + BETA), rel=0.03)
     assert (key.low95, key.high95) == (None, None)
@@ -213,11 +214,16 @@ def test_published_knows_no_interval():
 @pytest.mark.slow
 def test_two_keys_by_formula(tmp_path):
     """Over mu and beta the linear power grows with beta, and the best mu goes with it; both are in the figure."""
-    answer = optimise.optimise(LINEAR, MU | {"nondimensional.beta": (0.1, 3.0)}, hv.Averaged(), out=tmp_path)
+    answer = hv.optimise(
+        LINEAR,
+        vary=MU | {"nondimensional.beta": (0.1, 3.0)},
+        engine=hv.Averaged(),
+        execution=hv.Execution(out=tmp_path),
+    )
     mu, beta = answer.keys
     assert (beta.value, beta.boundary, mu.boundary) == (3.0, "high", None)
     assert mu.low95 < 2.0 < mu.high95
-    assert "the high end of its range" in str(answer)
+    assert "is best at the high end of its range" in str(answer)
     assert (tmp_path / "optimise.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -226,7 +232,7 @@ def test_two_keys_by_formula(tmp_path):
 def test_two_keys_by_ensemble():
     """mu = sqrt(1 + beta) = 2 at the end of the range of beta, which the power presses against."""
     over = {"nondimensional.mu": (0.3, 12.0), "nondimensional.beta": (0.1, 3.0)}
-    answer = optimise.optimise(LINEAR, over, dataclasses.replace(ENSEMBLE, trajectories=512))
+    answer = hv.optimise(LINEAR, vary=over, engine=dataclasses.replace(ENSEMBLE, trajectories=512))
     mu, beta = answer.keys
     assert (beta.value, beta.high95, beta.boundary) == (3.0, 3.0, "high")
     assert beta.low95 > 2.95
@@ -242,7 +248,7 @@ ENSEMBLE = hv.Ensemble(trajectories=1024)
 def sampled_search(seed):
     """In a range with even spacing, where the surface is skewed."""
     engine = dataclasses.replace(ENSEMBLE, trajectories=256, seed=seed)
-    return optimise.optimise(LINEAR, {"nondimensional.mu": (0.5, 4.9)}, engine, budget=600.0)
+    return hv.optimise(LINEAR, vary={"nondimensional.mu": (0.5, 4.9)}, engine=engine, budget=600.0)
 
 
 @pytest.fixture(scope="module")
@@ -275,7 +281,7 @@ def test_intervals_are_no_wider_than_they_must():
     skewed = minimize_scalar(lambda u: math.exp(2.0 * u) + math.exp(-0.5 * u), bounds=(-3.0, 3.0), method="bounded").x
     scores = []
     for seed in range(40):
-        key = only(optimise.optimise(LINEAR, MU, Surface(seed=seed, noise=1.0, shape="skewed")))
+        key = only(hv.optimise(LINEAR, vary=MU, engine=Surface(seed=seed, noise=1.0, shape="skewed")))
         scores.append((math.log(key.value) - skewed) / (math.log(key.high95 / key.low95) / 3.92))
     assert abs(np.mean(scores)) < 4.0 / math.sqrt(40)
     assert 0.5 < np.std(scores) < 1.4  # the standard deviation of 40 scores of 1 has an error of .11
@@ -285,7 +291,7 @@ def test_intervals_are_no_wider_than_they_must():
 @pytest.mark.parametrize("noise", [0.0, 0.3])
 def test_two_peaks(noise):
     """Both are found, the higher one first, wherever the search begins."""
-    answer = optimise.optimise(LINEAR, MU, Surface(noise=noise))
+    answer = hv.optimise(LINEAR, vary=MU, engine=Surface(noise=noise))
     assert [math.log(keys["nondimensional.mu"]) for keys, _ in answer.peaks] == pytest.approx([1.5, -1.5], abs=0.05)
     for (_, power), height in zip(answer.peaks, (1.1, 1.0), strict=True):
         assert power.value == pytest.approx(height, abs=4.0 * (power.stderr or 0.0) + 1e-3)
@@ -296,35 +302,35 @@ def test_two_peaks(noise):
 @pytest.mark.slow
 def test_flat():
     for noise in (0.0, 0.3):
-        answer = optimise.optimise(LINEAR, MU, Surface(noise=noise, shape="flat"))
+        answer = hv.optimise(LINEAR, vary=MU, engine=Surface(noise=noise, shape="flat"))
         key = only(answer)
         assert (key.low95, key.high95) == MU["nondimensional.mu"]
         assert answer.flat
-        assert "flat:" in str(answer)
+        assert answer.flat in str(answer)
 
 
 def test_no_power():
-    answer = optimise.optimise(LINEAR, MU, Surface(shape="no power"))
+    answer = hv.optimise(LINEAR, vary=MU, engine=Surface(shape="no power"))
     assert "takes no power" in answer.flat
     assert answer.mean_power.value == 0.0
 
 
 def test_places_that_fail_are_told():
-    answer = optimise.optimise(LINEAR, MU, Surface(noise=0.1, shape="refuses"))
+    answer = hv.optimise(LINEAR, vary=MU, engine=Surface(noise=0.1, shape="refuses"))
     assert math.log(only(answer).value) == pytest.approx(-1.5, abs=0.1)
     assert answer.failed > 0
-    assert any("evaluations failed, the first: mu is above 1" in w for w in answer.warnings)
+    assert any("evaluations failed, the first: mu is above 1" in str(w) for w in answer.warnings)
 
 
 def test_all_places_fail():
     with pytest.raises(SimulationError, match="grows without bound"):
-        optimise.optimise(LINEAR, {"nondimensional.c1": (0.5, 1.0)}, hv.Published())
+        hv.optimise(LINEAR, vary={"nondimensional.c1": (0.5, 1.0)}, engine=hv.Published())
 
 
 @pytest.mark.statistics
 def test_boundary():
     """Above the best mu the power falls: the lower end is best, beyond doubt."""
-    key = only(optimise.optimise(LINEAR, {"nondimensional.mu": (3.0, 20.0)}, ENSEMBLE))
+    key = only(hv.optimise(LINEAR, vary={"nondimensional.mu": (3.0, 20.0)}, engine=ENSEMBLE))
     assert (key.value, key.low95, key.high95, key.boundary) == (3.0, 3.0, 3.0, "low")
 
 
@@ -332,11 +338,11 @@ def test_boundary():
 @pytest.mark.parametrize("engine", [ENSEMBLE, hv.Averaged()], ids=lambda e: e.NAME)
 def test_a_budget_too_small(engine):
     """It says what is missing, and still tells a power with its error."""
-    answer = optimise.optimise(LINEAR, MU, engine, budget=1e-3)
+    answer = hv.optimise(LINEAR, vary=MU, engine=engine, budget=1e-3)
     key = only(answer)
     assert (key.low95, key.high95) == (None, None)
     assert "budget" in answer.why
-    assert any("budget of 0.001 s ended" in w or "budget ended" in w for w in answer.warnings)
+    assert answer.is_cut_short
     assert answer.mean_power.known_error95 > 0.0
 
 
@@ -355,6 +361,40 @@ def test_runs_of_ngspice_have_what_is_left_of_the_budget(monkeypatch):
     assert found == [pytest.approx(7.5, abs=0.5)] * 2 + [1.0]
     surface.begin -= 100.0
     assert surface.left_now == pytest.approx(0.1)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class CutOff(Surface):
+    """As `Surface`, but where mu is above 1 a run is cut off while it still has ten times the power."""
+
+    def run(self, scene, progress=None):
+        answer = super().run(scene)
+        if Problem.of(scene).scene.nondimensional.mu <= 1.0:
+            return answer
+        power = Value(10.0 * answer.mean_power.value, unknown="a response that was cut short")
+        cut = warning("mean_while_settling", covered=1.0, why="time is over", steady=False)
+        return dataclasses.replace(answer, mean_power=power, diagnostics=(cut,))
+
+
+def test_evaluations_that_were_cut_off_take_no_part():
+    """Beside sound ones they are in no fit and never the best, and are said; they are grey in the figure."""
+    answer = hv.optimise(LINEAR, vary=MU, engine=CutOff(noise=0.1))
+    assert math.log(only(answer).value) == pytest.approx(-1.5, abs=0.1)
+    assert answer.estimate.is_sound and answer.mean_power.value == pytest.approx(1.0, rel=0.05)
+    (said,) = (one for one in answer.warnings if one.code == "evaluations_unsound")
+    assert 0 < said.numbers["unsound"] < said.numbers["count"] == len(answer.points)
+    assert said.numbers["unsound"] == answer.to_pandas()["is_sound"].value_counts()[False]
+    figure = answer.plot(None)
+    labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert "not settled, cut off or without an error" in labels
+
+
+def test_a_short_repr():
+    """One line, however many evaluations there were."""
+    answer = hv.optimise(LINEAR, vary=MU, engine="exact")
+    assert repr(answer).startswith("Optimum(engine='exact', mean_power=") and "\n" not in repr(answer)
+    assert len(answer.to_pandas()) == len(answer.points) == answer.as_json()["evaluations"]
+    assert answer.to_xarray().sizes["row"] == len(answer.points)
 
 
 @pytest.mark.statistics
@@ -377,7 +417,7 @@ def test_the_power_has_noise_of_its_own(sampled):
 def test_command(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(LINEAR.to_toml())
-    args = ["optimise", str(scene), "--over", "nondimensional.mu=0.05:20", "--trajectories", "512"]
+    args = ["optimise", str(scene), "--vary", "nondimensional.mu=0.05:20", "--trajectories", "512"]
     told = CliRunner().invoke(cli, [*args, "--json", "--out", str(tmp_path / "out")], catch_exceptions=False)
     answer = json.loads(told.output)
     key = answer["keys"]["nondimensional.mu"]
@@ -400,7 +440,7 @@ def test_command(tmp_path):
 def test_spice():
     """ngspice settles where the ensemble led it: few runs, none of a scan."""
     engine = hv.Spice(trajectories=8)
-    answer = optimise.optimise(LINEAR, {"nondimensional.mu": (0.2, 6.0)}, engine, within=0.05, budget=600.0)
+    answer = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.2, 6.0)}, engine=engine, within=0.05, budget=600.0)
     key = only(answer)
     half = 0.5 * math.log(key.high95 / key.low95)
     assert abs(math.log(key.value / math.sqrt(1.0 + BETA))) < 2.0 * half

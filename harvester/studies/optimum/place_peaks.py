@@ -6,13 +6,14 @@ for all others.
 """
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
+from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.scene.keys import full_key, split_key
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.ranges import Range
@@ -50,9 +51,9 @@ def place_peaks(
     lifetime: float,
     budget: float,
     seed: int,
-    told: Callable[[float], None] = lambda share: None,
+    progress: Progress = NO_PROGRESS,
 ) -> PlacePeaks:
-    """Count at places of the ranges and devices about them; ``told`` hears the share of the paths that is done.
+    """Count at places of the ranges and devices about them; ``progress`` is told the share of the paths that is done.
 
     Raises HarvesterError where a place has no peaks, and SimulationError where `SHARE` of the budget is too short.
     """
@@ -71,7 +72,7 @@ def place_peaks(
                 f"the budget of {budget:g} s ended after {number} of the {len(scenes)} paths whose peaks are counted: "
                 f"allow a `budget` of {1.2 * taken / number * len(scenes) / SHARE:.0f} s"
             )
-        told(number / len(scenes))
+        progress.step(number / len(scenes))
 
     return PlacePeaks(keys, by_ratio, peak_surfaces(scenes, x, len(inner), lifetime, seed, done))
 

@@ -18,13 +18,12 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines.formula import Formula
 from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.scene.scene import Scene
 from harvester.studies.extremes.levels import linear_peaks
-from harvester.studies.robust.peaks import PlacePeaks
+from harvester.studies.optimum.place_peaks import PlacePeaks
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.spreads import spread
@@ -59,7 +58,7 @@ class Robust(Engine):
     Rice's formula or, of a scene that is not linear, by the surfaces ``counted``.
     """
 
-    engine: Formula
+    engine: Engine
     vary: tuple[tuple[str, str], ...] = ()
     share: float | None = None
     limits: tuple[Limit, ...] = ()
@@ -120,28 +119,29 @@ class Robust(Engine):
     def _computed(self, whole: Scene) -> tuple[Estimate, Place]:
         """What `place` says, computed."""
         devices, x, many = self._devices(whole)
-        answers = self.engine.run_many([whole, *devices])
-        first = answers[0]
+        first, *answers = self.engine.run_many([whole, *devices])
         if isinstance(first, HarvesterError):
             raise first
         if not devices:
             return first, self._alone(whole, first)
-        served = [one for one in answers[1:] if isinstance(one, Estimate)]
+        served = [one for one in answers if isinstance(one, Estimate)]
         if len(served) < len(devices):
-            failed = next(one for one in answers[1:] if isinstance(one, HarvesterError))
+            failed = next(one for one in answers if isinstance(one, HarvesterError))
             raise SimulationError(f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}")
         scored = len(x) - 2 * len(self.vary)  # the others hold the outer ends
         powers = fit(x, np.array([one.mean_power.value for one in served]), scored)
         squares = fit(x, np.array([one.mean_square_voltage.value for one in served]), scored)
         off = _off(first.mean_power)
         off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
-        if self.counted is not None:
-            varied = {key: many[:, k] for k, (key, _) in enumerate(self.vary)}
-            surely = self.counted.surely(whole, varied)
-            return first, self._summed(powers(many), np.maximum(squares(many), 0.0), surely, off)
-        found = [self._peaks(one) for one in devices]
-        peaks = {name: fit(x, np.array([one[name] for one in found]), scored)(many) for name in found[0]}
+        peaks = self._peaks_of_many(whole, devices, x, many)
         return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
+
+    def _peaks_of_many(self, whole: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats) -> dict[str, Floats]:
+        """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by what was counted."""
+        if self.counted is not None:
+            return self.counted.surely(whole, {key: many[:, k] for k, (key, _) in enumerate(self.vary)})
+        found, scored = [self._peaks(one) for one in devices], len(x) - 2 * len(self.vary)
+        return {name: fit(x, np.array([one[name] for one in found]), scored)(many) for name in found[0]}
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
         """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""

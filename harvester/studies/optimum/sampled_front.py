@@ -10,16 +10,17 @@ beats it, in one aim or the other by less than the root of both squared errors,
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
+from harvester.machine.progress import Progress
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.studies.extremes.levels import limited_peaks
-from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, Tick, with_options
-from harvester.studies.optimum.ranges import Range, problem_at, scan
-from harvester.studies.robust.front import FrontPoint
+from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, with_options
+from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
+from harvester.studies.optimum.ranges import problem_at, scan
+from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.tolerance.limits import PEAKS, Limit
 from harvester.studies.tolerance.peaks import BLOCKS
 from harvester.uncertainty.value import Value
@@ -28,47 +29,38 @@ PLACES = {1: 25, 2: 65, 3: 97, 4: 129}  # by the number of keys
 FEWEST = 3  # places that a front is made of
 
 
-@dataclass(frozen=True)
-class SampledFront:
-    """Designs of the front, those that cannot be told from it, and warnings."""
-
-    points: tuple[FrontPoint, ...]
-    alike: tuple[FrontPoint, ...]
-    warnings: tuple[str, ...]
-
-
 def sampled_front(
-    problem: Problem,
-    ranges: Sequence[Range],
-    aimed: Limit,
-    limits: Sequence[Limit],
-    engine: Any,
-    lifetime: float | None,
-    within: float,
-    budget: float,
-    tick: Tick | None,
-) -> SampledFront:
+    request: SearchRequest, aimed: Limit, limits: Sequence[Limit], lifetime: float | None, progress: Progress
+) -> ParetoFront:
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
     Raises SimulationError where fewer than `FEWEST` places have an answer that keeps the limits, with what to change.
     """
-    begin, warnings = time.perf_counter(), list[str]()
-    surface = Surface(problem.scene, tuple(ranges), budget, tick)
-    engine = with_options(engine, within=within) if getattr(engine, "trajectories", None) is None else engine
-    designs: list[FrontPoint] = []
+    begin, warnings = time.perf_counter(), list[Diagnostic]()
+    search = Search.begin(request, progress)
+    surface, engine = search.surface, request.engine
+    if getattr(engine, "trajectories", None) is None:
+        engine = with_options(engine, within=request.within)
+    sound, others = list[FrontPoint](), list[FrontPoint]()
     refused: HarvesterError | None = None
-    places = scan(PLACES[len(ranges)], len(ranges))
+    places = scan(PLACES[len(request.ranges)], len(request.ranges))
     try:
         for u in places:
             there = surface.evaluate(u[None], engine, "scan")[0]
             try:
-                design = _design(surface, there, aimed, limits, lifetime, engine.seed)
+                design = _design(surface, there, aimed, limits, lifetime)
             except HarvesterError as error:
                 refused = error
                 continue
-            designs += [] if design is None else [design]
+            if design is not None:
+                (sound if there.is_sound else others).append(design)
     except SpentError:
-        warnings.append(f"the budget of {budget:.3g} s ended after {len(surface.points)} of {len(places)} places")
+        done = len(surface.points)
+        warnings.append(warning("front_cut_short", budget=request.budget, done=done, places=len(places)))
+    designs = sound if len(sound) >= FEWEST else [*sound, *others]
+    if others and designs is sound:
+        count, left_out = len(surface.points), len(others)
+        warnings.append(warning("evaluations_unsound", unsound=left_out, count=count, engine=engine.NAME))
     if len(designs) < FEWEST:
         why = f": {refused}" if refused is not None else ""
         raise SimulationError(
@@ -77,7 +69,9 @@ def sampled_front(
             f"ranges{why}"
         )
     points, alike = split(designs, aimed.sign)
-    return SampledFront(points, alike, tuple(warnings))
+    said = (*warnings, *remarks(aimed.quantity, aimed.sign, points, alike))
+    head = engine.NAME, aimed.quantity, aimed.sign
+    return ParetoFront(*head, points, Problem.of(request.scene).physical, time.perf_counter() - begin, said, alike)
 
 
 def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
@@ -115,7 +109,7 @@ def _surely(one: FrontPoint, other: FrontPoint, sign: int) -> bool:
 
 
 def _design(
-    surface: Surface, there: Evaluation, aimed: Limit, limits: Sequence[Limit], lifetime: float | None, seed: int
+    surface: Surface, there: Evaluation, aimed: Limit, limits: Sequence[Limit], lifetime: float | None
 ) -> FrontPoint | None:
     """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
     if not isinstance(there.answer, Estimate):
@@ -123,7 +117,7 @@ def _design(
     values = _quantities(there.answer)
     if any(one.quantity in PEAKS for one in (*limits, aimed)):
         assert lifetime is not None
-        values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, seed, BLOCKS)
+        values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, there.seed or 0, BLOCKS)
     for one in limits:
         value = values[one.quantity]
         if one.sign * (value.value - one.bound) < value.known_error95:

@@ -1,0 +1,126 @@
+"""Two aims at once: the largest power for each bound of another quantity, which is the front of what can be had.
+
+The quantity's best value in the ranges and its value at the largest power are the ends; between them the power is made
+as large as it can be under a bound that goes from one to the other (epsilon constraint; Haimes, Lasdon, Wismer 1971).
+"""
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import HarvesterError, InputError
+from harvester.machine.progress import PartOfProgress, Progress
+from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.studies.optimum.answer import CUT_SHORT
+from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
+from harvester.studies.optimum.ranges import spread
+from harvester.studies.optimum.under_limits import RobustRequest
+from harvester.studies.tolerance.limits import Limit
+from harvester.uncertainty.value import Value
+
+SCANNED = 96  # places that are looked at for the best value of the second aim
+TENFOLD = 10.0  # between the ends, from which on the bounds are spread by ratio
+BARELY = 1e-6  # relative difference of the ends that is none
+
+
+def front(request: RobustRequest, points: int, progress: Progress) -> ParetoFront:
+    """The front of the power and of the quantity that the last limit of the request names, of up to ``points`` designs.
+
+    Raises HarvesterError where the engine fails everywhere, the last error.
+    """
+    begin = time.perf_counter()
+    request, progress = request.with_counted_peaks(progress)
+    *bounds, aimed = request.robust.limits
+    quantity, sign = aimed.quantity, aimed.sign
+    each = dataclasses.replace(request, budget=request.budget / (points + 1))
+    search = _Search(each, progress, points + 1)
+    most = search.best()
+    end = search.extreme(sign)
+    best, designs, warnings = end.quantity, [most], list[Diagnostic]()
+    if abs(best - most.quantity) > BARELY * max(abs(best), abs(most.quantity)):
+        designs.append(end)
+        between = (Limit(quantity, sign, float(bound), "") for bound in _bounds(best, most.quantity, points)[1:-1])
+        designs += [search.best((*bounds, limit)) for limit in between]
+    else:
+        warnings.append(warning("nothing_to_choose", quantity=quantity))
+    found = _front(designs, sign)
+    said = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, found, ())]))
+    seconds = time.perf_counter() - begin
+    return ParetoFront(request.robust.engine.NAME, quantity, sign, found, request.problem.physical, seconds, said)
+
+
+def _bounds(best: float, most: float, points: int) -> Floats:
+    """The bounds from the best value of the quantity to that at the most power, both among them."""
+    low, high = sorted((abs(best), abs(most)))
+    if best * most > 0.0 and high > TENFOLD * low:
+        return np.geomspace(best, most, points)
+    return np.linspace(best, most, points)
+
+
+def _front(designs: Sequence[FrontPoint], sign: int) -> tuple[FrontPoint, ...]:
+    """The designs that no other beats in both aims, from the best quantity on."""
+    kept: list[FrontPoint] = []
+    for one in sorted(designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)):
+        if not kept or one.mean_power.value > kept[-1].mean_power.value:
+            kept.append(one)
+    return tuple(kept)
+
+
+@dataclass
+class _Search:
+    """The searches of one front, each with the budget of the ``request``, which share the progress."""
+
+    request: RobustRequest
+    progress: Progress
+    parts: int
+    done: int = 0
+    warnings: list[Diagnostic] = field(default_factory=list)
+
+    def best(self, limits: tuple[Limit, ...] | None = None) -> FrontPoint:
+        """The design of most power that keeps limits (None: those of the request)."""
+        part = PartOfProgress(self.progress, self.done / self.parts, 1.0 / self.parts)
+        request = self.request
+        if limits is not None:
+            request = dataclasses.replace(request, robust=dataclasses.replace(request.robust, limits=limits))
+        found = request.search(part)
+        self.done += 1
+        self.warnings += [word for word in found.warnings if word.code in CUT_SHORT]
+        return self._design({key.range.key: key.value for key in found.keys})
+
+    def _design(self, keys: dict[str, float]) -> FrontPoint:
+        """The design at values of the keys."""
+        place = self.request.robust.place(self.request.problem.scene.varied(keys))[1]
+        error = None if place.off is None else place.off * abs(place.aim)
+        return FrontPoint(keys, Value(place.aim, model=error), place.quantities[-1])
+
+    def extreme(self, sign: int) -> FrontPoint:
+        """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
+        from scipy.optimize import minimize
+
+        robust, scene, ranges = self.request.robust, self.request.problem.scene, self.request.ranges
+
+        def values(u: Floats) -> dict[str, float]:
+            return {r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(ranges, u, strict=True)}
+
+        def loss(u: Floats) -> float:
+            try:
+                place = robust.place(scene.varied(values(u)))[1]
+            except HarvesterError:
+                return np.inf
+            return np.inf if place.broken else -sign * place.quantities[-1]
+
+        places = spread(SCANNED, len(ranges))
+        robust.run_many([scene.varied(values(u)) for u in places])  # together, which is quicker
+        first = min(places, key=loss)
+        if not np.isfinite(loss(first)):
+            raise InputError(
+                "`limit` must be met somewhere in the ranges for a front, but no place was found that does"
+            )
+        box = [(0.0, 1.0)] * len(ranges)
+        options = {"maxfev": 60 * len(ranges), "xatol": 1e-4, "fatol": 0.0}
+        climbed = minimize(loss, first, method="Nelder-Mead", bounds=box, options=options)
+        return self._design(values(min(first, climbed.x, key=loss)))

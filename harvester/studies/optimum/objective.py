@@ -1,0 +1,60 @@
+"""What a search is to make as large as it can be: the mean power, that of most devices, or a front of two aims."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from harvester.errors import InputError, invalid, unknown
+from harvester.quantities.units import fraction
+from harvester.studies.tolerance.limits import QUANTITIES, Limit
+
+POWER = "mean_power"
+WAYS = {"low": -1, "high": 1}
+Aim: TypeAlias = str | float | Sequence[str | float]  # such as "mean_power", "5%", "voltage_rms:high", or both of these
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim besides.
+
+    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is better: 1 where it is to
+    be high; None without one.
+    """
+
+    share: float | None = None
+    aimed: Limit | None = None
+
+    @classmethod
+    def of(cls, objective: Aim) -> "Objective":
+        """What the argument ``objective`` describes; raises InputError for what it cannot be."""
+        words = [objective] if isinstance(objective, str | float | int) else list(objective)
+        others = [word for word in words if word != POWER]
+        shares = [word for word in others if not isinstance(word, str) or word.strip()[:1] in "0123456789.-"]
+        aims = [word for word in others if word not in shares]
+        if len(shares) > 1 or len(aims) > 1:
+            raise invalid("`objective`", "be a share of devices, a second quantity, or one of each", objective)
+        return cls(read_share(shares[0]) if shares else None, second_aim(str(aims[0])) if aims else None)
+
+
+def read_share(share: str | float) -> float:
+    """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
+    try:
+        found = fraction(share) if isinstance(share, str) else float(share)
+    except ValueError as error:
+        raise InputError(f"`objective` {error}, but is {share!r}") from None
+    if not 0.001 <= found <= 0.5:
+        raise invalid("`objective`", "be a share of devices between 0.1% and 50%", share)
+    return found
+
+
+def second_aim(text: str) -> Limit:
+    """The quantity of a second aim, to be low, or high where ``:high`` stands behind it."""
+    name, colon, way = text.partition(":")
+    known = [one for one in QUANTITIES if one != POWER]
+    if name not in known:
+        raise unknown("quantity of `objective`", name, known)
+    if colon and way not in WAYS:
+        raise invalid("`objective`", f"be {name}:low or {name}:high", text)
+    sign = WAYS[way or "low"]
+    return Limit(name, sign, -sign * math.inf, "")

@@ -1,0 +1,125 @@
+"""The front of two aims: designs of which none has both more power and a better other quantity."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from harvester import figures
+from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
+from harvester.scene.keys import unit_of
+from harvester.studies.tolerance.limits import QUANTITIES
+from harvester.uncertainty.value import Value
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """A design on the front: the values of the keys, the power, and the second quantity (`ParetoFront.quantity`).
+
+    ``quantity_error95`` is its error where an engine samples; None: that of `ParetoFront`.
+    """
+
+    keys: dict[str, float]
+    mean_power: Value
+    quantity: float
+    quantity_error95: float | None = None
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False)
+class ParetoFront(TableResult):
+    """Designs of which none has both more power and a better ``quantity``, from the best quantity to the most power.
+
+    ``sign`` is -1 where the quantity is to be low, 1 where high.  Peaks are at the unsafe end of their error; a
+    quantity has the relative error of the engine otherwise.  ``alike`` are designs that an engine that samples cannot
+    tell from the front: they are beaten by less than the errors; in the ``table`` they stand behind the front.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> found = hv.optimise(
+    ...     scene, vary={"nondimensional.mu": (0.1, 10.0)}, objective="mean_square_voltage", points=3, engine="exact"
+    ... )
+    >>> [point.mean_power.value < found.points[-1].mean_power.value for point in found.points]
+    [True, True, False]
+    """
+
+    FILE: ClassVar[str] = "pareto"  # the name of its files
+    DERIVED: ClassVar[tuple[str, ...]] = ("aim", "front", "not_told_from_front", "designs")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points", "alike", "sign"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"quantity", "aim", "front", "not_told_from_front"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"designs"})
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "quantity", "aim", "points")
+
+    engine: str
+    quantity: str
+    sign: int
+    points: tuple[FrontPoint, ...]
+    physical: bool
+    seconds: float
+    diagnostics: tuple[Diagnostic, ...] = ()
+    alike: tuple[FrontPoint, ...] = ()
+
+    @property
+    def aim(self) -> str:
+        """Whether the quantity is to be "high" or "low"."""
+        return "high" if self.sign > 0 else "low"
+
+    @property
+    def unit(self) -> str:
+        """The unit of the second quantity."""
+        return QUANTITIES[self.quantity].unit if self.physical else ""
+
+    @property
+    def front(self) -> list[dict[str, Any]]:
+        """The designs of the front as JSON has them."""
+        return [self._design(one) for one in self.points]
+
+    @property
+    def not_told_from_front(self) -> list[dict[str, Any]]:
+        """The designs that cannot be told from the front as JSON has them."""
+        return [self._design(one) for one in self.alike]
+
+    def _design(self, one: FrontPoint) -> dict[str, Any]:
+        power = {"mean_power": one.mean_power.value, "error95": one.mean_power.error95}
+        return {
+            "keys": one.keys,
+            **power,
+            self.quantity: one.quantity,
+            f"{self.quantity}_error95": one.quantity_error95,
+        }
+
+    @property
+    def designs(self) -> Table:
+        """The designs of the front."""
+        return self._rows(self.points)
+
+    @property
+    def table(self) -> Table:
+        """The designs of the front, and where an engine samples those that cannot be told from it."""
+        some = (*self.points, *self.alike)
+        found = self._rows(some)
+        if self.points[0].quantity_error95 is None:
+            return found
+        return Table((*found.columns, Column("on_front", [one in self.points for one in some])), found.title)
+
+    def _rows(self, some: Sequence[FrontPoint]) -> Table:
+        columns = [Column(key, [one.keys[key] for one in some], unit_of(key)) for key in self.points[0].keys]
+        known = any(one.quantity_error95 is not None for one in some)
+        values = [Value(one.quantity, model=one.quantity_error95) if known else one.quantity for one in some]
+        columns.append(Column(self.quantity, values, self.unit))
+        columns.append(Column("mean_power", [one.mean_power for one in some], self.unit_names.power))
+        return Table(tuple(columns), "none has more power and a better other quantity")
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The power against the other quantity as a matplotlib figure."""
+        return figures.front(self, title)
+
+
+def remarks(quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]) -> list[Diagnostic]:
+    """What is to be said of a front: its aims, what of its errors is not known, how many designs are alike."""
+    said = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
+    unknown = dict.fromkeys(one.mean_power.unknown for one in points if one.mean_power.unknown)
+    said += [note("error_unknown", part=part) for part in unknown]
+    return said + ([note("alike_designs", count=len(alike))] if alike else [])

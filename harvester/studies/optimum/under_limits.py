@@ -1,0 +1,248 @@
+"""The largest power for most of the devices and under limits: the search for an optimum, by the engine `Robust`."""
+
+import dataclasses
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from harvester.engines import Averaged, Exact
+from harvester.engines.options import Request, number
+from harvester.engines.protocol import AnyScene
+from harvester.engines.selection import Named
+from harvester.engines.selection import engine as engine_of
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, names_arguments
+from harvester.machine.progress import PartOfProgress, Progress
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.table import Column, Table
+from harvester.scene.scene import Scene
+from harvester.studies.extremes.counted import BLOCKS
+from harvester.studies.extremes.levels import limited_peaks, rice_holds
+from harvester.studies.optimum.answer import Optimum
+from harvester.studies.optimum.evaluations import SHORTEST
+from harvester.studies.optimum.objective import Objective
+from harvester.studies.optimum.place_peaks import SHARE, place_peaks
+from harvester.studies.optimum.ranges import Range, Vary, ranges
+from harvester.studies.optimum.robust import BINDS, Place, Robust
+from harvester.studies.optimum.search import Search, SearchRequest
+from harvester.studies.output_folder import OutputFolder
+from harvester.studies.tolerance.limits import PEAKS, QUANTITIES, Limit, lifetime_of, limits
+from harvester.studies.tolerance.spreads import spreads
+from harvester.uncertainty.value import Value
+
+LONG = 4  # times the usual blocks, of the path that checks the best design
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, kw_only=True)
+class RobustOptimum(Optimum):
+    """The best design for most of the devices, and under limits.
+
+    Its power is that of the ``share`` (None: the mean); ``place`` is what the devices give there; ``binds`` are the
+    limits that keep the power from growing.  ``limited_peaks`` are those of a long path of the best design itself,
+    where the scene is not linear and no part scatters.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> limit = "mean_square_voltage < 0.05"
+    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, constraints=[limit], engine="exact")
+    >>> [limit.quantity for limit in best.binds]
+    ['mean_square_voltage']
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = (*Optimum.DERIVED, "limit_table", "limit_values", "straddled", "met")
+    INTERNAL: ClassVar[frozenset[str]] = Optimum.INTERNAL | {"place", "peaks", "limits"}
+    NOT_SHOWN: ClassVar[frozenset[str]] = Optimum.NOT_SHOWN | {
+        *("share", "binds", "limited_peaks", "limit_values", "straddled", "met")
+    }
+    NOT_IN_JSON: ClassVar[frozenset[str]] = Optimum.NOT_IN_JSON | {"limit_table"}
+    JSON_NAMES: ClassVar[dict[str, str]] = Optimum.JSON_NAMES | {
+        "share": "for",
+        "limit_values": "limits",
+        "limited_peaks": "peaks",
+    }
+
+    share: float | None
+    limits: tuple[Limit, ...]
+    place: Place
+    binds: tuple[Limit, ...]
+    limited_peaks: dict[str, Value] = field(default_factory=dict)
+
+    @property
+    def optimum(self) -> Optimum:
+        """The result itself: in version 0.1 it had the search inside."""
+        warnings.warn("RobustOptimum.optimum is the RobustOptimum now", DeprecationWarning, stacklevel=2)
+        return self
+
+    @property
+    def straddled(self) -> tuple[Limit, ...]:
+        """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
+        known = [(one, self.limited_peaks[one.quantity]) for one in self.limits if one.quantity in self.limited_peaks]
+        return tuple(one for one, peak in known if abs(peak.value - one.bound) <= peak.known_error95)
+
+    @property
+    def met(self) -> bool:
+        """Whether all limits are met."""
+        return self.place.broken <= BINDS
+
+    @property
+    def limit_values(self) -> dict[str, float]:
+        """The value of each limited quantity, by the limit as it was written."""
+        return {one.written: value for one, value in zip(self.limits, self.place.quantities, strict=True)}
+
+    @property
+    def limit_table(self) -> Table | None:
+        """The value of each limited quantity, and what a long path says of it; None without limits."""
+        if not self.limits:
+            return None
+        units = [QUANTITIES[one.quantity].unit if self.physical else "" for one in self.limits]
+        values = self.place.quantities
+        columns = [Column("limit", [one.written for one in self.limits]), Column("value", values, units=units)]
+        columns.append(Column("state", [self._state(*pair) for pair in zip(self.limits, values, strict=True)]))
+        if self.limited_peaks:
+            paths = [self.limited_peaks.get(one.quantity) for one in self.limits]
+            columns.append(Column("on_a_long_path", paths, units=units))
+        return Table(tuple(columns), "limits")
+
+    def _state(self, limit: Limit, value: float) -> str:
+        if _spare(limit, value) < -BINDS:
+            return "broken"
+        return "binds" if limit in self.binds else "met"
+
+    def remarks(self) -> list[Diagnostic]:
+        """What is to be said of the aim and of the limits."""
+        said = [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
+        said += [note("unsafe_end")] if any(one.quantity in PEAKS for one in self.limits) else []
+        if not self.met:
+            said.append(warning("limits_broken", broken=self.place.broken))
+        for one in self.limits:
+            if one in self.straddled:
+                said.append(warning("limit_not_told", limit=one.written))
+            elif one.quantity in self.limited_peaks and _spare(one, self.limited_peaks[one.quantity].value) < 0.0:
+                said.append(warning("limit_broken_on_path", limit=one.written))
+        return said
+
+
+def default_formula(problem: Problem) -> str:
+    """The engine of formulas where none is named."""
+    return Averaged.NAME if Exact.refusal(problem) else Exact.NAME
+
+
+@dataclass(frozen=True)
+class RobustRequest:
+    """A search for most of the devices and under limits: what is asked, checked.
+
+    ``robust`` is the engine, with the spreads, the share, the limits and the lifetime of their peaks.
+    """
+
+    problem: Problem
+    ranges: tuple[Range, ...]
+    robust: Robust
+    within: float | str
+    budget: float
+
+    @classmethod
+    def of(
+        cls,
+        scene: AnyScene,
+        vary: Vary,
+        objective: Objective,
+        constraints: Sequence[str],
+        spread: Mapping[str, str] | Sequence[str],
+        engine: Named | None,
+        lifetime: float | str | None,
+        within: float | str,
+        budget: float | str,
+    ) -> "RobustRequest":
+        """The arguments of `harvester.optimise`, checked; the second aim, if there is one, is the last of the limits.
+
+        Raises InputError as that does.
+        """
+        problem, found = Problem.of(scene), ranges(vary)
+        bounds = limits(constraints, problem.physical)
+        bounds = bounds if objective.aimed is None else (*bounds, objective.aimed)
+        years = lifetime_of(bounds, lifetime, problem)
+        inner = engine_of(default_formula(problem) if engine is None else engine)
+        if not inner.is_formula:
+            raise InputError(
+                "`engine` must be one of formulas, such as 'averaged', where `spread`, `constraints` or a series is "
+                f"given, but is {inner.NAME!r}"
+            )
+        if reason := inner.refusal(problem):
+            raise InputError(reason)
+        start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
+        parts = spreads(spread, start, "spread") if spread else ()
+        if objective.share is not None and not parts:
+            raise InputError(
+                "`objective` of a share must go with `spread`, which makes devices differ, but there is none"
+            )
+        robust = Robust(inner, tuple((one.key, one.written) for one in parts), objective.share, bounds, years)
+        return cls(problem, found, robust, within, number(Request(budget=budget).budget) or 0.0)
+
+    @property
+    def seed(self) -> int:
+        """The seed of paths whose peaks are counted."""
+        return int(getattr(self.robust.engine, "seed", 0))
+
+    def with_counted_peaks(self, progress: Progress) -> tuple["RobustRequest", Progress]:
+        """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
+        robust = self.robust
+        if robust.lifetime is None or rice_holds(self.problem):
+            return self, progress
+        begin, told = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
+        scene, seed = self.problem.scene, self.seed
+        counted = place_peaks(scene, self.ranges, robust.vary, robust.lifetime, self.budget, seed, told)
+        left = max(self.budget - (time.perf_counter() - begin), SHORTEST)
+        robust = dataclasses.replace(robust, counted=counted)
+        return dataclasses.replace(self, robust=robust, budget=left), PartOfProgress(progress, SHARE, 1.0 - SHARE)
+
+    def search(self, progress: Progress, folder: OutputFolder | None = None) -> Optimum:
+        """The design of the largest power, less what broken limits cost it."""
+        request = SearchRequest.of(self.problem, self.ranges, self.robust, self.within, self.budget)
+        return Search.begin(request, progress).finish(folder)
+
+
+def under_limits(request: RobustRequest, progress: Progress, folder: OutputFolder | None) -> RobustOptimum:
+    """The values of keys with the largest power of most devices, under limits.
+
+    Raises HarvesterError where the engine fails everywhere, the last error.
+    """
+    request, progress = request.with_counted_peaks(progress)
+    robust, best = request.robust, request.search(progress, folder)
+    there = request.problem.scene.varied({key.range.key: key.value for key in best.keys})
+    place = robust.place(there)[1]
+    own = {}
+    if robust.lifetime is not None and robust.counted is not None and not robust.vary:
+        own = limited_peaks(Problem(there), robust.lifetime, request.seed + 1, LONG * BLOCKS)
+    aim = Value(place.aim, model=None if place.off is None else place.off * abs(place.aim))  # without the penalty
+    fields = {one.name: getattr(best, one.name) for one in dataclasses.fields(best)}
+    fields |= {"engine": robust.engine.NAME, "estimate": dataclasses.replace(best.estimate, mean_power=aim)}
+    answer = RobustOptimum(
+        **fields,
+        share=robust.share,
+        limits=robust.limits,
+        place=place,
+        binds=_binding(robust, best, there, place),
+        limited_peaks=own,
+    )
+    return dataclasses.replace(answer, diagnostics=(*best.diagnostics, *answer.remarks()))
+
+
+def _binding(robust: Robust, best: Optimum, there: Scene, place: Place) -> tuple[Limit, ...]:
+    """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
+    found = {k for k, one in enumerate(robust.limits) if _spare(one, place.quantities[k]) <= BINDS}
+    for key in best.keys:
+        steps = key.range.steps
+        at = steps.index(key.value) if key.value in steps else 0
+        for value in steps[max(at - 1, 0) : at + 2] if steps else ():
+            beside = robust.place(there.vary(key.range.key, value))[1]
+            if beside.aim > place.aim:
+                found |= {k for k, one in enumerate(robust.limits) if _spare(one, beside.quantities[k]) < 0.0}
+    return tuple(robust.limits[k] for k in sorted(found))
+
+
+def _spare(limit: Limit, value: float) -> float:
+    """How far a value is within a limit, relatively; below 0 beyond it."""
+    return limit.sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
