@@ -27,8 +27,9 @@ from common import report
 import harvester as hv
 from harvester.errors import HarvesterError
 from harvester.machine.cores import THREADS_VARIABLE
+from harvester.machine.progress import CallingBack
+from harvester.studies.sweep.cluster import dask_client
 from harvester.studies.sweep.points import read_axis
-from harvester.studies.sweep.sweep import sweep
 
 PLATE = hv.load("examples/plate_with_stop.toml")
 QUICK = hv.loads(kills.SCENE)
@@ -71,11 +72,16 @@ def processor():
     return sum(one.ru_utime + one.ru_stime for one in used)
 
 
+def told(clock, **how):
+    """An execution that tells the clock of each row."""
+    return hv.Execution(progress=CallingBack(lambda _, engine: clock(engine)), **how)
+
+
 def swept(scene, axis, engine, **how):
     """A sweep's clock, its wall time and its processor time; that every point fails is no matter here."""
     clock, begin, used = Clock(), time.perf_counter(), processor()
     with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
-        sweep(scene, [read_axis(axis)], engines=[engine], out=out, tick=clock, **how)
+        hv.sweep(scene, vary=[read_axis(axis)], engines=[engine], execution=told(clock, out=out, **how))
     return clock, time.perf_counter() - begin, processor() - used
 
 
@@ -104,10 +110,10 @@ def scaling(turns):
         "ensemble": (hv.Ensemble(trajectories=1024, duration=300.0), "load.resistance=100k:1M:60"),
         "spice": (hv.Spice(trajectories=8, duration=30.0), "load.resistance=300k:1M:16"),
     }
-    with cluster():
+    with cluster(), dask_client(ADDRESS) as client:
         for name, (engine, axis) in cases.items():
             best = {"one process": 0.0, "pool of 2": 0.0, "dask, 2 workers": 0.0}
-            ways = ({"workers": 1}, {"workers": 2}, {"scheduler": ADDRESS})
+            ways = ({"workers": 1}, {"workers": 2}, {"executor": client})
             for _ in range(turns):
                 for way, how in zip(best, ways, strict=True):
                     clock, _, _ = swept(PLATE, axis, engine, **how)
@@ -141,7 +147,7 @@ def overhead(points):
         clock, used = Watching(), processor()
         with tempfile.TemporaryDirectory() as out, contextlib.suppress(HarvesterError):
             axis = read_axis(f"load.parameters.R=1k:1M:{points}")
-            sweep(netlist, [axis], engines=[hv.Ensemble()], out=out, tick=clock, workers=workers)
+            hv.sweep(netlist, vary=[axis], engines=[hv.Ensemble()], execution=told(clock, out=out, workers=workers))
         row = {"what": "overhead", "workers": workers, "points": points, "ms a point": 1e3 / clock.rate(100)}
         row |= {"processor ms a point": 1e3 * (processor() - used) / points}
         rows.append(row | {"MB at 1,000": memory[1], "MB at the end": memory[-1]})

@@ -22,12 +22,11 @@ def main() -> None:
     scene = hv.load(HERE / "plate_with_stop.toml")
     loads = hv.logspace("1 kohm", "10 Mohm", 4 if given.quick else 25)
     engines = [hv.Published(), hv.Averaged(), hv.Ensemble(within=0.01)]
-    table = hv.sweep(scene, "load.resistance", loads, engines=engines, workers=1 if given.quick else None)
+    execution = hv.Execution(workers=1 if given.quick else None)
+    table = hv.sweep(scene, vary={"load.resistance": loads}, engines=engines, execution=execution)
 
-    best = max((row for row in table.rows if row["engine"] == "ensemble"), key=lambda row: float(row["mean_power"]))
-    power, error = float(best["mean_power"]), 1.96 * float(best["mean_power_stderr"])
-    resistance = float(best["load.resistance"])
-    print(f"best of these loads: {resistance:.3g} ohm, {1e6 * power:.3g} +- {1e6 * error:.2g} uW (sampling, 95 %)")
+    best = max((row for row in table.of("ensemble") if row.mean_power), key=lambda row: row.mean_power.value)
+    print(f"best of these loads: {best.varied['load.resistance']:.3g} ohm, {best.mean_power.format('W')}")
     given.out.parent.mkdir(parents=True, exist_ok=True)
     table.plot().savefig(given.out)
     print(given.out)

@@ -1,19 +1,23 @@
 """The command `harvester sweep`."""
 
+from contextlib import ExitStack
 from typing import Any
 
 import cloup
-from cloup.constraints import mutually_exclusive, require_any
+from cloup.constraints import If, mutually_exclusive, require_all, require_any
 
 from harvester.commands.completion import engines, scene_keys
 from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_written
-from harvester.commands.options import figure, sampling, scene_argument, vector_option
+from harvester.commands.messages import echo, echo_json, echo_written
+from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
-from harvester.errors import InputError
 
 EITHER = "either --vary or --points must be given, but %s (such as --vary load.resistance=1k:10M:25)"
 one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusive.rephrased(error=EITHER % "both are")
+resume_needs_out = cloup.constraint(
+    If("resume", then=require_all).rephrased(error="--resume must go with --out, the folder of an earlier sweep"),
+    ["out"],
+)
 one_runner = mutually_exclusive.rephrased(
     error="--workers must be left out where --scheduler is given, but both are given"
 )
@@ -52,9 +56,10 @@ one_runner = mutually_exclusive.rephrased(
 @sampling
 @cloup.option_group(
     "Output",
-    cloup.option("--out", help="Needed: folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
+    cloup.option("--out", help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
     vector_option,
     report_option,
+    json_option,
 )
 @cloup.option_group(
     "Who computes",
@@ -66,6 +71,8 @@ one_runner = mutually_exclusive.rephrased(
         cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
     ),
 )
+@vector_needs_out()
+@resume_needs_out
 def sweep(
     path: str,
     varied: tuple[str, ...],
@@ -77,13 +84,16 @@ def sweep(
     scheduler: str | None,
     vector: tuple[str, ...],
     report: str | None,
+    as_json: bool,
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester.commands.progress import EFFORT, RowsBar
     from harvester.engines import selection
+    from harvester.machine.execution import Execution
+    from harvester.presentation.sheet import sheet
     from harvester.scene.toml import load
-    from harvester.studies.sweep import printed_rows
+    from harvester.studies.sweep.cluster import dask_client
     from harvester.studies.sweep.compute import compute_table
     from harvester.studies.sweep.points import grid, read_axis, read_points
 
@@ -92,15 +102,16 @@ def sweep(
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
     chosen = selection.engines(engines or default, **options)
-    if out is None:  # said after the keys: what is wrong with them is harder to find
-        raise InputError(
-            "`out` must be given, a folder for the files of the sweep (such as --out out), but is left out"
-        )
     file = report_file(report, out)
-    with RowsBar("sweep", {engine.NAME: len(where) for engine in chosen}, shorter=EFFORT, warms_up=True) as bar:
-        runners: Any = {"resume": resume, "workers": workers, "scheduler": scheduler}
-        table = compute_table(scene, where, chosen, out, tick=bar.row, skip=bar.skip, vector=vector, **runners)
-    notes = [*printed_rows.warnings(table.rows), *printed_rows.failures(table.rows)]
-    echo("\n".join([printed_rows.grid(table.rows, table.unit_names), *notes]))
-    echo_written(out, "sweep.csv", "sweep.nc", *figure("sweep", vector), "provenance.json")
-    save_report(file, lambda report: report.of_sweep(scene, table), scene=path)
+    with ExitStack() as stack:
+        executor = None if scheduler is None else stack.enter_context(dask_client(scheduler))
+        bar = stack.enter_context(RowsBar("sweep", shorter=EFFORT, warms_up=True))
+        execution = Execution(workers, executor, resume, out, vector, bar)
+        table = compute_table(scene, where, chosen, execution)
+    if as_json:
+        echo_json(table.as_json())
+    else:
+        echo("\n".join([*table.powers.lines(elsewhere="sweep.csv" if out else ""), *sheet(table).remarks()]))
+    if out is not None and not as_json:
+        echo_written(out, "sweep.csv", "sweep.nc", *figure("sweep", vector), "provenance.json")
+    save_report(file, lambda report: report.of_sweep(scene, table), quiet=as_json, scene=path)

@@ -38,6 +38,7 @@ class Cheapest(MonteCarloOptions, Engine):
     """
 
     NAME: ClassVar[str] = "cheapest"
+    chooses: ClassVar[bool] = True
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:

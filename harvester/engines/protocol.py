@@ -33,6 +33,7 @@ class Engine:
     takes_netlists: ClassVar[bool] = False
     needs_netlist: ClassVar[bool] = False  # serves nothing else
     runs_ngspice: ClassVar[bool] = False  # in processes of their own; it alone sees all nodes of a circuit
+    chooses: ClassVar[bool] = False  # another engine for each scene, whose name its answer has
     has_frequency_response: ClassVar[bool] = False
     next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene

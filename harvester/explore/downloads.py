@@ -7,7 +7,7 @@ from harvester.errors import SimulationError
 from harvester.explore.live import Live
 from harvester.studies.output_folder import provenance
 from harvester.studies.sweep.points import Axis
-from harvester.studies.sweep.rows import answered
+from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.table import SweepTable
 
 
@@ -18,17 +18,20 @@ def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:
     """
     rows = []
     for curve in live.curves.values() if not live.instead else ():
-        rows += [{live.key: f"{x:.9g}"} | answered(one) for x, one in curve.answers.items()]
-    rows += [{live.key: f"{run['x']:.9g}"} | run["row"] for run in runs if run["own"]]
+        rows += [SweepRow.answered(one).at({live.key: _place(x)}) for x, one in curve.answers.items()]
+    rows += [SweepRow.read(run["row"]).at({live.key: _place(run["x"])}) for run in runs if run["own"]]
     if not rows:
         raise SimulationError("there is no answer of this circuit yet to be drawn: run 'ideal' or 'spice' first")
-    places = sorted({float(row[live.key]) for row in rows})
-    about = provenance(
-        live.problem, points="grid", vary={live.key: places}, engines={row["engine"]: {} for row in rows}
-    )
+    places = sorted({row.varied[live.key] for row in rows})
+    about = provenance(live.problem, points="grid", vary={live.key: places}, engines={row.engine: {} for row in rows})
     about["command"] = ["explore"]
-    points = [places.index(float(row[live.key])) for row in rows]
-    return SweepTable((Axis(live.key, tuple(places)),), rows, points, False, about)
+    points = [places.index(row.varied[live.key]) for row in rows]
+    return SweepTable((Axis(live.key, tuple(places)),), tuple(rows), points, False, about)
+
+
+def _place(x: float) -> float:
+    """A value of the key with the digits by which a run is found on a curve."""
+    return float(f"{x:.9g}")
 
 
 def figure(live: Live, runs: list[dict[str, Any]], form: str) -> bytes:

@@ -31,7 +31,7 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
     from harvester.engines import selection
     from harvester.quantities.units import fraction
     from harvester.scene.scene import Scene
-    from harvester.studies.sweep.rows import answered
+    from harvester.studies.sweep.rows import SweepRow
 
     last = [0.0]
 
@@ -45,7 +45,7 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
     units = estimate.unit_names
     return {
         "answer": estimate.as_json(),
-        "row": answered(estimate),
+        "row": SweepRow.answered(estimate).written,
         "power": estimate.mean_power.format(units.power),
         "voltage": estimate.mean_square_voltage.format(units.mean_square_voltage),
     }

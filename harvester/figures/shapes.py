@@ -236,8 +236,19 @@ class AxisShape(Protocol):
     def logarithmic(self) -> bool: ...
 
 
+class SweepRowShape(Protocol):
+    """What an engine answered where the scene keys are those ``varied``, in SI units; None and an error if nothing."""
+
+    @property
+    def engine(self) -> str: ...
+    @property
+    def varied(self) -> Mapping[str, float]: ...
+    @property
+    def mean_power(self) -> Value | None: ...
+
+
 class SweepShape(Protocol):
-    """Rows of sweep.csv as texts; ``listed`` says that the axes hold the values of one point after another.
+    """Rows of a sweep; ``listed`` says that the axes hold the values of one point after another.
 
     ``along`` is the axis that curves are drawn along.
     """
@@ -247,7 +258,9 @@ class SweepShape(Protocol):
     @property
     def along(self) -> AxisShape: ...
     @property
-    def rows(self) -> list[dict[str, str]]: ...
+    def rows(self) -> Sequence[SweepRowShape]: ...
+    @property
+    def engines(self) -> Sequence[str]: ...
     @property
     def listed(self) -> bool: ...
     @property

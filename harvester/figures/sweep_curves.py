@@ -13,12 +13,12 @@ from matplotlib.lines import Line2D
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import amount, quantity
-from harvester.figures.shapes import SweepShape
+from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import INK, paler
 from harvester.presentation.engine_look import look as look_of
-from harvester.uncertainty.value import NORMAL_QUANTILE
 
-Rows = list[dict[str, str]]
+Rows = list[SweepRowShape]
+VISIBLE = 1e-6  # relative error that a band shows
 MOST_SHOWN = 2000  # points of a curve
 FEW_POINTS = 30  # of a line, which show as markers
 MOST_CURVES = 6  # values of the other keys
@@ -30,9 +30,9 @@ _COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#BFA000", "#E67E22")  #
 class Levels:
     """Mean powers of rows and their errors, each of shape (n,), in W over the unit drawn.
 
-    ``sampling`` are 1.96 standard errors (95 % where samples are many) and ``step`` the errors of the finite step, of
-    engines that sample; ``model`` is the error that an engine without samples states of itself.  All are 0 where there
-    is none.
+    ``sampling`` are half the 95 % intervals of sampling and ``step`` the other errors of engines that sample;
+    ``model`` is the error that an engine without samples states of itself.  All are 0 where there is none; together
+    they are the error of `Value.error95`, or what is known of it.
     """
 
     power: Floats
@@ -43,14 +43,19 @@ class Levels:
     @staticmethod
     def of(rows: Rows, unit: float) -> "Levels":
         """The mean powers of some rows in units of ``unit``."""
-        power, sampling, bias = (
-            np.array([number(row, f"mean_power{end}") for row in rows]) / unit for end in ("", "_stderr", "_bias")
+        values = [row.mean_power for row in rows]
+        power, sampling, whole = (
+            np.array([np.nan if one is None else getattr(one, name) for one in values]) / unit
+            for name in ("value", "sampling95", "known_error95")
         )
-        sampled = np.isfinite(sampling)
-        bias = np.nan_to_num(bias)
-        return Levels(
-            power, NORMAL_QUANTILE * np.nan_to_num(sampling), np.where(sampled, bias, 0.0), np.where(sampled, 0.0, bias)
-        )
+        sampled = np.array([one is not None and one.stderr is not None for one in values], dtype=bool)
+        sampling, rest = np.nan_to_num(sampling), np.nan_to_num(whole - sampling)
+        return Levels(power, sampling, np.where(sampled, rest, 0.0), np.where(sampled, 0.0, rest))
+
+    @property
+    def has_band(self) -> bool:
+        """Whether an error is stated that is more than rounding."""
+        return bool((self.model > VISIBLE * np.abs(self.power)).any())
 
     def over(self, base: "Levels") -> "Levels":
         """These powers over others at the same points, with the errors of both; the ``model`` is that of these."""
@@ -63,26 +68,21 @@ class Levels:
         return Levels(ratio, np.nan_to_num(sampling), np.nan_to_num(step), np.nan_to_num(model))
 
 
-def number(row: dict[str, str], name: str) -> float:
-    """A cell as a number; nan where it is empty."""
-    return float(row[name]) if row[name] else np.nan
-
-
 def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
     """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
     along = table.along
     others = () if table.listed else tuple(axis for axis in table.axes if axis.key != along.key)
-    found: dict[tuple[str, ...], dict[str, Rows]] = {}
+    found: dict[tuple[float, ...], dict[str, Rows]] = {}
     for row in table.rows:
-        found.setdefault(tuple(row[a.key] for a in others), {}).setdefault(row["engine"], []).append(row)
+        found.setdefault(tuple(row.varied[a.key] for a in others), {}).setdefault(row.engine, []).append(row)
     curves = {}
     for group, of_engine in found.items():
         told = []
         for a, value in zip(others, group, strict=True):
             name, unit = quantity(a.key)
-            told.append(f"{name.split(' = ')[0]} {amount(float(value), '' if unit == 'SI' else unit)}")
+            told.append(f"{name.split(' = ')[0]} {amount(value, '' if unit == 'SI' else unit)}")
         for rows in of_engine.values():
-            rows.sort(key=lambda row: float(row[along.key]))
+            rows.sort(key=lambda row: row.varied[along.key])
         curves[", ".join(told)] = {name: rows[:: -(-len(rows) // MOST_SHOWN)] for name, rows in of_engine.items()}
     return curves
 

@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, logarithm, mark, scale
-from harvester.figures.shapes import SweepShape
+from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
-from harvester.figures.sweep_curves import MOST_CURVES, Levels, Rows, groups, legend_lines, number, style
+from harvester.figures.sweep_curves import MOST_CURVES, VISIBLE, Levels, Rows, groups, legend_lines, style
 from harvester.presentation.engine_look import look as look_of
+from harvester.uncertainty.value import Value
 
 
 def sweep(table: SweepShape, title: str | None) -> Plot:
@@ -20,13 +21,12 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
     several keys is markers without a line.  Of a long curve every n-th point is drawn, at most `MOST_SHOWN`.
     """
     along = table.along
-    engines = list(dict.fromkeys(row["engine"] for row in table.rows))
+    engines = list(table.engines)
     found = groups(table)
     shown = dict(list(found.items())[:MOST_CURVES])
     several = len(engines) > 1
     reference = max(engines, key=lambda engine: look_of(engine).trust)
-    powers = np.array([number(row, "mean_power") for row in table.rows])
-    known = powers[np.isfinite(powers)]
+    known = np.array([row.mean_power.value for row in table.rows if row.mean_power is not None])
     with styled():
         ratio: dict[str, Any] = {"sharex": True, "height_ratios": [2.2, 1]}
         figure, axes = new(
@@ -38,7 +38,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
         for place, curves in enumerate(shown.values()):
             for engine, rows in curves.items():
                 look = style(engine, table, place, len(shown), len(rows))
-                x = np.array([float(row[along.key]) for row in rows]) / x_scale
+                x = np.array([row.varied[along.key] for row in rows]) / x_scale
                 levels = Levels.of(rows, y_scale.factor)
                 _draw(top, engine, x, levels, look | ({"label": "_"} if len(shown) > 1 else {}))
                 _failed(top, x, levels.power, look["color"])
@@ -57,8 +57,8 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
 
 
 def _draw(axes: Axes, engine: str, x: Floats, levels: Levels, look: dict[str, Any]) -> None:
-    """Draw a curve with bars of sampling and step, and a band of the error that `averaged` states of its model."""
-    if engine == "averaged":
+    """Draw a curve with bars of sampling and step, and a band of the error that a formula states of its model."""
+    if levels.has_band:
         _band(axes, x, levels.power, levels.model, look)
     curve(axes, x, levels.power, levels.sampling + levels.step, look, look_of(engine).marker)
 
@@ -84,23 +84,23 @@ def _ratios(
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
-    Where `averaged` is the reference, its stated error is a band around 1.
+    Where the reference states an error without sampling, that is a band around 1.
     """
 
-    def at(row: dict[str, str]) -> tuple[str, ...]:
-        return tuple(row[a.key] for a in table.axes)
+    def at(row: SweepRowShape) -> tuple[float, ...]:
+        return tuple(row.varied[a.key] for a in table.axes)
 
-    base = {at(row): row for row in curves.get(reference, []) if row["mean_power"]}
+    base = {at(row): row for row in curves.get(reference, []) if row.mean_power is not None}
     for engine, rows in curves.items():
         here = [row for row in rows if at(row) in base]
         if not here:
             continue
         look = style(engine, table, *place, len(here)) | {"label": "_"}
-        x = np.array([float(row[table.along.key]) for row in here]) / x_scale
+        x = np.array([row.varied[table.along.key] for row in here]) / x_scale
         ratio = Levels.of(here, 1.0).over(Levels.of([base[at(row)] for row in here], 1.0))
         if engine != reference:
             _draw(low, engine, x, ratio, look)
-        elif engine == "averaged":
+        elif ratio.has_band:
             _band(low, x, ratio.power, ratio.model, look)
 
 
@@ -113,21 +113,25 @@ def _widen(low: Axes) -> None:
         low.set_ylim(min(near, 0.99), max(far, 1.01))
 
 
+def _shows(power: Value) -> bool:
+    return power.known_error95 > VISIBLE * abs(power.value)
+
+
 def _note(table: SweepShape, groups: int) -> str:
     """The note under the legend: what the error bars are, what is not shown, what failed."""
     notes = []
-    if any(row["mean_power_stderr"] for row in table.rows):
-        alone = max(len([row for row in table.rows if row["engine"] == e]) for e in {r["engine"] for r in table.rows})
+    known = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
+    if any(power.stderr is not None for _, power in known):
+        alone = max(sum(row.engine == engine for row in table.rows) for engine in table.engines)
         what = "Bars" if alone <= MOST_BARS * groups else "Bands"
         notes.append(f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both.")
-    scattered = table.listed and len(table.axes) > 1
-    if scattered:
+    if table.listed and len(table.axes) > 1:
         notes.append("The other keys differ from point to point.")
-    if not scattered and any(row["engine"] == "averaged" and row["mean_power_bias"] for row in table.rows):
-        notes.append("Pale band: the error that averaged states.")
-    if any(row["engine"] == "published" for row in table.rows):
-        notes.append("published states no error.")
-    failed = sum(bool(row["error"]) for row in table.rows)
+    elif stated := {engine: None for engine, power in known if power.stderr is None and _shows(power)}:
+        notes.append(f"Pale band: the error that {' and '.join(stated)} states.")
+    if unknown := {engine: None for engine, power in known if power.error95 is None}:
+        notes.append(f"Of the error of {' and '.join(unknown)} not all is known.")
+    failed = sum(row.mean_power is None for row in table.rows)
     if failed:
         notes.append(f"Crosses on the axis: {failed} of {len(table.rows)} rows failed.")
     if groups > MOST_CURVES:

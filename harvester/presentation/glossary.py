@@ -82,6 +82,7 @@ GLOSSARY = _terms(
     share=("share", "share", "The share of the devices that may have less power."),
     met=("all limits met", "", "Whether the design keeps all limits."),
     best=("best circuit", "", "The circuit of most power."),
+    SweepTable=("sweep", "", "The power by engines at values of scene keys."),
     number_of_impacts=("impacts", "", "How many impacts a path has."),
     direction=("direction", "", "The way over the frequencies: up, down, or each from rest."),
     frequency=("frequency", "frequency", "The frequency of the drive."),

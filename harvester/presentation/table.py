@@ -43,7 +43,8 @@ class Column:
     """A column: its name (of the glossary, or a scene key), its cells, and the unit of its numbers ("" for none).
 
     ``units`` are those of each cell, where they differ from row to row, as those of scene keys do.  ``exact`` numbers
-    are written into files to the last digit.
+    are written into files to the last digit.  ``uncertain`` says that its cells are values with errors, so that a file
+    has the columns of their errors also where no cell has one.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Column:
     label: str = ""
     units: Sequence[str] = ()
     exact: bool = False
+    uncertain: bool = False
 
     @property
     def head(self) -> str:
@@ -61,7 +63,7 @@ class Column:
     @property
     def has_errors(self) -> bool:
         """Whether its numbers are values with errors."""
-        return any(isinstance(cell, Value) for cell in self.cells)
+        return self.uncertain or any(isinstance(cell, Value) for cell in self.cells)
 
     def plain(self) -> dict[str, list[Any]]:
         """Its cells without `Value`: one column, or one for each of `PARTS`."""
@@ -72,7 +74,8 @@ class Column:
     def shown(self) -> dict[str, list[str]]:
         """Its cells as people read them, and behind values their whole errors at 95 %."""
         units = self.units or [self.unit] * len(self.cells)
-        texts = [_shown(cell, unit) for cell, unit in zip(self.cells, units, strict=True)]
+        clock = term(self.name).kind == "clock"
+        texts = [_shown(cell, unit, clock) for cell, unit in zip(self.cells, units, strict=True)]
         if not self.has_errors:
             return {self.head: texts}
         return {self.head: texts, "error, 95 %": [error_in_percent(cell) for cell in self.cells]}
@@ -95,6 +98,7 @@ class Table:
     columns: tuple[Column, ...]
     title: str = ""
     index: tuple[str, ...] = ()  # columns that name a row: the axes of its dataset
+    first: tuple[str, ...] = ()  # names of plain columns that stand before the others in files
 
     def __post_init__(self) -> None:
         assert len({len(one.cells) for one in self.columns}) <= 1, [len(one.cells) for one in self.columns]
@@ -107,7 +111,8 @@ class Table:
 
     def plain(self) -> dict[str, list[Any]]:
         """All columns without `Value`, by name."""
-        return {name: cells for column in self.columns for name, cells in column.plain().items()}
+        found = {name: cells for column in self.columns for name, cells in column.plain().items()}
+        return {name: found[name] for name in self.first} | found
 
     def as_json(self) -> list[dict[str, Any]]:
         """One object a row."""
@@ -224,11 +229,13 @@ def error_in_percent(cell: Cell) -> str:
     return f"at least {percent(cell.known_error95, cell.value)}" if cell.known_error95 else UNKNOWN
 
 
-def _shown(cell: Cell, unit: str) -> str:
+def _shown(cell: Cell, unit: str, clock: bool) -> str:
     if cell is None:
         return ""
     if isinstance(cell, bool | str):
         return str(cell)
+    if clock:
+        return f"{float(cell.value if isinstance(cell, Value) else cell):.2g}"
     if unit == "%":
         return f"{float(cell.value if isinstance(cell, Value) else cell):.4g} %"
     return amount(float(cell.value if isinstance(cell, Value) else cell), unit)

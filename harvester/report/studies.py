@@ -8,19 +8,20 @@ from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine.provenance import origin
 from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.sheet import sheet
+from harvester.presentation.table import Column, Table, error_in_percent
 from harvester.report.engines import refusals
 from harvester.report.numbers import amount, share, signs, with_errors
 from harvester.report.page import Page, Section, TextTable, drawing
+from harvester.report.result import text_table
 from harvester.report.scenes import coefficients, command_line, made_by, scene_page
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
-from harvester.studies.sweep.printed_rows import warnings
-from harvester.studies.sweep.rows import Row
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
@@ -84,102 +85,67 @@ def _errors(caption: str, rows: list[CostRow]) -> TextTable:
     return TextTable(caption, heads, cells, range(2, len(heads)))
 
 
-MOST_ROWS = 400  # of the table on the page
-
-
 def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     """The page of a sweep: its figure, each engine's best point, all rows, failures, and the scene to start from."""
-    about = table.about
-    names = list(dict.fromkeys(row["engine"] for row in table.rows))
-    best = [_best(table, [row for row in table.rows if row["engine"] == name and not row["error"]]) for name in names]
+    about, keys, names = table.about, ", ".join(table.keys), table.engines
+    best = [_best(table, name) for name in names if any(row.mean_power for row in table.of(name))]
     seeds = {options["seed"] for options in about["engines"].values() if "seed" in options}
-    keys = ", ".join(axis.key for axis in table.axes)
     figure = drawing(
         table.plot(None),
-        f"Mean power against {keys}. {'. '.join(line for line in best if line)}.",
+        f"Mean power against {keys}. {'. '.join(best)}.",
         f"Mean power against {table.along.key}, engine by engine.",
     )
-    failed = sum(bool(row["error"]) for row in table.rows)
-    found = Section(
+    found = sheet(table)
+    failed = sum(bool(row.error) for row in table.rows)
+    section = Section(
         "Sweep",
         texts=[f"{failed} of {len(table.rows)} rows failed; the table says why."] if failed else [],
         drawings=[figure],
-        tables=[_summary(table, names), _rows(table, failed > 0)],
-        warnings=[signs(line.removeprefix("warning, ")) for line in warnings(table.rows)],
+        tables=[text_table(_summary(table)), text_table(_points(table, failed > 0))],
+        warnings=[signs(line) for line in found.warnings],
     )
     base = f"Where the points start from; each has its own {keys}."
-    lead = [line for line in best if line]
     seed = ", ".join(map(str, sorted(seeds))) or "nothing was sampled"
-    return scene_page(Problem.of(scene), f"sweep of {keys}", lead, found, about, base, seed=seed)
+    return scene_page(Problem.of(scene), f"sweep of {keys}", best, section, dict(about), base, seed=seed)
 
 
-def _best(table: SweepTable, rows: list[Row]) -> str:
-    """The largest power in rows of one engine, with its error where there is one, and its place."""
-    if not rows:
-        return ""
-    row = max(rows, key=lambda one: float(one["mean_power"]))
-    where = ", ".join(f"{a.key} = {_value(row[a.key], a.key)}" for a in table.axes)
-    error = _sampling(row)
-    sampling = "" if error is None else f" ± {share(error, float(row['mean_power']))} (95 %, sampling)"
-    return f"{row['engine']}: largest {amount(float(row['mean_power']), table.unit_names.power)}{sampling} at {where}"
-
-
-def _summary(table: SweepTable, names: list[str]) -> TextTable:
-    """The table of what each engine took, and of the largest errors that it states."""
-    rows = []
-    for name in names:
-        mine = [row for row in table.rows if row["engine"] == name]
-        good = [row for row in mine if not row["error"]]
-        worst = [_worst(good, column, factor) for column, factor in (("stderr", NORMAL_QUANTILE), ("bias", 1.0))]
-        seconds = sum(float(row["seconds"]) for row in good)
-        failed, warned = len(mine) - len(good), sum(bool(row["warnings"]) for row in mine)
-        rows.append([name, str(len(mine)), str(failed), str(warned), *worst, f"{seconds:.2g}"])
-    heads = ["engine", "points", "failed", "with warnings"]
-    heads += ["sampling, 95 %, at most", "step and model, at most", "seconds"]
-    note = (
-        "Errors relative to the mean power of their point; of sampling, half of the 95 % interval."
-        " none: nothing is sampled. -: no such error, or not known."
+def _best(table: SweepTable, engine: str) -> str:
+    """The largest power in the rows of an engine, with its error, and where it is."""
+    row, power = max(
+        ((row, row.mean_power) for row in table.of(engine) if row.mean_power is not None), key=lambda one: one[1].value
     )
-    return TextTable("Engines", heads, rows, range(1, len(heads)), note)
+    where = ", ".join(f"{key} = {amount(value, unit_of(key))}" for key, value in row.varied.items())
+    error = error_in_percent(power)
+    return f"{engine}: largest {amount(power.value, table.unit_names.power)} (error, 95 %: {error}) at {where}"
 
 
-def _sampling(row: Row) -> float | None:
-    """The 95 % error of sampling of a row's mean power: 1.96 standard errors, as rows tell no degrees of freedom."""
-    return NORMAL_QUANTILE * float(row["mean_power_stderr"]) if row["mean_power_stderr"] else None
+def _summary(table: SweepTable) -> Table:
+    """What each engine took, and the largest errors that it states."""
+    rows = {name: table.of(name) for name in table.engines}
+    powers = {name: [row.mean_power for row in mine if row.mean_power is not None] for name, mine in rows.items()}
+    worst = [max(some, key=_relative_error, default=None) for some in powers.values()]
+    return Table(
+        (
+            Column("engine", list(rows)),
+            Column("points", [len(mine) for mine in rows.values()]),
+            Column("failed", [sum(bool(row.error) for row in mine) for mine in rows.values()]),
+            Column("with warnings", [sum(bool(row.warnings) for row in mine) for mine in rows.values()]),
+            Column("error, 95 %, at most", [error_in_percent(one) for one in worst]),
+            Column("seconds", [sum(row.seconds or 0.0 for row in mine) for mine in rows.values()]),
+        ),
+        "Engines",
+    )
 
 
-def _worst(rows: list[Row], column: str, factor: float) -> str:
-    found = [
-        factor * abs(float(row[f"mean_power_{column}"]) / float(row["mean_power"]))
-        for row in rows
-        if row[f"mean_power_{column}"] and float(row["mean_power"])
-    ]
-    return share(max(found), 1.0) if found else "-" if column == "bias" else "none"
+def _relative_error(power: Value) -> float:
+    return power.known_error95 / abs(power.value) if power.value else 0.0
 
 
-def _rows(table: SweepTable, failures: bool) -> TextTable:
-    """The table of all rows, or of the first `MOST_ROWS`."""
-    heads = [*(a.key for a in table.axes), "engine", "mean power", "sampling, 95 %", "step and model"]
-    heads += ["mean square voltage", "seconds", *(["error"] if failures else [])]
-    rows = []
-    for row in table.rows[:MOST_ROWS]:
-        cells = [_value(row[a.key], a.key) for a in table.axes] + [row["engine"]]
-        if row["error"]:
-            rows.append([*cells, "-", "-", "-", "-", "-", signs(row["error"])])
-            continue
-        power = float(row["mean_power"])
-        bias = float(row["mean_power_bias"]) if row["mean_power_bias"] else None
-        cells += [amount(power, table.unit_names.power), share(_sampling(row), power), share(bias, power)]
-        cells += [amount(float(row["mean_square_voltage"]), table.unit_names.mean_square_voltage), row["seconds"]]
-        rows.append([*cells, *([""] if failures else [])])
-    left = len(table.rows) - len(rows)
-    note = "-: no such error, or not known." + (f" {left} rows more are in sweep.csv." if left else "")
-    numbers = [n for n in range(len(table.axes) + 6) if n != len(table.axes)]
-    return TextTable("Points", heads, rows, numbers, note)
-
-
-def _value(text: str, key: str) -> str:
-    return amount(float(text), unit_of(key))
+def _points(table: SweepTable, failures: bool) -> Table:
+    """All rows, with the errors of both means."""
+    shown = (*table.keys, "engine", "mean_power", "mean_square_voltage", "seconds", *["error"] * failures)
+    columns = {one.name: one for one in table.table.columns}
+    return Table(tuple(columns[name] for name in shown), "Points")
 
 
 def of_paper(drawn: list[Drawn]) -> Page:

@@ -103,7 +103,6 @@ def test_keys_are_those_of_the_dataclasses(harvester):
     [
         (("run", "/nowhere/x.toml"), "'harvester new FILE.toml' makes one"),
         (("run",), "Missing argument 'SCENE'. ('harvester new FILE.toml' makes one)"),
-        (("sweep", PLATE, "--vary", "load.resistance=1k"), "(such as --out out)"),
         (("sweep", PLATE, "--out", "x"), "(such as --vary load.resistance=1k:10M:25)"),
         (("optimise", PLATE), "(such as --vary load.resistance=1k:10M)"),
         (("run", PLATE, "--seed", "x"), "(harvester run --help)"),

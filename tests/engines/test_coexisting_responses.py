@@ -12,7 +12,8 @@ import harvester as hv
 from harvester.engines.coexisting_responses import may_have_several
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
-from harvester.studies.sweep import printed_rows, rows
+from harvester.studies.sweep.rows import SweepRow
+from harvester.studies.sweep.table import SweepTable
 from tests.support.bimorph import bimorph
 from tests.support.paths import ROOT
 from tests.support.systems import DRIVEN, scene
@@ -61,10 +62,10 @@ def test_a_bistable_beam_has_three():
     printed = answer.as_json()["responses"]
     assert [one["periods"] for one in printed] == [1, 1, 1] and all(one["mean_power"]["error95"] for one in printed)
     assert "  responses\n" in str(answer) and "  mean power  error, 95 %  share of starts" in str(answer)
-    row = rows.answered(answer)
-    assert row["responses"] == "3"
-    (*_, told) = printed_rows.warnings([row, rows.failed("ensemble", SimulationError("no"))])
-    assert told.startswith("ensemble finds several responses to the drive at 1 of 1 points, 3 at most: ")
+    row = SweepRow.answered(answer)
+    assert row.responses == 3
+    found = SweepTable((), (row, SweepRow.failed("ensemble", SimulationError("no"))))
+    assert "ensemble: several responses to the drive at 1 of 1 points, 3 at most: " in str(found)
 
 
 def test_chaos_and_a_subharmonic_are_named():

@@ -21,7 +21,7 @@ from harvester.studies.motion import Motion
 from harvester.studies.paper import FigurePoint
 from harvester.studies.stability.region import Edge
 from harvester.studies.sweep.points import Axis
-from harvester.studies.sweep.rows import COLUMNS
+from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
@@ -29,20 +29,21 @@ from harvester.uncertainty.value import Value
 R, MU = "load.resistance", "nondimensional.mu"
 
 
-def row(power, engine="averaged", **cells):
-    """A row of sweep.csv; a power of None is a point that failed."""
-    given = dict.fromkeys(COLUMNS, "") | {"engine": engine, "seconds": "1", "mean_square_voltage": "1"}
-    return given | ({"error": "it failed"} if power is None else {"mean_power": str(power)}) | cells
+def row(power, engine="averaged", varied=None, **errors):
+    """A row of a sweep; a power of None is a point that failed."""
+    if power is None:
+        return SweepRow(engine, error="it failed", varied=varied)
+    return SweepRow(engine, Value(1.0), Value(power, **errors), 1.0, varied=varied)
 
 
 def table(axes, rows, listed=False, physical=True):
     about = {"scene": {"title": "A title"} | ({} if physical else {"nondimensional": {}})}
-    return SweepTable(tuple(Axis(key, tuple(values)) for key, values in axes.items()), rows, (), listed, about)
+    return SweepTable(tuple(Axis(key, tuple(values)) for key, values in axes.items()), tuple(rows), (), listed, about)
 
 
-def line(powers, engine="averaged", key=R, values=None, **cells):
+def line(powers, engine="averaged", key=R, values=None, **errors):
     values = np.geomspace(1e3, 1e7, len(powers)) if values is None else values
-    return [row(p, engine, **{key: str(x)}, **cells) for x, p in zip(values, powers, strict=True)]
+    return [row(p, engine, {key: float(x)}, **errors) for x, p in zip(values, powers, strict=True)]
 
 
 def drawn(figure):
@@ -139,11 +140,11 @@ def test_scale(name, unit, values, factor, label):
 ODD = {
     "one point": line([1e-6]) + line([2e-6], "published"),
     "errors missing": line([1e-6, 2e-6], "ensemble"),
-    "no power": line([0.0, 0.0], "ensemble", mean_power_stderr="0") + line([0.0, 0.0]),
-    "a failed point in between": line([1e-6, None, 3e-6, None], "ensemble", mean_power_stderr="1e-8"),
+    "no power": line([0.0, 0.0], "ensemble", stderr=0.0) + line([0.0, 0.0]),
+    "a failed point in between": line([1e-6, None, 3e-6, None], "ensemble", stderr=1e-8),
     "of one engine all failed": line([1e-6, 2e-6]) + line([None, None], "spice"),
     "powers that rounding left": line([1e-32, 1e-4, 2e-4], "ensemble"),
-    "1000 points": line(list(np.linspace(1e-6, 2e-6, 1000)), "ensemble", mean_power_stderr="1e-8"),
+    "1000 points": line(list(np.linspace(1e-6, 2e-6, 1000)), "ensemble", stderr=1e-8),
     "an engine unknown to the styles": line([1e-6, 2e-6], "another"),
 }
 
@@ -168,7 +169,7 @@ def test_a_point_alone_is_a_marker_and_a_failed_one_a_cross():
 
 
 def test_error_bars_are_of_95_percent():
-    figure = table({R: (1.0, 2.0)}, line([1e-6, 2e-6], "ensemble", values=(1.0, 2.0), mean_power_stderr="1e-7")).plot()
+    figure = table({R: (1.0, 2.0)}, line([1e-6, 2e-6], "ensemble", values=(1.0, 2.0), stderr=1e-7)).plot()
     bars = next(c for c in figure.axes[0].collections if len(c.get_segments()) == 2)
     low, high = bars.get_segments()[0][:, 1]
     assert high - low == pytest.approx(2 * 1.96 * 0.1)
@@ -177,7 +178,7 @@ def test_error_bars_are_of_95_percent():
 
 def test_several_values_of_another_key_differ_in_marker_and_the_rest_is_told():
     rows = [
-        row(1e-6 * (k + 1), **{R: str(x), "stop.restitution": str(r)})
+        row(1e-6 * (k + 1), varied={R: x, "stop.restitution": r})
         for k, r in enumerate(np.linspace(0.1, 0.9, 8))
         for x in np.geomspace(1e3, 1e5, 9)
     ]
@@ -188,7 +189,7 @@ def test_several_values_of_another_key_differ_in_marker_and_the_rest_is_told():
 
 
 def test_a_list_of_points_is_no_line():
-    rows = [row(1e-6, **{R: "1e3", "stop.restitution": ".5"}), row(2e-6, **{R: "1e5", "stop.restitution": ".9"})]
+    rows = [row(1e-6, varied={R: 1e3, "stop.restitution": 0.5}), row(2e-6, varied={R: 1e5, "stop.restitution": 0.9})]
     figure = table({R: (1e3, 1e5), "stop.restitution": (0.5, 0.9)}, rows, listed=True).plot()
     assert figure.axes[0].lines[0].get_linestyle() == "None"
 
@@ -256,8 +257,8 @@ def test_save(tmp_path):
 
 
 def test_another_form_is_refused_before_anything_is_computed(tmp_path):
-    with pytest.raises(InputError, match="`vector` must be svg or pdf, but is 'eps'"):
-        hv.sweep("examples/plate.toml", {R: "1k"}, engines=["averaged"], out=tmp_path, vector=["eps"])
+    with pytest.raises(InputError, match="`formats` must be svg or pdf, but is 'eps'"):
+        hv.sweep("examples/plate.toml", vary={R: "1k"}, execution=hv.Execution(out=tmp_path, formats=["eps"]))
     assert list(tmp_path.iterdir()) == []
 
 

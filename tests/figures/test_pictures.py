@@ -19,7 +19,7 @@ from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
 from harvester.studies.optimum.ranges import Range
 from harvester.studies.sweep.points import Axis
-from harvester.studies.sweep.rows import COLUMNS
+from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.table import SweepTable
 from harvester.uncertainty.value import Value
 
@@ -27,13 +27,12 @@ R, STOP = "load.resistance", "stop.restitution"
 PLATE = "examples/plate_with_stop.toml"
 
 
-def row(engine, power, stderr="", bias="", **keys):
-    cells = {"engine": engine, "mean_power": str(power), "mean_power_stderr": stderr, "mean_power_bias": bias}
-    return keys | dict.fromkeys(COLUMNS, "") | cells
+def row(engine, power, stderr=None, bias=None, **varied):
+    return SweepRow(engine, mean_power=Value(power, stderr=stderr, bias=bias), varied=varied)
 
 
 def table(axes, rows):
-    return SweepTable(tuple(Axis(*axis) for axis in axes), rows, (), False, {"scene": {}})
+    return SweepTable(tuple(Axis(*axis) for axis in axes), tuple(rows), (), False, {"scene": {}})
 
 
 def texts(figure):
@@ -44,9 +43,7 @@ def texts(figure):
 def grid(restitutions=(0.8, 0.9, 0.96), loads=(1e4, 1e5, 1e6, 1e7), engines=("averaged", "published")):
     """Rows with the restitution coefficient varied first, as the flags were given."""
     axes = ((STOP, restitutions), (R, loads))
-    return table(
-        axes, [row(e, x * r, **{STOP: str(r), R: str(x)}) for r in restitutions for x in loads for e in engines]
-    )
+    return table(axes, [row(e, x * r, **{STOP: r, R: x}) for r in restitutions for x in loads for e in engines])
 
 
 def height(band):
@@ -57,8 +54,8 @@ def height(band):
 
 def test_the_ratio_has_the_error_that_averaged_states():
     """A ratio of 1.01 with 5 % stated looked four standard errors off where only those of the ensemble were drawn."""
-    rows = [one for x in ("1e3", "1e6") for one in (row("averaged", 1.01, bias="0.05", **{R: x}),)]
-    rows += [row("ensemble", 1.0, "0.002", "0.001", **{R: x}) for x in ("1e3", "1e6")]
+    rows = [one for x in (1e3, 1e6) for one in (row("averaged", 1.01, bias=0.05, **{R: x}),)]
+    rows += [row("ensemble", 1.0, 0.002, 0.001, **{R: x}) for x in (1e3, 1e6)]
     low = table(((R, (1e3, 1e6)),), rows).plot().axes[1]
     bands = [height(band) for band in low.collections if band.get_alpha() == 0.2]
     assert bands == [pytest.approx((0.96, 1.06))]
@@ -68,9 +65,7 @@ def test_the_ratio_has_the_error_that_averaged_states():
 
 def test_averaged_as_the_reference_has_its_error_around_one():
     rows = [
-        one
-        for x in ("1e3", "1e6")
-        for one in (row("averaged", 2.0, bias="0.1", **{R: x}), row("published", 3.0, **{R: x}))
+        one for x in (1e3, 1e6) for one in (row("averaged", 2.0, bias=0.1, **{R: x}), row("published", 3.0, **{R: x}))
     ]
     low = table(((R, (1e3, 1e6)),), rows).plot().axes[1]
     assert [height(band) for band in low.collections if band.get_alpha() == 0.2] == [pytest.approx((0.95, 1.05))]

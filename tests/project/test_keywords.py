@@ -21,7 +21,7 @@ REQUIRED = {
     "response": (SCENE, [1.0, 2.0]),
     "run": (SCENE,),
     "stability": (SCENE,),
-    "sweep": (SCENE, "load.resistance", [1e5]),
+    "sweep": (SCENE,),
 }
 ANY = {"Netlist"}  # whose keywords are the parameters of the circuit
 # A keyword as it is misspelt, of those that the signature hides behind **options.

@@ -78,7 +78,7 @@ def test_netlist_is_a_load():
 
 def test_sweep_leaves_nothing_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    table = hv.sweep(PLATE, "load.resistance", LOADS, engines=[hv.Averaged(), hv.Published()])
+    table = hv.sweep(PLATE, vary={"load.resistance": LOADS}, engines=[hv.Averaged(), hv.Published()])
     assert list(tmp_path.iterdir()) == []
     for engine in (hv.Averaged(), hv.Published()):
         powers = [engine.run(PLATE.with_load(r)).mean_power.value for r in (1e5, 10**5.5, 1e6)]
@@ -91,32 +91,49 @@ def test_sweep_leaves_nothing_behind(tmp_path, monkeypatch):
 
 
 def test_sweep_of_several_keys_and_its_files(tmp_path):
-    over = {"load.resistance": "1k:1M:2", "stop.restitution": [0.9, 0.96]}
-    table = hv.sweep(PLATE, over, engines=[hv.Published()], out=tmp_path)
-    assert [(row["load.resistance"], row["stop.restitution"]) for row in table.rows] == [
-        ("1000.0", "0.9"),
-        ("1000.0", "0.96"),
-        ("1000000.0", "0.9"),
-        ("1000000.0", "0.96"),
-    ]
+    vary = {"load.resistance": "1k:1M:2", "stop.restitution": [0.9, 0.96]}
+    table = hv.sweep(PLATE, vary=vary, engines=[hv.Published()], execution=hv.Execution(out=tmp_path))
+    places = [tuple(row.varied.values()) for row in table.rows]
+    assert places == [(1e3, 0.9), (1e3, 0.96), (1e6, 0.9), (1e6, 0.96)]
     assert {path.name for path in tmp_path.iterdir()} == {"sweep.csv", "sweep.nc", "sweep.png", "provenance.json"}
+
+
+@pytest.mark.parametrize(
+    ("vary", "says"),
+    [
+        ({"load.resistanc": [1.0]}, "did you mean 'resistance'"),
+        ({"load.resistance": []}, "load.resistance must have values to take, but has none"),
+        ({"load.resistance": ["1 kV"]}, "load.resistance must be a load resistance"),
+        ({"load.resistance": hv.logspace("1 kV", "10 kV", 3)}, "load.resistance must be a load resistance"),
+        ({}, "`vary` must have a scene key, such as"),
+        (None, "`vary` must have a scene key, such as"),
+    ],
+)
+def test_sweep_of_what_cannot_be(vary, says):
+    with pytest.raises(InputError, match=re.escape(says)):
+        hv.sweep(PLATE, vary=vary, engines=[hv.Published()])
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("load.resistance",), "values must go with a single key, but is left out"),
-        (({"load.resistance": "1k,2k"}, [1.0]), "values must go with a single key, but is given"),
-        (("load.resistanc", [1.0]), "did you mean 'resistance'"),
-        (("load.resistance", []), "load.resistance must have values to take, but has none"),
-        (("load.resistance", ["1 kV"]), "load.resistance must be a load resistance"),
-        (("load.resistance", hv.logspace("1 kV", "10 kV", 3)), "load.resistance must be a load resistance"),
-        (({},), "a sweep must have a key to vary"),
+        (("load.resistance",), "`values` must go with a single key, but is left out"),
+        (({"load.resistance": "1k,2k"}, [1.0]), "`values` must go with a single key, but is given"),
+        (("load.resistance", [1e5]), None),
+        (({"load.resistance": [1e5]},), None),
     ],
 )
-def test_sweep_of_what_cannot_be(arguments, says):
-    with pytest.raises(InputError, match=re.escape(says)):
-        hv.sweep(PLATE, *arguments, engines=[hv.Published()])
+def test_sweep_as_in_version_0_1(tmp_path, arguments, says):
+    """A key and its values, or a mapping, without a name; each call warns in the line that made it."""
+    told = []
+    with pytest.warns(DeprecationWarning) as caught:
+        if says is None:
+            hv.sweep(PLATE, *arguments, engines=[hv.Published()], out=tmp_path, tick=told.append)
+            assert told == ["published"] and (tmp_path / "sweep.csv").exists()
+        else:
+            with pytest.raises(InputError, match=re.escape(says)):
+                hv.sweep(PLATE, *arguments, engines=[hv.Published()])
+    assert {one.filename for one in caught} == {__file__}
 
 
 def test_spaces():
@@ -160,7 +177,7 @@ def test_notebook():
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")
     answer = hv.Averaged(within="1%").run(scene)
     answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded("a < b", "note")))
-    table = hv.sweep(scene, "load.resistance", LOADS, engines=[hv.Published()])
+    table = hv.sweep(scene, vary={"load.resistance": LOADS}, engines=[hv.Published()])
     best = hv.optimise(scene, vary={"load.resistance": ("100 kohm", "1 Mohm")}, engine="averaged")
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
     for thing, texts in (
@@ -174,7 +191,7 @@ def test_notebook():
         assert page.tags <= {"div", "table", "caption", "thead", "tbody", "tr", "th", "td"}
         assert set(texts) <= set(page.texts)
     assert any("`within` 0.01 cannot be promised" in text for text in Html(answer._repr_html_()).texts)
-    assert any(text.startswith("warning, published at 3 of 3") for text in Html(table._repr_html_()).texts)
+    assert any(text.startswith("warning: published: at 3 of 3 points: ") for text in Html(table._repr_html_()).texts)
 
 
 USER = """
@@ -184,8 +201,10 @@ scene: hv.Scene = hv.load("plate.toml")
 power: float = hv.Averaged(within="1%").run(scene).mean_power.value
 answer: hv.Estimate = hv.Ensemble(within="1%", budget="30s", seed=1).run(scene.with_load(1e6))
 load: hv.Load = hv.Netlist("bridge", R="1 Mohm", C=1e-5)
-table: hv.SweepTable = hv.sweep(scene, "load.resistance", hv.logspace("1 kohm", "10 Mohm", 25), engines=[hv.Spice()])
-grid = hv.sweep(scene, {"load.resistance": "1k:10M:5", "stop.restitution": [0.9, 0.96]}, out="grid")
+loads = {"load.resistance": hv.logspace("1 kohm", "10 Mohm", 25)}
+table: hv.SweepTable = hv.sweep(scene, vary=loads, engines=[hv.Spice()])
+vary = {"load.resistance": "1k:10M:5", "stop.restitution": "0.9,0.96"}
+grid = hv.sweep(scene, vary=vary, execution=hv.Execution(out="grid", workers=2))
 best: hv.Optimum = hv.optimise(scene, vary={"load.resistance": ("1 kohm", 1e7)}, engine="averaged")
 found: hv.Comparison = hv.compare(scene, within=0.01)
 verdict: str = hv.stability(scene).verdict

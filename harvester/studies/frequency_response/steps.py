@@ -14,13 +14,12 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from harvester.errors import InputError
-from harvester.presentation.diagnostic import Diagnostic, worded
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.studies.frequency_response.point import ResponsePoint
-from harvester.studies.sweep.journal import Journal, JournalKind, JournalRow, identity
+from harvester.studies.sweep.journal import Journal, JournalRow
+from harvester.studies.sweep.same_study import JournalKind, identity
 
-RESPONSE = JournalKind(
-    "response", ("engine", "step", "warnings"), ("scene_digest", "netlist", "sweep", "vary", "engines")
-)
+RESPONSE = JournalKind("response", ("scene_digest", "netlist", "sweep", "vary", "engines"))
 MOST = 100_000  # steps of one curve by one engine
 
 State = Mapping[str, Any]  # of what JSON knows, for each engine its own
@@ -73,7 +72,7 @@ class Diary:
     """The steps of all curves of a response into a folder."""
 
     def __init__(self, journal: Journal, found: Sequence[JournalRow]) -> None:
-        self.journal, self._found = journal, {(point, place): row for point, place, row in found}
+        self.journal, self._found = journal, {(row.point, row.place): row for row in found}
 
     def steps(self, curve: int, place: int, engine: str, tick: Tick, skip: Tick) -> Steps:
         """Those of one curve, by the engine of this place among the engines.
@@ -82,8 +81,8 @@ class Diary:
         """
 
         def keep(number: int, step: Step) -> None:
-            row = {"engine": engine, "step": _STEPS.dump_json(step).decode(), "warnings": ""}
-            self.journal.add([(curve * MOST + number, place, row)])
+            content = _STEPS.dump_json(step).decode()
+            self.journal.add([JournalRow(curve * MOST + number, place, engine, content)])
 
         done = {
             point % MOST: self._step(row)
@@ -92,10 +91,10 @@ class Diary:
         }
         return Steps(done, keep, tick, skip)
 
-    def _step(self, row: Mapping[str, str]) -> Step:
+    def _step(self, row: JournalRow) -> Step:
         with as_written():
-            step = _STEPS.validate_json(row["step"])
-        return dataclasses.replace(step, warnings=(*step.warnings, *map(worded, filter(None, [row["warnings"]]))))
+            step = _STEPS.validate_json(row.content)
+        return dataclasses.replace(step, warnings=(*step.warnings, *row.warnings))
 
 
 @contextmanager

@@ -9,27 +9,33 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from harvester.figures.shapes import SweepShape
+from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
-from harvester.studies.sweep.rows import TEXTS
 
 if TYPE_CHECKING:
     import xarray
 
 Variable = tuple[tuple[str, ...], Any, dict[str, str]]  # dimensions, values and attributes
 
+# What the parts of a value are, by the ends of their columns' names.
 MEANINGS = {
-    "mean_square_voltage": ("mean square voltage of the piezo", "V2"),
-    "mean_square_voltage_stderr": ("standard error of the mean square voltage", "V2"),
-    "mean_power": ("mean power in the load", "W"),
-    "mean_power_stderr": ("standard error of the mean power", "W"),
-    "mean_power_bias": ("estimated error of step and model in the mean power", "W"),
-    "seconds": ("time of the computation", "s"),
-    "responses": ("responses to the steady drive that a search found", "1"),
+    "_stderr": "standard error of the {}",
+    "_dof": "degrees of freedom of the standard error of the {}",
+    "_step_bias": "estimated error of the step in the {}",
+    "_model_bias": "estimated error of the model in the {}",
+    "_error95": "error of the {} at 95 %",
+    "_unknown": "parts of the error of the {} that are not known",
 }
+PURE = ("_dof", "_unknown")
 
 
 class TableShape(SweepShape, Protocol):
     """What a dataset reads of a `harvester.SweepTable`, beside what its figure does."""
+
+    @property
+    def keys(self) -> Sequence[str]:
+        """The varied keys."""
+        ...
 
     @property
     def points(self) -> Sequence[int]:
@@ -39,6 +45,11 @@ class TableShape(SweepShape, Protocol):
     @property
     def about(self) -> Mapping[str, Any]:
         """The provenance."""
+        ...
+
+    @property
+    def table(self) -> Table:
+        """All columns."""
         ...
 
 
@@ -87,29 +98,42 @@ def _characters(dimensions: tuple[str, ...], texts: Any, about: dict[str, str]) 
 
 def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variable]]:
     """The variables of the table, and its labels: engines and keys."""
-    engines = list(dict.fromkeys(row["engine"] for row in table.rows))
     if table.listed:
         shape: tuple[int, ...] = (len(table.axes[0].values),)
         dimensions: tuple[str, ...] = ("point",)
     else:
-        shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(a.key for a in table.axes)
-    size = math.prod(shape)
-    at = [engines.index(row["engine"]) * size + point for row, point in zip(table.rows, table.points, strict=True)]
+        shape, dimensions = tuple(len(a.values) for a in table.axes), tuple(table.keys)
+    engines, size = table.engines, math.prod(shape)
+    at = [engines.index(row.engine) * size + point for row, point in zip(table.rows, table.points, strict=True)]
     found: dict[str, Variable] = {}
-    for name, (meaning, unit) in MEANINGS.items():
-        numbers = np.full((len(engines), size), np.nan)
-        numbers.flat[at] = [float(row[name]) if row[name] else np.nan for row in table.rows]
-        about = {"long_name": meaning, "units": unit if table.unit_names.power or name == "seconds" else "1"}
-        found[name] = (("engine", *dimensions), numbers.reshape(-1, *shape), about)
-    for name in TEXTS:
-        texts = np.full((len(engines), size), "", dtype=object)
-        texts.flat[at] = [row[name] for row in table.rows]
-        found[name] = (("engine", *dimensions), texts.reshape(-1, *shape), {"long_name": f"{name}, '' for none"})
+    for column in table.table.columns:
+        if column.name not in ("engine", *table.keys):
+            for name, cells in column.plain().items():
+                values = _laid_out(cells, at, len(engines) * size).reshape(-1, *shape)
+                found[name] = (("engine", *dimensions), values, _meaning(column, name, values.dtype == object))
     labels: dict[str, Variable] = {"engine": (("engine",), np.array(engines, object), {})}
     for a in table.axes:
         unit = unit_of(a.key)
         labels[a.key] = (("point" if table.listed else a.key,), np.array(a.values), {"units": unit} if unit else {})
     return found, labels
+
+
+def _laid_out(cells: Sequence[Any], at: Sequence[int], size: int) -> Any:
+    """Cells at their places among so many: numbers, nan where there is none, or texts, '' where there is none."""
+    texts = any(isinstance(cell, str) for cell in cells)
+    found = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
+    nothing = "" if texts else np.nan
+    found[list(at)] = [nothing if cell is None else cell for cell in cells]
+    return found
+
+
+def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:
+    """The attributes of a variable: what it is, and its unit."""
+    end = name.removeprefix(column.name)
+    meaning = MEANINGS.get(end, "{}").format(column.head)
+    if is_text:
+        return {"long_name": f"{meaning}, '' for none"}
+    return {"long_name": meaning, "units": "1" if end in PURE else column.unit.replace("^", "") or "1"}
 
 
 def _attributes(about: Mapping[str, Any]) -> dict[str, str]:

@@ -10,112 +10,93 @@ edits by hand; it has no secret, so that it keeps no forger out.
 
 import contextlib
 import fcntl
-import hashlib
 import json
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError, shown
-from harvester.studies.sweep.rows import COLUMNS, Row
+from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.studies.sweep.same_study import SWEEP, JournalKind, check_same, short_hash
 
-VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")  # of which last digits may depend
-
-JournalRow = tuple[int, int, Row]  # point, place of the engine in the sweep, row without the varied keys
+COLUMNS = ("point", "place", "engine", "content", "kept", "checksum")
 
 _CACHE = 200  # KiB: a long sweep does not grow
 
 
 @dataclass(frozen=True)
-class JournalKind:
-    """What a study keeps: its ``name``, the columns of its rows, and what of its provenance makes it the same study.
+class JournalRow:
+    """What is done: which ``point``, by the engine of which ``place`` among the engines, and the ``content``, as JSON.
 
-    Of the columns "engine" is the first, and "warnings" one; ``remedy`` is what removing a damaged journal leads to.
+    ``kept`` are the versions that made a row which was kept by others, and these, pair by pair.
     """
 
-    name: str
-    columns: tuple[str, ...]
-    same: tuple[str, ...]
-    remedy: str = "to begin anew"
+    point: int
+    place: int
+    engine: str
+    content: str
+    kept: tuple[tuple[str, str], ...] = ()
 
     @property
-    def file(self) -> str:
-        """The name of its journal."""
-        return f"{self.name}.journal"
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """A warning for each time that other versions kept it, the last time first."""
+        return tuple(warning("kept_from_other_versions", before=old, now=new) for old, new in reversed(self.kept))
+
+    def seen_by(self, before: str, now: str) -> "JournalRow":
+        """The row that the versions ``before`` made, as the versions ``now`` keep it."""
+        made, here = before.split(", "), now.split(", ")
+        if not before or set(made) == set(here):
+            return self
+        old, new = (", ".join(one for one in some if one not in rest) for some, rest in ((made, here), (here, made)))
+        return replace(self, kept=(*self.kept, (old or "fewer packages", new or "fewer packages")))
 
 
-SWEEP = JournalKind(
-    "sweep", COLUMNS, ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv"
-)
+def _checksum(study: Mapping[str, str], cells: Sequence[object]) -> str:
+    return short_hash(repr((sorted(study.items()), list(cells))))
 
 
-def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
-    """A hash of each thing in a study's provenance that makes it the same study, and the versions that compute it."""
-    about = {"points": "grid", **about}  # which the files of earlier versions do not say
-    found = about.get("versions")
-    versions = (
-        ", ".join(f"{name} {found[name]}" for name in VERSIONS if name in found) if isinstance(found, dict) else ""
-    )
-    return {what: _hash(json.dumps(about.get(what), default=str)) for what in kind.same} | {"versions": versions}
-
-
-def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:16]
-
-
-def noted(row: Row, before: str, now: str) -> Row:
-    """A row that the versions ``before`` made, with a warning that says so where ``now`` they are others."""
-    made, others = before.split(", "), now.split(", ")
-    if not before or set(made) == set(others):
-        return row
-    old, new = (", ".join(one for one in some if one not in rest) for some, rest in ((made, others), (others, made)))
-    warning = f"kept from {old or 'fewer packages'}, now {new or 'fewer packages'}: last digits may differ"
-    return row | {"warnings": "; ".join(filter(None, (warning, row["warnings"])))}
-
-
-def check_same(out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP) -> None:
-    """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
-    for what in kind.same:
-        if not isinstance(before, dict) or before.get(what) != now[what]:
-            raise InputError(
-                f"`resume` must continue the same {kind.name}, but {what} in {str(out)!r} is another: use another `out`"
-            )
-
-
-def _checksum(sweep: Mapping[str, str], point: int, place: int, cells: Sequence[object]) -> str:
-    return _hash(repr((sorted(sweep.items()), point, place, list(cells))))
+def _row(cells: Sequence[Any]) -> JournalRow:
+    point, place, engine, content, kept = cells
+    return JournalRow(point, place, engine, content, tuple((old, new) for old, new in json.loads(kept)))
 
 
 class Journal:
     """The finished rows of the study that writes into a folder, on disk; one program at a time may hold it.
 
+    Without a folder they are in memory.
+
     Raises InputError where another program is at work in the folder.
     """
 
-    def __init__(self, out: Path, kind: JournalKind = SWEEP) -> None:
-        self.kind, self.path = kind, out / kind.file
-        self._files = self.path, out / f"{kind.file}-journal"  # SQLite's own, of a transaction
-        self._cells = ", ".join(kind.columns)
+    def __init__(self, out: Path | None, kind: JournalKind = SWEEP) -> None:
+        self.kind, self.path = kind, (out or Path()) / kind.file
+        self._files = [] if out is None else [self.path, out / f"{kind.file}-journal"]  # SQLite's own, of a transaction
         self._identity: dict[str, str] = {}
         self._database: sqlite3.Connection | None = None
-        self._folder, self._locks = os.open(out, os.O_RDONLY), True
+        self._folder, self._locks = -1, True
+        if out is not None:
+            self._lock(out)
+
+    def _lock(self, out: Path) -> None:
+        self._folder = os.open(out, os.O_RDONLY)
         try:
             fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._folder)
-            busy = f"another {kind.name} is writing"
+            busy = f"another {self.kind.name} is writing"
             raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is") from None
         except OSError:  # a file system without locks
             self._locks = False
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
-        """The rows of an earlier run of the same sweep, `noted`; None where there is no journal, or it is damaged.
+        """The rows of an earlier run of the same study; None where there is no journal, or it is damaged.
 
-        Raises InputError where the journal is that of another sweep, and for a row that was changed since or added.
+        Raises InputError where the journal is that of another study or of version 0.1, and for a row that was changed
+        since or added.
         """
         if not self.path.exists():
             return None
@@ -123,19 +104,24 @@ class Journal:
             if self._execute("PRAGMA quick_check").fetchone() != ("ok",):
                 return None
             before = dict(self._execute("SELECT what, hash FROM identity"))
-            asked = f"SELECT point, place, {self._cells}, checksum FROM rows ORDER BY point, place"
-            found = self._execute(asked).fetchall()
+            names = [column for _, column, *_ in self._execute("PRAGMA table_info(rows)")]
+            if set(names) >= {"point", "place", "engine", "warnings", "checksum"}:
+                raise InputError(
+                    f"`resume` must find {self.path.name} as this version writes it, but version 0.1 wrote it: "
+                    f"let that version end its {self.kind.name}, or remove {str(self.path)!r} to begin anew"
+                )
+            found = self._execute(f"SELECT {', '.join(COLUMNS)} FROM rows ORDER BY point, place").fetchall()
         except sqlite3.DatabaseError:
             return None
         check_same(self.path.parent, before, now, self.kind)
         rows: list[JournalRow] = []
-        for point, place, *cells, checksum in found:
-            if checksum != _checksum(before, point, place, cells):
+        for *cells, checksum in found:
+            if checksum != _checksum(before, cells):
                 raise InputError(
-                    f"`resume` must find {self.path.name} as it was written, but its row of point {point} and engine "
-                    f"{shown(cells[0])} was changed or added since: remove {str(self.path)!r} {self.kind.remedy}"
+                    f"`resume` must find {self.path.name} as it was written, but its row of point {cells[0]} and "
+                    f"engine {shown(cells[2])} was changed or added since: remove {str(self.path)!r} {self.kind.remedy}"
                 )
-            rows.append((point, place, noted(self._row(cells), before["versions"], now["versions"])))
+            rows.append(_row(cells).seen_by(before["versions"], now["versions"]))
         return rows
 
     def begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
@@ -151,7 +137,7 @@ class Journal:
     def _begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
         self._identity = dict(now)
         with self._transaction():
-            texts = ", ".join(f"{name} TEXT NOT NULL" for name in (*self.kind.columns, "checksum"))
+            texts = ", ".join(f"{name} TEXT NOT NULL" for name in COLUMNS[2:])
             for table, columns in (
                 ("identity", "(what TEXT PRIMARY KEY, hash TEXT NOT NULL)"),
                 ("rows", f"(point INTEGER, place INTEGER, {texts}, PRIMARY KEY (point, place)) WITHOUT ROWID"),
@@ -174,9 +160,8 @@ class Journal:
     def rows(self) -> Iterator[JournalRow]:
         """All rows in the order of the points, from the disk; raises InputError as `add`."""
         with self._told():
-            found = self._execute(f"SELECT point, place, {self._cells} FROM rows ORDER BY point, place")
-            for point, place, *cells in found:
-                yield point, place, self._row(cells)
+            found = self._execute(f"SELECT {', '.join(COLUMNS[:-1])} FROM rows ORDER BY point, place")
+            yield from map(_row, found)
 
     def count(self) -> int:
         """How many rows there are."""
@@ -192,10 +177,8 @@ class Journal:
     def remove(self) -> None:
         """Delete the file of a study whose own files are whole."""
         self._disconnect()
-        self.path.unlink(missing_ok=True)
-
-    def _row(self, cells: Sequence[str]) -> Row:
-        return dict(zip(self.kind.columns, cells, strict=True))
+        for path in self._files:
+            path.unlink(missing_ok=True)
 
     def _connected(self) -> sqlite3.Connection:
         if self._database is None:
@@ -204,8 +187,8 @@ class Journal:
                     raise InputError(
                         f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
                     )
-            address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
-            self._database = sqlite3.connect(address, uri=True, isolation_level=None)
+            address = f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}" if self._files else ":memory:"
+            self._database = sqlite3.connect(address, uri=bool(self._files), isolation_level=None)
             self._database.executescript(f"PRAGMA synchronous = OFF; PRAGMA cache_size = -{_CACHE}")
         return self._database
 
@@ -218,11 +201,9 @@ class Journal:
         return self._connected().execute(statement, values)
 
     def _insert(self, rows: Sequence[JournalRow]) -> None:
-        marks = ", ".join("?" * (3 + len(self.kind.columns)))
-        whole = ((point, place, [row[name] for name in self.kind.columns]) for point, place, row in rows)
-        summed = (
-            (point, place, *cells, _checksum(self._identity, point, place, cells)) for point, place, cells in whole
-        )
+        whole = ((one.point, one.place, one.engine, one.content, json.dumps(one.kept)) for one in rows)
+        summed = ((*cells, _checksum(self._identity, cells)) for cells in whole)
+        marks = ", ".join("?" * len(COLUMNS))
         self._connected().executemany(f"INSERT OR REPLACE INTO rows VALUES ({marks})", summed)
 
     @contextlib.contextmanager

@@ -122,15 +122,15 @@ class Points:
             a.values[point // stride % len(a.values)] for a, stride in zip(self.axes, self._strides, strict=True)
         )
 
-    def cells(self, point: int) -> dict[str, str]:
-        """The keys and their values at a point, as the table shows them."""
-        return {key: repr(value) for key, value in zip(self.keys, self.values(point), strict=True)}
+    def varied(self, point: int) -> dict[str, float]:
+        """The keys and their values at a point."""
+        return dict(zip(self.keys, self.values(point), strict=True))
 
     def check(self, scene: Scene) -> None:
         """Raise InputError where the scene cannot be made at one of the points."""
         for point in range(len(self)):
             try:
-                Problem(scene.varied(dict(zip(self.keys, self.values(point), strict=True))))
+                Problem(scene.varied(self.varied(point)))
             except InputError as error:
                 if self.listed:
                     raise InputError(f"{self.option}, point {point + 1}: {error}") from None

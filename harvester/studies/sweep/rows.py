@@ -1,15 +1,28 @@
-"""The rows of a sweep as they stand in sweep.csv: one for each point and engine, all cells as text."""
+"""The rows of a sweep: what an engine answered at a point, or why it did not; in the journal, and as a table's columns.
 
-import math
-from collections.abc import Iterable, Iterator
+Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that was written there.
+"""
+
+import dataclasses
+import itertools
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError
-from harvester.studies.output_folder import csv_lines
+from harvester.presentation.answer_units import AnswerUnits
+from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.glossary import term
+from harvester.presentation.sheet import unit_of as unit_of_term
+from harvester.presentation.table import FAILED, PARTS, Cell, Column, Table
+from harvester.scene.keys import unit_of
 from harvester.uncertainty.value import Value
 
-Row = dict[str, str]
-
+POWER = ("mean_power",)
+QUANTITIES = ("mean_square_voltage", *POWER)
+# The columns of sweep.csv behind the varied keys that come first, in this order; those of the other parts follow.
 COLUMNS = (
     "engine",
     "mean_square_voltage",
@@ -22,53 +35,133 @@ COLUMNS = (
     "warnings",
     "responses",  # how many a steady drive has, where a search from many starts was made
 )
-TEXTS = ("error", "warnings")  # the columns of sentences
-_ANSWER = ("mean_square_voltage", "mean_power", "seconds")  # a row without these is cut off
+AT_ONCE = 1000  # rows that are written at once
 
 
-def lines(keys: Iterable[str], rows: Iterable[Row]) -> Iterator[str]:
-    """The lines of sweep.csv: the varied keys, then `COLUMNS`."""
-    names = [*keys, *COLUMNS]
-    return csv_lines(names, ([row[name] for name in names] for row in rows))
+@dataclass(frozen=True)
+class SweepRow:
+    """What an engine answered at a point of a sweep, where the scene keys are those ``varied``, in SI units.
+
+    Without an answer its numbers are None, and ``error`` says why.  ``responses`` is how many a steady drive has, where
+    a search from many starts was made.
+
+    >>> SweepRow.answered(Estimate("exact", False, Value(0.1), Value(0.2), {}, (), 0.0123, 0)).mean_power
+    0.1
+    """
+
+    engine: str
+    mean_square_voltage: Value | None = None
+    mean_power: Value | None = None
+    seconds: float | None = None
+    error: str = ""
+    warnings: tuple[Diagnostic, ...] = ()
+    responses: int | None = None
+    varied: Mapping[str, float] = field(default_factory=dict)
+
+    @staticmethod
+    def answered(estimate: Estimate) -> "SweepRow":
+        """The row of a point that an engine answered."""
+        return SweepRow(
+            estimate.engine,
+            _nine_digits(estimate.mean_square_voltage),
+            _nine_digits(estimate.mean_power),
+            seconds=float(f"{estimate.seconds:.4g}"),
+            warnings=estimate.warnings,
+            responses=len(estimate.responses) or None,
+        )
+
+    @staticmethod
+    def failed(engine: str, error: HarvesterError) -> "SweepRow":
+        """The row of a point that failed."""
+        return SweepRow(engine, error=" ".join(str(error).split()))
+
+    @staticmethod
+    def read(text: str) -> "SweepRow":
+        """The row that `written` wrote; ValueError, KeyError or TypeError where it did not."""
+        parts = json.loads(text)
+        values = {name: Value(**parts[name]) for name in QUANTITIES if name in parts}
+        return SweepRow(**parts | values | {"warnings": tuple(Diagnostic(**one) for one in parts.get("warnings", ()))})
+
+    @property
+    def written(self) -> str:
+        """The row as JSON: of each value the parts that it has, of each warning its code and numbers."""
+        parts = dataclasses.asdict(self, dict_factory=_what_there_is)
+        return json.dumps(parts, default=lambda one: one.item(), separators=(",", ":"))
+
+    def at(self, varied: Mapping[str, float]) -> "SweepRow":
+        """The row at values of the varied keys."""
+        return dataclasses.replace(self, varied=varied)
 
 
-def answered(estimate: Estimate) -> Row:
-    """The row of a point that an engine answered."""
-
-    def text(value: float | None) -> str:
-        return "" if value is None else f"{value:.9g}"
-
-    return {
-        "engine": estimate.engine,
-        "mean_square_voltage": text(estimate.mean_square_voltage.value),
-        "mean_square_voltage_stderr": text(estimate.mean_square_voltage.stderr),
-        "mean_power": text(estimate.mean_power.value),
-        "mean_power_stderr": text(estimate.mean_power.stderr),
-        "seconds": f"{estimate.seconds:.4g}",
-        "error": "",
-        "mean_power_bias": text(_bias(estimate.mean_power)),
-        "warnings": "; ".join(map(str, estimate.warnings)),
-        "responses": str(len(estimate.responses) or ""),
-    }
+def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
+    """The rows as a table: all that sweep.csv says."""
+    columns = [Column(key, [row.varied[key] for row in rows], unit_of(key), exact=True) for key in keys]
+    columns += [Column("engine", [row.engine for row in rows])]
+    for name in QUANTITIES:
+        values = [getattr(row, name) for row in rows]
+        columns.append(Column(name, values, unit_of_term(term(name), units), uncertain=True))
+    columns += [
+        Column("seconds", [row.seconds for row in rows], "s"),
+        Column("error", [row.error for row in rows]),
+        Column("mean_power_bias", [_bias(row.mean_power) for row in rows], units.power),
+        Column("warnings", ["; ".join(map(str, row.warnings)) for row in rows]),
+        Column("responses", [row.responses for row in rows]),
+    ]
+    return Table(tuple(columns), first=(*keys, *COLUMNS))
 
 
-def failed(engine: str, error: HarvesterError) -> Row:
-    """The row of a point that failed."""
-    return dict.fromkeys(COLUMNS, "") | {"engine": engine, "error": " ".join(str(error).split())}
+def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
+    """The rows as people read them: the powers with their whole errors at 95 %."""
+    powers: list[Cell] = [FAILED if row.mean_power is None else row.mean_power for row in rows]
+    shown = [one for one in columns_of(keys, rows, units).columns if one.name in (*keys, "engine", *POWER, "seconds")]
+    return Table(tuple(dataclasses.replace(one, cells=powers) if one.name in POWER else one for one in shown))
 
 
-def holds_an_answer(row: Row) -> bool:
-    """Whether a row is whole, and of a point that did not fail."""
-    return row["error"] == "" and all(_is_number(row[name]) for name in _ANSWER)
+def lines(keys: Sequence[str], rows: Iterable[SweepRow], units: AnswerUnits) -> Iterator[str]:
+    """The lines of sweep.csv, made as they are written: a long sweep has more rows than memory needs to hold."""
+    left = iter(rows)
+    yield from columns_of(keys, [], units).csv_lines()
+    while few := list(itertools.islice(left, AT_ONCE)):
+        yield from itertools.islice(columns_of(keys, few, units).csv_lines(), 1, None)
 
 
-def _bias(value: Value) -> float | None:
-    known = [error for error in (value.bias, value.model) if error is not None]
-    return sum(known) if known else None
-
-
-def _is_number(text: str | None) -> bool:
+def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
+    """The row in a line of sweep.csv, without its keys; None where it was cut off or is of a point that failed."""
     try:
-        return text is not None and math.isfinite(float(text))
-    except ValueError:
-        return False
+        voltage, power = (_read_value(cells, name) for name in QUANTITIES)
+        responses = int(cells["responses"]) if cells["responses"] else None
+        seconds = float(cells["seconds"])
+    except (ValueError, TypeError, KeyError, HarvesterError):  # no such cells; numbers that are none, or not finite
+        return None
+    if cells["error"]:
+        return None
+    earlier = (warning("said_by_earlier_run", text=cells["warnings"]),) if cells["warnings"] else ()
+    return SweepRow(cells["engine"], voltage, power, seconds, warnings=earlier, responses=responses)
+
+
+def _read_value(cells: Mapping[str, str], name: str) -> Value:
+    """The value whose parts stand in columns that begin with its name."""
+    texts = {part: cells[name + end] for end, part in PARTS.items() if part != "error95"}
+    parts: dict[str, Any] = {part: text if part == "unknown" else _number(text) for part, text in texts.items()}
+    return Value(**parts)
+
+
+def _what_there_is(parts: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Names and parts without those that say nothing: a short row, of which a long sweep has many."""
+    return {name: part for name, part in parts if part is not None and part not in ("", (), {})}
+
+
+def _nine_digits(value: Value) -> Value:
+    parts: dict[str, Any] = dataclasses.asdict(value)
+    parts |= {name: float(f"{one:.9g}") for name, one in parts.items() if isinstance(one, float)}
+    return Value(**parts)
+
+
+def _number(text: str) -> float | None:
+    return float(text) if text else None
+
+
+def _bias(value: Value | None) -> float | None:
+    """The estimated error of step and model together; None where neither is known."""
+    known = [error for error in (value.bias, value.model) if error is not None] if value is not None else []
+    return sum(known) if known else None

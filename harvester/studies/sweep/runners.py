@@ -1,20 +1,31 @@
-"""The ways to compute the tasks of a sweep: in this process, or in a pool of processes, with the same answers.
+"""The ways to compute the tasks of a sweep: in this process, in a pool, or by an executor, with the same answers.
 
 Each yields tasks with their answers, in the order in which they are done, and leaves nothing running when it ends: by
-an error, because nobody asks for more, or because the program died.  Dask's workers are in `cluster`.
+an error, because nobody asks for more, or because the program died.
 """
 
+import itertools
+import os
+import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import Future
+from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any
+from typing import Any, TypeAlias
 
-from harvester.machine.cores import cores, limited_environment
+from harvester.errors import HarvesterError, SimulationError
+from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
 from harvester.studies.sweep.tasks import Answer, Task, compute, compute_alone
 
+AHEAD = 4  # tasks with an executor for each thread of its workers, at least `FEWEST`
+FEWEST = 64
+PATIENCE = 20.0  # seconds that an executor may be without workers
+LOOK = 1.0  # seconds without an answer after which the workers are counted
+
 Process = Any  # loky's, which is loaded where it is needed
-Done = Generator[tuple[Task, list[Answer]], None, None]
+GONE = (CancelledError, BrokenExecutor, RuntimeError)  # what an executor says that is no more
+Job: TypeAlias = Future[list[Answer]]
+Done: TypeAlias = Generator[tuple[Task, list[Answer]], None, None]
 
 
 def here(tasks: Iterator[Task]) -> Done:
@@ -57,3 +68,67 @@ def pool(tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | 
     finally:
         for process in idle:
             processes.kill(process)
+
+
+def handed_over(tasks: Iterator[Task], executor: Any) -> Done:
+    """Compute the tasks by an executor of `concurrent.futures`, or the client of a Dask scheduler, on a core each.
+
+    Dask gives a task whose worker died to another worker; one that ended several is computed point by point, and a
+    point that did is an error.
+
+    Raises SimulationError where the executor goes while it is needed, or has no worker for `PATIENCE`.
+    """
+    name = f"the Dask scheduler at {executor.scheduler.address}" if hasattr(executor, "scheduler") else "the executor"
+    try:
+        yield from _handed_over(tasks, executor, name)
+    except HarvesterError:
+        raise
+    except Exception as error:
+        there = executor.status == "running" if hasattr(executor, "status") else not isinstance(error, GONE)
+        if there:
+            raise
+        raise SimulationError(f"{name} has gone: start another, and `resume`") from None
+
+
+def _handed_over(tasks: Iterator[Task], executor: Any, name: str) -> Done:
+    submit = executor.get_executor(pure=False).submit if hasattr(executor, "get_executor") else executor.submit
+    ahead = max(AHEAD * sum(executor.nthreads().values()), FEWEST) if hasattr(executor, "nthreads") else FEWEST
+    pending = {submit(compute_on_one_core, task): task for task in itertools.islice(tasks, ahead)}
+    try:
+        for job in _as_completed(pending, executor, name):
+            task = pending.pop(job)
+            further: list[Task] = []
+            try:
+                answers = job.result()
+            except (HarvesterError, *GONE):
+                raise
+            except Exception as error:
+                if type(error).__name__ != "KilledWorker":
+                    why = f"{type(error).__name__}: {error}"
+                    raise SimulationError(f"a worker must run this version of harvester, but fails: {why}") from None
+                further, answers = task.split(), task.lost()
+            if not further:
+                yield task, answers
+            for one in itertools.chain(further, itertools.islice(tasks, 1)):
+                pending[submit(compute_on_one_core, one)] = one
+    finally:
+        for job in pending:
+            job.cancel()
+
+
+def _as_completed(pending: Mapping[Job, Task], executor: Any, name: str) -> Iterator[Job]:
+    """The jobs that are done, as they are done; SimulationError where there is no worker for `PATIENCE`."""
+    seen = time.monotonic()
+    while pending:
+        done, _ = wait(pending, LOOK, FIRST_COMPLETED)
+        yield from done
+        if done or not hasattr(executor, "nthreads") or executor.nthreads():
+            seen = time.monotonic()
+        elif time.monotonic() - seen > PATIENCE:
+            raise SimulationError(f"{name} has lost all its workers: start some, and `resume`")
+
+
+def compute_on_one_core(task: Task) -> list[Answer]:
+    """Compute a task on one core, as each worker of an executor should."""
+    os.environ.setdefault(THREADS_VARIABLE, "1")
+    return compute(task)

@@ -1,46 +1,47 @@
 """The public function of a sweep: from keys and values, as a user writes them, to the points that are computed."""
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named, default_engines
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_name
+from harvester.studies.sweep.cluster import dask_client
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, axis_of, grid
 from harvester.studies.sweep.table import SweepTable
 
-Values = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
+Values: TypeAlias = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
 
 
+@as_in_version_0_1("over", "values", "engines", "out", tick=calls_with_name)
 @names_arguments
 def sweep(
     scene: AnyScene,
-    over: str | Mapping[str, Values] | Points | Sequence[Axis],
-    values: Values | None = None,
-    engines: Sequence[Named] | None = None,
-    out: str | Path | None = None,
     *,
-    resume: bool = False,
-    tick: Callable[[str], None] | None = None,
-    workers: int | None = None,
+    vary: Mapping[str, Values] | Points | Sequence[Axis] | None = None,
+    engines: Sequence[Named] | None = None,
+    execution: Execution = DEFAULT,
+    over: Any = None,
+    values: Values | None = None,
     scheduler: str | None = None,
-    vector: Sequence[str] = (),
 ) -> SweepTable:
     """Run every engine at every value of a scene key, or on the grid of several keys.
 
-    ``over`` is a key and ``values`` its values, or a mapping of keys to values: numbers in SI units, texts with their
-    unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line.  ``engines`` are engines or their names, by
-    default `Exact` for a linear scene, `Spice` for a netlist, else all that serve it.  ``out`` is a folder for
-    sweep.csv, sweep.nc, sweep.png and provenance.json; without it nothing is left on the disk.  ``workers`` (processes;
-    None: one a core where there is work for them), ``resume``, ``tick``, ``scheduler`` and ``vector`` are those of
-    `harvester.studies.sweep.compute.compute_table`.
+    ``vary`` maps scene keys to their values: numbers in SI units, texts with their unit ("1 kohm"), or one text
+    FROM:TO:COUNT as on the command line.  ``engines`` are engines or their names, by default `Exact` for a linear
+    scene, `Spice` for a netlist, else all that serve it.  `Execution` says by whom it is computed, who is told, and in
+    which folder sweep.csv, sweep.nc, sweep.png and provenance.json are written; without one nothing is left on the
+    disk.  ``over`` (with ``values``) and ``scheduler`` are the names of version 0.1, and warn.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> table = hv.sweep(scene, "nondimensional.mu", [0.5, 1.0, 2.0], engines=[hv.Averaged()])
+    >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 1.0, 2.0]}, engines=[hv.Averaged()])
     >>> table.column("mean_power", "averaged").round(5).tolist()
     [0.00274, 0.00323, 0.0028]
 
@@ -51,26 +52,28 @@ def sweep(
     HarvesterError
         where every point failed, the last error.
     """
+    vary = _varied(vary, over, values)
+    if not isinstance(vary, Points) and not vary:
+        raise InputError("`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none")
+    axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
+    problem = Problem.of(scene)
+    chosen = engines_of(default_engines(problem) if engines is None else engines)
+    points = axes if isinstance(axes, Points) else grid(axes)
+    if scheduler is None:
+        return compute_table(problem.scene, points, chosen, execution)
+    warnings.warn("sweep takes a Dask client as executor of its execution", DeprecationWarning, stacklevel=4)
+    with dask_client(scheduler) as client:
+        return compute_table(problem.scene, points, chosen, replace(execution, executor=client))
+
+
+def _varied(vary: Any, over: Any, values: Values | None) -> Any:
+    """What is varied, also as version 0.1 said it."""
+    if over is None and values is None:
+        return vary
+    if vary is not None:
+        raise InputError("`vary` must be given alone, but `over` or `values` is given beside it")
     if isinstance(over, str) != (values is not None):
         said = "is left out" if isinstance(over, str) else "is given"
-        raise InputError(f"values must go with a single key, but {said}")
-    axes: Points | Sequence[Axis]
-    if isinstance(over, str):
-        assert values is not None
-        axes = [axis_of(over, values)]
-    else:
-        axes = [axis_of(key, some) for key, some in over.items()] if isinstance(over, Mapping) else over
-    if not isinstance(axes, Points) and not axes:
-        raise InputError("a sweep must have a key to vary, but has none")
-    problem = Problem.of(scene)
-    return compute_table(
-        problem.scene,
-        axes if isinstance(axes, Points) else grid(axes),
-        engines_of(default_engines(problem) if engines is None else engines),
-        out,
-        resume=resume,
-        tick=tick,
-        workers=workers,
-        scheduler=scheduler,
-        vector=vector,
-    )
+        raise InputError(f"`values` must go with a single key, but {said}")
+    warnings.warn("sweep takes vary={key: values} in place of over and values", DeprecationWarning, stacklevel=5)
+    return {over: values} if isinstance(over, str) else over

@@ -15,12 +15,12 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, MissingProgramError, SimulationError, named
 from harvester.scene.scene import Scene
 from harvester.studies.sweep.points import Points
-from harvester.studies.sweep.rows import Row, answered
+from harvester.studies.sweep.rows import SweepRow
 
 BATCH = 256  # points that an engine of formulas computes at once
 ALONG = 7  # points along which an engine goes from answer to answer: what is lost where a program is killed
 
-Answer: TypeAlias = Row | HarvesterError  # a row without the varied keys, or why there is none
+Answer: TypeAlias = SweepRow | HarvesterError  # a row without the varied keys, or why there is none
 
 
 @dataclass(frozen=True)
@@ -71,37 +71,27 @@ def tasks(
 
     A batch is always the same points, also where some of them are done: an answer's last digits depend on the batch.
     """
-
-    def task(place: int, some: Sequence[int]) -> Task:
-        return Task(scene, engines[place], place, points.keys, tuple(some), tuple(points.values(p) for p in some))
-
-    batched = [place for place, engine in enumerate(engines) if engine.is_formula]
-    single = [place for place in range(len(engines)) if place not in batched]
     for begin in range(0, len(points), BATCH):
         some = range(begin, min(begin + BATCH, len(points)))
-        for place in batched:
-            if any(wanted(point, place) for point in some):
-                yield task(place, some)
-        along = [place for place in single if _by_continuation(engines[place], scene, points, begin)]
-        for first in some[::ALONG]:
-            few = range(first, min(first + ALONG, some.stop))
-            for place in along:
-                if any(wanted(point, place) for point in few):
-                    yield task(place, few)
-        for point in some:
-            for place in single:
-                if place not in along and wanted(point, place):
-                    yield task(place, [point])
+        sizes = [_at_once(engine, scene, points, begin) for engine in engines]
+        for size in (BATCH, ALONG, 1):
+            for few in (some[first : first + size] for first in range(0, len(some), size)):
+                for place in (place for place, one in enumerate(sizes) if one == size):
+                    if any(wanted(point, place) for point in few):
+                        values = tuple(points.values(point) for point in few)
+                        yield Task(scene, engines[place], place, points.keys, tuple(few), values)
 
 
-def _by_continuation(engine: Engine, scene: Scene, points: Points, first: int) -> bool:
-    """Whether an engine goes from point to point, as it would at the first one."""
+def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
+    """How many points an engine computes in one go, from the first one on."""
+    if engine.is_formula:
+        return BATCH
     if len(points) == 1:
-        return False
+        return 1
     try:
-        return engine.continues(Problem(scene.varied(dict(zip(points.keys, points.values(first), strict=True)))))
+        return ALONG if engine.continues(Problem(scene.varied(points.varied(first)))) else 1
     except HarvesterError:  # which its own task will tell
-        return False
+        return 1
 
 
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
@@ -140,4 +130,4 @@ def compute(task: Task) -> list[Answer]:
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise
         answers = [named(error) for _ in task.points]
-    return [answered(answer) if isinstance(answer, Estimate) else answer for answer in answers]
+    return [SweepRow.answered(answer) if isinstance(answer, Estimate) else answer for answer in answers]

@@ -9,6 +9,8 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
+from harvester.machine.execution import Execution
+from harvester.machine.progress import CallingBack, PartOfProgress
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.table import SweepTable
@@ -124,15 +126,11 @@ class Study:
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
-        told = [done]
-
-        def tick(_: str) -> None:
-            told[0] += 1
-            self.tick(self._swept * told[0] / whole)
-
+        listening = CallingBack(lambda fraction, _: self.tick(fraction))
+        part = PartOfProgress(listening, self._swept * done / whole, self._swept * len(x) / whole)
         out = None if self.folder is None else self.folder.path / name
         points = design.points(self.spreads, x)
-        return compute_table(self.scene, points, [engine], out, tick=tick, **self.options)
+        return compute_table(self.scene, points, [engine], Execution(out=out, progress=part, **self.options))
 
 
 def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
@@ -154,8 +152,8 @@ def _outside(computed: Floats, many: Floats) -> tuple[str, ...]:
 
 def _told(table: SweepTable) -> tuple[str, ...]:
     """What went wrong at samples, and the first warning of the engine, with how many it concerns."""
-    failed = [row["error"] for row in table.rows if row["error"]]
-    warned = [row["warnings"] for row in table.rows if row["warnings"]]
+    failed = [row.error for row in table.rows if row.error]
+    warned = ["; ".join(map(str, row.warnings)) for row in table.rows if row.warnings]
     found = [f"{len(failed)} of {len(table.rows)} samples have no answer, the first: {failed[0]}"] if failed else []
     found += [f"at {len(warned)} of {len(table.rows)} samples: {warned[0]}"] if warned else []
     return tuple(found)

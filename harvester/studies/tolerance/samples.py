@@ -82,7 +82,7 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
 
 def column(table: SweepTable, name: str) -> Floats:
     """A column of all rows as numbers, in the order of the points; nan where there is none."""
-    return np.array([float(row[name]) if row[name] else math.nan for row in table.rows])
+    return np.array([math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64)
 
 
 def stated(table: SweepTable, name: str) -> Floats | None:

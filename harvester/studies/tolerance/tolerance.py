@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError, invalid, names_arguments
 from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.sweep.cluster import dask_client
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.answer import ToleranceResult, TornadoBar
@@ -102,21 +104,22 @@ def tolerance(
         raise InputError(reason)
     wanted = number(Request(within=within).within)
     count = SAMPLES if samples is None else samples
-    study = Study(
-        scene,
-        folder,
-        tick or (lambda done: None),
-        {"resume": resume, "workers": workers, "scheduler": scheduler},
-        spread,
-        design.tied(design.places(count, len(spread), seed), matrix),
-        design.outer(len(spread), matrix),
-        seed,
-        runs,
-        years,
-    )
-    found = study.run(chosen, checks, wanted)
-    if engine is None and not found.samples.small and (dearer := sampled.DEARER.get(type(chosen))) is not None:
-        found = study.run(dearer(seed=seed, within=wanted), checks, wanted)
+    with nullcontext() if scheduler is None else dask_client(scheduler) as executor:
+        study = Study(
+            scene,
+            folder,
+            tick or (lambda done: None),
+            {"resume": resume, "workers": workers, "executor": executor},
+            spread,
+            design.tied(design.places(count, len(spread), seed), matrix),
+            design.outer(len(spread), matrix),
+            seed,
+            runs,
+            years,
+        )
+        found = study.run(chosen, checks, wanted)
+        if engine is None and not found.samples.small and (dearer := sampled.DEARER.get(type(chosen))) is not None:
+            found = study.run(dearer(seed=seed, within=wanted), checks, wanted)
     answer = _answer(scene, found, spread, matrix, bounds, seed)
     answer = dataclasses.replace(answer, seconds=time.perf_counter() - begin)
     if folder is not None:

@@ -14,8 +14,10 @@ import pytest
 
 import harvester as hv
 from harvester.errors import InputError
+from harvester.studies.sweep.cluster import dask_client
 from tests.support.judge import complaints
 from tests.support.paths import EXAMPLES, ROOT
+from tests.support.sweeps import swept
 
 pytestmark = [
     pytest.mark.thorough("test_a_pool_gives_the_same"),
@@ -74,11 +76,14 @@ def test_tls(cluster, tmp_path):
     _, address, env = cluster
     done = sweep(4, tmp_path / "out", address, env)
     assert (complaints(done.communicate(timeout=100)[1]), done.returncode) == ("", 0)
-    alone = hv.sweep(hv.load(PLATE), "load.resistance", "1k:10M:4", engines=[hv.Ensemble(trajectories=512, seed=1)])
+    alone = swept(PLATE, {"load.resistance": "1k:10M:4"}, engines=[hv.Ensemble(trajectories=512, seed=1)])
     powers = [line.split(",")[4] for line in (tmp_path / "out" / "sweep.csv").read_text().splitlines()]
-    assert powers == ["mean_power", *(row["mean_power"] for row in alone.rows)]
-    with pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"):
-        hv.sweep(hv.load(PLATE), "load.resistance", "1k:10M:4", out=tmp_path / "no", scheduler=address)
+    assert powers == ["mean_power", *(f"{row.mean_power.value:.9g}" for row in alone.rows)]
+    with (
+        pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"),
+        dask_client(address),
+    ):
+        pass
 
 
 def test_a_scheduler_that_dies(cluster, tmp_path):

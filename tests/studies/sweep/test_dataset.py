@@ -11,8 +11,8 @@ import xarray
 import harvester as hv
 from harvester import figures
 from harvester.studies.sweep.points import Axis, Points, read_axis
-from harvester.studies.sweep.sweep import sweep
 from tests.support.paths import EXAMPLES
+from tests.support.sweeps import swept
 
 PLATE = hv.load(EXAMPLES / "plate_with_stop.toml")
 BOTH = [hv.Published(), hv.Averaged()]
@@ -25,16 +25,15 @@ def undrawn(monkeypatch):
 
 def test_a_grid(tmp_path):
     axes = [read_axis("load.resistance=1k,1M,10k"), read_axis("stop.restitution=0.9,0.4")]
-    table = sweep(PLATE, axes, engines=BOTH, out=tmp_path)
+    table = swept(PLATE, axes, engines=BOTH, out=tmp_path)
     for data in (table.to_xarray(), xarray.open_dataset(tmp_path / "sweep.nc")):
         assert data.mean_power.dims == ("engine", "load.resistance", "stop.restitution")
         assert len(table.rows) == data.mean_power.size == 12
         for row in table.rows:
-            at = {k: float(row[k]) for k in ("load.resistance", "stop.restitution")}
-            one = data.sel(engine=row["engine"], **at)
-            assert float(one.mean_power) == float(row["mean_power"])
-            assert float(one.mean_square_voltage) == float(row["mean_square_voltage"])
-            assert str(one.warnings.values) == row["warnings"]
+            one = data.sel(engine=row.engine, **row.varied)
+            assert float(one.mean_power) == row.mean_power.value
+            assert float(one.mean_square_voltage) == row.mean_square_voltage.value
+            assert str(one.warnings.values) == "; ".join(map(str, row.warnings))
             assert np.isnan(float(one.mean_power_stderr))
         assert (data.mean_power.units, data.mean_square_voltage.units, data.seconds.units) == ("W", "V2", "s")
         assert (data["load.resistance"].units, data["stop.restitution"].units) == ("ohm", "1")
@@ -50,12 +49,12 @@ def test_a_list_and_a_failure(tmp_path):
     scene = hv.loads("[nondimensional]\nc1 = -0.01\nbeta = 0.05\nmu = 0.05\n")
     keys = ("nondimensional.D11", "nondimensional.mu")
     points = Points((Axis(keys[0], (0.02, 0.0, 0.02)), Axis(keys[1], (1.0, 2.0, 1.0))), listed=True)
-    table = sweep(scene, points, engines=[hv.Published()], out=tmp_path)
+    table = swept(scene, points, engines=[hv.Published()], out=tmp_path)
     with xarray.open_dataset(tmp_path / "sweep.nc") as data:
         assert data.mean_power.dims == ("engine", "point")
         assert list(data[keys[0]].values) == [0.02, 0.0, 0.02]
         power = data.mean_power.sel(engine="published").values
-        assert power[0] == power[2] == float(table.rows[0]["mean_power"])
+        assert power[0] == power[2] == table.rows[0].mean_power.value
         assert np.isnan(power[1])
         assert "needs external noise" in str(data.error.values[0, 1])
         assert str(data.error.values[0, 0]) == ""

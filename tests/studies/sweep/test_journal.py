@@ -13,15 +13,23 @@ import sys
 import pytest
 
 from harvester.errors import InputError
-from harvester.studies.sweep.journal import SWEEP, Journal, identity
-from harvester.studies.sweep.rows import COLUMNS
+from harvester.presentation.diagnostic import warning
+from harvester.studies.sweep.journal import Journal, JournalRow
+from harvester.studies.sweep.rows import SweepRow
+from harvester.studies.sweep.same_study import SWEEP, identity
+from harvester.uncertainty.value import Value
 
 PARTS = {"scene_digest": "a", "netlist": None, "vary": {"x": [1.0]}, "engines": {}}
 NOW = identity(PARTS)
 
 
-def row(text):
-    return dict.fromkeys(COLUMNS, "") | {"engine": "ensemble", "mean_power": text, "warnings": 'a "µ",\nb'}
+def row(point, place, text):
+    """A row with all that one can have."""
+    power = Value(float(text), stderr=1e-7, bias=1e-8, dof=2.0, unknown="the tolerance")
+    said = (warning("worded", text='a "µ",\nb'), warning("budget_spent", "spice", steps=3, share=0.5, step=None))
+    whole = SweepRow("ensemble", Value(0.1, model=0.01), power, 0.25, warnings=said, responses=3)
+    assert SweepRow.read(whole.written) == whole
+    return JournalRow(point, place, "ensemble", whole.written)
 
 
 @pytest.fixture
@@ -43,8 +51,8 @@ def earlier(folder, now=NOW):
 
 def test_rows_come_back_in_order(tmp_path, journal):
     for point, place in ((2, 1), (0, 1), (2, 0)):
-        journal.add([(point, place, row(f"{point}{place}"))])
-    expected = [(0, 1, row("01")), (2, 0, row("20")), (2, 1, row("21"))]
+        journal.add([row(point, place, f"{point}{place}")])
+    expected = [row(0, 1, "01"), row(2, 0, "20"), row(2, 1, "21")]
     assert list(journal.rows()) == expected
     assert [journal.has(p, e) for p, e in ((0, 0), (0, 1), (2, 0))] == [False, True, True]
     assert journal.count() == 3
@@ -60,12 +68,12 @@ def test_rows_come_back_in_order(tmp_path, journal):
 WRITER = f"""
 import itertools, sys
 from pathlib import Path
-from harvester.studies.sweep.journal import Journal, identity
-from harvester.studies.sweep.rows import COLUMNS
+from harvester.studies.sweep.journal import Journal, JournalRow
+from harvester.studies.sweep.same_study import identity
 journal = Journal(Path(sys.argv[1]))
 journal.begin(identity({PARTS!r}), [])
 for point in itertools.count():
-    journal.add([(point, place, dict.fromkeys(COLUMNS, str(point))) for place in (0, 1)])
+    journal.add([JournalRow(point, place, "ensemble", str(point)) for place in (0, 1)])
     print(point, flush=True)
 """
 
@@ -81,21 +89,21 @@ def test_a_kill_costs_the_rows_in_flight_only(tmp_path, points):
     told = points + len(writer.communicate()[0].splitlines())
     rows = earlier(tmp_path)
     assert len(rows) in (2 * told, 2 * told + 2)
-    assert rows == [(p, e, dict.fromkeys(COLUMNS, str(p))) for p in range(len(rows) // 2) for e in (0, 1)]
+    assert rows == [JournalRow(p, e, "ensemble", str(p)) for p in range(len(rows) // 2) for e in (0, 1)]
 
 
 @pytest.mark.parametrize("cut", [0, 1, 50, 99, 100, 1000, 4096, 5000, 9000])
 def test_a_file_cut_off_is_no_journal(tmp_path, journal, cut):
     """None, so that sweep.csv is read instead; a new one can be begun in its place."""
-    journal.add([(0, 0, row("1")), (1, 0, row("2"))])
+    journal.add([row(0, 0, "1"), row(1, 0, "2")])
     journal.close()
     whole = (tmp_path / SWEEP.file).read_bytes()
     assert len(whole) > 9000
     (tmp_path / SWEEP.file).write_bytes(whole[:cut])
     assert earlier(tmp_path) is None
     again = Journal(tmp_path)
-    again.begin(NOW, [(1, 0, row("2"))])
-    assert list(again.rows()) == [(1, 0, row("2"))]
+    again.begin(NOW, [row(1, 0, "2")])
+    assert list(again.rows()) == [row(1, 0, "2")]
     again.close()
 
 
@@ -110,9 +118,9 @@ def test_what_is_no_journal(tmp_path, text):
     assert earlier(tmp_path) is None
     begun = Journal(tmp_path)
     begun.begin(NOW, [])
-    begun.add([(0, 0, row("1"))])
+    begun.add([row(0, 0, "1")])
     begun.close()
-    assert earlier(tmp_path) == [(0, 0, row("1"))]
+    assert earlier(tmp_path) == [row(0, 0, "1")]
 
 
 def test_a_database_of_something_else(tmp_path):
@@ -121,7 +129,7 @@ def test_a_database_of_something_else(tmp_path):
     database.close()
     assert earlier(tmp_path) is None
     begun = Journal(tmp_path)
-    begun.begin(NOW, [(0, 0, row("1"))])
+    begun.begin(NOW, [row(0, 0, "1")])
     assert begun.count() == 1
     begun.close()
 
@@ -160,9 +168,9 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
     monkeypatch.setattr(fcntl, "flock", no_locks)
     made = Journal(tmp_path)
     made.begin(NOW, [])
-    made.add([(0, 0, row("1"))])
+    made.add([row(0, 0, "1")])
     made.close()
-    assert earlier(tmp_path) == [(0, 0, row("1"))]
+    assert earlier(tmp_path) == [row(0, 0, "1")]
 
 
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
@@ -192,14 +200,14 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
     monkeypatch.setattr(sqlite3, "connect", small)
     made = Journal(tmp_path)
     made.begin(NOW, [])
-    made.add([(0, 0, row("1"))])
+    made.add([row(0, 0, "1")])
     with pytest.raises(InputError, match=r"^`out` must take sweep.journal, but writing failed: No space left on dev"):
-        made.add([(point, 0, row("2" * 500)) for point in range(1, 100)])
-    assert list(made.rows()) == [(0, 0, row("1"))]
-    made.add([(1, 0, row("2"))])
+        made.add([row(point, 0, "2" * 100) for point in range(1, 100)])
+    assert list(made.rows()) == [row(0, 0, "1")]
+    made.add([row(1, 0, "2")])
     made.close()
     monkeypatch.undo()
-    assert earlier(tmp_path) == [(0, 0, row("1")), (1, 0, row("2"))]
+    assert earlier(tmp_path) == [row(0, 0, "1"), row(1, 0, "2")]
 
 
 ROW = "`resume` must find sweep.journal as it was written, but its row of point 1 and engine 'ensemble' was changed or "
@@ -208,21 +216,21 @@ ROW = "`resume` must find sweep.journal as it was written, but its row of point 
 @pytest.mark.parametrize(
     "change",
     [
-        "UPDATE rows SET mean_power = '1.2346' WHERE point = 1",
-        "UPDATE rows SET mean_power = x'ff' WHERE point = 1",
+        "UPDATE rows SET content = replace(content, '1.2345', '1.2346') WHERE point = 1",
+        "UPDATE rows SET content = x'ff' WHERE point = 1",
         "UPDATE rows SET checksum = '' WHERE point = 1",
         "UPDATE rows SET point = 1 WHERE point = 0",
-        "INSERT INTO rows SELECT 1, 1, {cells}, checksum FROM rows WHERE point = 0",
+        "INSERT INTO rows SELECT 1, 1, engine, content, kept, checksum FROM rows WHERE point = 0",
     ],
 )
 def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
-    journal.add([(0, 0, row("1.2345"))])
+    journal.add([row(0, 0, "1.2345")])
     if "UPDATE rows SET point" not in change:
-        journal.add([(1, 0, row("1.2345"))])
+        journal.add([row(1, 0, "1.2345")])
     journal.close()
     assert len(earlier(tmp_path)) in (1, 2)
     with sqlite3.connect(tmp_path / SWEEP.file) as database:
-        database.execute(change.format(cells=", ".join(COLUMNS)))
+        database.execute(change)
     database.close()
     line = f"{ROW}added since: remove '{tmp_path / SWEEP.file}' to go on from sweep.csv"
     with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
@@ -230,7 +238,7 @@ def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
 
 
 def test_versions_changed_in_the_journal_are_refused(tmp_path, journal):
-    journal.add([(1, 0, row("1"))])
+    journal.add([row(1, 0, "1")])
     journal.close()
     with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute("UPDATE identity SET hash = 'numpy 3' WHERE what = 'versions'")
@@ -243,15 +251,42 @@ def test_rows_of_other_versions_say_so(tmp_path, journal):
     """Once an upgrade, and for ever: the row of an upgraded program has its own checksum."""
     old, new, third = (identity(PARTS | {"versions": {"numpy": n, "numba": "0.61"}}) for n in ("1.0", "2.0", "3.0"))
     journal.begin(old, [])
-    journal.add([(0, 0, row("1"))])
+    journal.add([row(0, 0, "1")])
     journal.close()
-    assert earlier(tmp_path, old) == [(0, 0, row("1"))]
+    assert earlier(tmp_path, old) == [row(0, 0, "1")]
     kept = earlier(tmp_path, new)
-    said = "kept from numpy 1.0, now numpy 2.0: last digits may differ; " + row("1")["warnings"]
-    assert kept == [(0, 0, row("1") | {"warnings": said})]
+    said = "kept from numpy 1.0, now numpy 2.0: last digits may differ"
+    assert (kept[0].content, [str(one) for one in kept[0].warnings]) == (row(0, 0, "1").content, [said])
     again = Journal(tmp_path)
     again.begin(new, kept)
     again.close()
     assert earlier(tmp_path, new) == kept
-    said = f"kept from numpy 2.0, now numpy 3.0: last digits may differ; {said}"
-    assert earlier(tmp_path, third)[0][2]["warnings"] == said
+    again = "kept from numpy 2.0, now numpy 3.0: last digits may differ"
+    assert [str(one) for one in earlier(tmp_path, third)[0].warnings] == [again, said]
+
+
+OLD_COLUMNS = "engine, mean_square_voltage, mean_power, seconds, error, warnings"  # and others: of version 0.1
+
+
+def test_a_journal_of_version_0_1_is_refused(tmp_path):
+    """Its rows lack parts of the errors, and so they are never taken for whole ones."""
+    with sqlite3.connect(tmp_path / SWEEP.file) as database:
+        database.execute("CREATE TABLE identity (what, hash)")
+        database.execute(f"CREATE TABLE rows (point, place, {OLD_COLUMNS}, checksum)")
+        database.executemany("INSERT INTO identity VALUES (?, ?)", NOW.items())
+    database.close()
+    line = "`resume` must find sweep.journal as this version writes it, but version 0.1 wrote it: let that version end"
+    with pytest.raises(InputError, match=f"^{re.escape(line)} its sweep, or remove"):
+        earlier(tmp_path)
+
+
+def test_without_a_folder_rows_are_in_memory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    journal = Journal(None)
+    assert journal.earlier(NOW) is None
+    journal.begin(NOW, [row(1, 0, "1")])
+    journal.add([row(0, 0, "2")])
+    assert [one.point for one in journal.rows()] == [0, 1]
+    journal.remove()
+    journal.close()
+    assert list(tmp_path.iterdir()) == []

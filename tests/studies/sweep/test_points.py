@@ -25,7 +25,7 @@ def test_a_grid_runs_over_its_last_key_first():
     points = grid([read_axis(text) for text in texts])
     assert len(points) == 12
     assert [points.values(k) for k in range(12)] == list(itertools.product((1e3, 2e3), (0.7, 0.8, 0.9), (1.0, 2.0)))
-    assert points.cells(1) == {"load.resistance": "1000.0", "stop.restitution": "0.7", "piezo.coupling": "2.0"}
+    assert points.varied(1) == {"load.resistance": 1e3, "stop.restitution": 0.7, "piezo.coupling": 2.0}
 
 
 def test_a_list_has_units_and_may_say_a_point_twice(tmp_path):

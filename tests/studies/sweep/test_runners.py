@@ -1,12 +1,14 @@
 """The same answers whoever computes them; a worker that dies costs its point one try, and the sweep nothing."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,11 +19,12 @@ from harvester import figures
 from harvester.engines.protocol import Engine, Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
-from harvester.studies.sweep import cluster, compute, runners, tasks
+from harvester.studies.sweep import compute, runners, tasks
+from harvester.studies.sweep.cluster import dask_client
 from harvester.studies.sweep.points import grid, read_axis
-from harvester.studies.sweep.sweep import sweep
 from tests.support.bimorph import bimorph
 from tests.support.paths import EXAMPLES
+from tests.support.sweeps import swept, telling
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 
@@ -40,7 +43,7 @@ def undrawn(monkeypatch):
 
 
 def bare(table):
-    return [{k: v for k, v in row.items() if k != "seconds"} for row in table.rows]
+    return [replace(row, seconds=None) for row in table.rows]
 
 
 @pytest.fixture(scope="module")
@@ -48,17 +51,17 @@ def expected(tmp_path_factory):
     """In this process, one point after the other."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(figures, "save", lambda *_: None)
-        rows = bare(sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1))
-    assert [row["error"] for row in rows] == [""] * 18
+        rows = bare(swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1))
+    assert [row.error for row in rows] == [""] * 18
     return rows
 
 
 def test_a_pool_gives_the_same(tmp_path, expected):
     """Three processes, whatever the machine has; ngspice in processes of theirs; nothing is left of any."""
     told = []
-    table = sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path, workers=3, tick=told.append)
+    table = swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path, workers=3, progress=telling(told.append))
     assert bare(table) == expected
-    assert sorted(told) == sorted(row["engine"] for row in expected)
+    assert sorted(told) == sorted(row.engine for row in expected)
     end = time.monotonic() + 10
     while children() and time.monotonic() < end:
         time.sleep(0.05)
@@ -78,6 +81,16 @@ def children():
     return found
 
 
+def test_an_executor_that_is_handed_over_gives_the_same(expected):
+    """Any of concurrent.futures: here two processes that Python starts; one that has ended is said so."""
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
+        assert bare(swept(PLATE, [LOADS], engines=ENGINES[:2], executor=executor)) == [
+            row for row in expected if row.engine != "spice"
+        ]
+    with pytest.raises(SimulationError, match=r"^the executor has gone: start another, and `resume`$"):
+        swept(PLATE, [LOADS], engines=ENGINES[:1], executor=executor)
+
+
 @pytest.mark.thorough("test_a_pool_gives_the_same")
 def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same.
@@ -95,11 +108,12 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
         while not file.exists() and time.monotonic() < end:
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]
-        table = sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", scheduler=address)
-        monkeypatch.setattr(cluster, "PATIENCE", 5.0)
-        many = {"over": "load.resistance", "values": "100k:1M:500", "engines": [hv.Ensemble(trajectories=2000)]}
-        with pytest.raises(SimulationError, match="has lost all its workers: start some, and `resume`"):
-            sweep(PLATE, **many, scheduler=address, tick=lambda _: ran[1].terminate())
+        with dask_client(address) as client:
+            table = swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", executor=client)
+            monkeypatch.setattr(runners, "PATIENCE", 5.0)
+            many = {"vary": {"load.resistance": "100k:1M:500"}, "engines": [hv.Ensemble(trajectories=2000)]}
+            with pytest.raises(SimulationError, match="has lost all its workers: start some, and `resume`"):
+                swept(PLATE, **many, executor=client, progress=telling(lambda _: ran[1].terminate()))
     finally:
         for one in reversed(ran):
             one.terminate()
@@ -108,16 +122,19 @@ def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
 
 
 @pytest.mark.parametrize("address", ["", "nonsense", "tcp://127.0.0.1:1", "tcp://nowhere.invalid:80"])
-def test_no_scheduler(tmp_path, address):
+def test_no_scheduler(address):
     pytest.importorskip("distributed")
-    with pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"):
-        sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path, scheduler=address)
+    with (
+        pytest.raises(InputError, match=r"^`scheduler` must be the address of a Dask scheduler that answers"),
+        dask_client(address),
+    ):
+        pass
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1001])
 def test_no_workers(tmp_path, workers):
     with pytest.raises(InputError, match=f"^`workers` must be between 1 and 1000, but is {workers}$"):
-        sweep(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", workers=workers)
+        swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path / "out", workers=workers)
     assert not (tmp_path / "out").exists()
 
 
@@ -154,14 +171,14 @@ class DeadlyMany(Deadly):
 @pytest.mark.thorough("nothing: a worker process is killed")
 def test_a_worker_that_dies_is_tried_again(tmp_path):
     """Once: nobody notices.  Always: that point is an error, and the others of its batch are not."""
-    expected = bare(sweep(PLATE, [LOADS], engines=[hv.Published(), hv.Averaged()], out=tmp_path / "a", workers=1))
+    expected = bare(swept(PLATE, [LOADS], engines=[hv.Published(), hv.Averaged()], out=tmp_path / "a", workers=1))
     (tmp_path / "once").mkdir()
     first = LOADS.values[0]
     deadly = [Deadly(1.1 * first, str(tmp_path / "once")), DeadlyMany(1.1 * first)]
-    table = sweep(PLATE, [LOADS], engines=deadly, out=tmp_path / "b", workers=2)
+    table = swept(PLATE, [LOADS], engines=deadly, out=tmp_path / "b", workers=2)
     assert [p.name for p in (tmp_path / "once").iterdir()] == [repr(first)]
-    lost = next(row for row in table.rows if row["engine"] == "averaged")
-    assert lost["error"] == tasks.LOST
+    lost = next(row for row in table.rows if row.engine == "averaged")
+    assert lost.error == tasks.LOST
     place = table.rows.index(lost)
     found = bare(table)
     assert found[:place] + found[place + 1 :] == expected[:place] + expected[place + 1 :]
@@ -175,7 +192,7 @@ class Broken(Deadly):
 def test_a_defect_of_ours_is_a_row(tmp_path, monkeypatch):
     monkeypatch.delenv("HARVESTER_TRACEBACK", raising=False)
     with pytest.raises(SimulationError, match=r"^internal error, please report it: ZeroDivisionError"):
-        sweep(PLATE, [LOADS], engines=[Broken(0.0)], out=tmp_path, workers=1)
+        swept(PLATE, [LOADS], engines=[Broken(0.0)], out=tmp_path, workers=1)
     assert len((tmp_path / "sweep.csv").read_text().splitlines()) == 7  # each row one line
 
 
@@ -199,7 +216,7 @@ def test_an_interrupted_sweep_along_loads_ends_with_the_same_answers(tmp_path):
     points = grid([read_axis("load.parameters.R=90k:125k:8")])
     shared = [t.points for t in tasks.tasks(scene, points, [hv.Spice()], lambda p, e: p != 3)]
     assert shared == [tuple(range(7)), (7,)]
-    whole = sweep(scene, points, engines=[hv.Spice()], out=tmp_path / "a", workers=2)
+    whole = swept(scene, points, engines=[hv.Spice()], out=tmp_path / "a", workers=2)
     told = []
 
     def interrupt(name):
@@ -208,16 +225,16 @@ def test_an_interrupted_sweep_along_loads_ends_with_the_same_answers(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, tick=interrupt)
-    again = sweep(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, resume=True)
+        swept(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, progress=telling(interrupt))
+    again = swept(scene, points, engines=[hv.Spice()], out=tmp_path / "b", workers=1, resume=True)
     assert bare(again) == bare(whole)
-    assert all(float(row["mean_power_bias"]) < 1e-3 * float(row["mean_power"]) for row in whole.rows)
+    assert all(row.mean_power.bias < 1e-3 * row.mean_power.value for row in whole.rows)
 
 
 def test_few_points_are_not_worth_a_process(tmp_path, monkeypatch):
     monkeypatch.setattr(runners, "pool", None)
     monkeypatch.setattr(compute, "pool", None)
-    assert len(sweep(PLATE, [LOADS], engines=[hv.Averaged()], out=tmp_path).rows) == 6
+    assert len(swept(PLATE, [LOADS], engines=[hv.Averaged()], out=tmp_path).rows) == 6
 
 
 def test_cores(monkeypatch):

@@ -93,7 +93,7 @@ def test_a_full_disk(tmp_path, harvester):
     """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
 
     def little():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (55_000, 55_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (80_000, 80_000))
 
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
@@ -126,17 +126,18 @@ import os, tempfile
 from pathlib import Path
 import harvester as hv
 from harvester.studies.sweep.points import read_axis
-from harvester.studies.sweep.sweep import sweep
+from harvester.machine.progress import CallingBack
 from harvester.errors import CannotServeError
 memory = []
-def tick(_):
+def tick(done, what):
     memory.append(0)
     if len(memory) in (1000, 5000):
         memory[-1] = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 scene = hv.load({PLATE!r}).with_load(hv.Load(netlist="bridge"))
 axis = read_axis("load.parameters.R=1k:1M:5000")
 try:
-    sweep(scene, [axis], engines=[hv.Ensemble()], out=tempfile.mkdtemp(), tick=tick, workers=1)
+    execution = hv.Execution(out=tempfile.mkdtemp(), progress=CallingBack(tick), workers=1)
+    hv.sweep(scene, vary=[axis], engines=[hv.Ensemble()], execution=execution)
 except CannotServeError:
     print(len(memory), memory[4999] - memory[999])
 """

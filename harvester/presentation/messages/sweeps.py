@@ -1,0 +1,12 @@
+"""What sweeps say of their rows."""
+
+from collections.abc import Callable
+
+MESSAGES: dict[str, str | Callable[..., str]] = {
+    "kept_from_other_versions": "kept from {before}, now {now}: last digits may differ",
+    "said_by_earlier_run": "{text}",  # in sweep.csv, from which a finished sweep goes on
+    "warned_at_points": "at {count} of {total} points: {first}",
+    "failed_at_points": "failed at {count} of {total} points: {first}",
+    "several_responses_at_points": "several responses to the drive at {count} of {total} points, {most} at most: "
+    "a run of such a point lists each with its mean",
+}

@@ -1,0 +1,56 @@
+"""Whether an earlier run in a folder was the same study, and by which versions: what `resume` may take from it."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harvester.errors import InputError
+
+VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")  # of which last digits may depend
+
+
+@dataclass(frozen=True)
+class JournalKind:
+    """What a study keeps: its ``name``, and what of its provenance makes it the same study.
+
+    ``remedy`` is what removing a damaged journal leads to.
+    """
+
+    name: str
+    same: tuple[str, ...]
+    remedy: str = "to begin anew"
+
+    @property
+    def file(self) -> str:
+        """The name of its journal."""
+        return f"{self.name}.journal"
+
+
+SWEEP = JournalKind("sweep", ("scene_digest", "netlist", "points", "vary", "engines"), "to go on from sweep.csv")
+
+
+def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, str]:
+    """A hash of each thing in a study's provenance that makes it the same study, and the versions that compute it."""
+    about = {"points": "grid", **about}  # which the files of earlier versions do not say
+    found = about.get("versions")
+    versions = (
+        ", ".join(f"{name} {found[name]}" for name in VERSIONS if name in found) if isinstance(found, dict) else ""
+    )
+    return {what: short_hash(json.dumps(about.get(what), default=str)) for what in kind.same} | {"versions": versions}
+
+
+def short_hash(text: str) -> str:
+    """A hash that tells texts apart."""
+    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:16]
+
+
+def check_same(out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP) -> None:
+    """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
+    for what in kind.same:
+        if not isinstance(before, dict) or before.get(what) != now[what]:
+            raise InputError(
+                f"`resume` must continue the same {kind.name}, but {what} in {str(out)!r} is another: use another `out`"
+            )
