@@ -98,16 +98,17 @@ def new(
     if netlist is not None:
         netlist = _netlist(netlist, path)
     problem = write(path, scene_tables(texts, title or "", netlist, _parameters(parameters)), force)
-    found, geometry = meaning(problem), list[str]()
+    found = meaning(problem)
+    remarks = list(found.remarks)
     if made is not None:
-        from harvester.devices.beam import words_of
+        from harvester.devices.beam import remarks_on
         from harvester.studies.extremes.extremes import has_lifetime
 
-        geometry = words_of(beam, made, has_lifetime(problem))
-    if not found.words["load"]:
+        remarks = remarks_on(beam, made, has_lifetime(problem)) + remarks
+    words = [typed(f"warning: {one}" if one.severity == "warning" else one.line) for one in remarks]
+    if not any(one.about in ("load", "best load") for one in remarks):
         whose = "a netlist's is " if problem.netlist is not None else ""
-        found.words["load"].append(f"best load: {whose}found by: {_optimise(problem, file)}")
-    words = [typed(line) for sentences in (geometry, *found.words.values()) for line in sentences]
+        words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
     lines = next_lines(problem, file, found.facts)
     if as_json:
         numbers = {name: value for name, value, _, _ in found.numbers}

@@ -12,11 +12,13 @@ Source: Erturk and Inman 2009, Smart Mater. Struct. 18, 025009.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from harvester.devices import materials
 from harvester.errors import InputError
+from harvester.presentation.diagnostic import Diagnostic, note
 
 APPROXIMATIONS = (
     "a slender beam of one width, clamped stiffly, layers bonded without glue, electrodes over the whole length",
@@ -108,7 +110,7 @@ def lumped(beam: Beam) -> Lumped:
     return Lumped(sigma**2, w2 * sigma**2, coupling, capacitance, abs(shape(1.0) * norm * sigma), abs(strain))
 
 
-def words_of(beam: Beam, found: Lumped, has_lifetime: bool) -> list[str]:
+def remarks_on(beam: Beam, found: Lumped, has_lifetime: bool) -> list[Diagnostic]:
     """What was made of the geometry, from which constants, and what was taken for granted.
 
     ``has_lifetime`` says whether `harvester run --lifetime` serves the scene.
@@ -117,16 +119,16 @@ def words_of(beam: Beam, found: Lumped, has_lifetime: bool) -> list[str]:
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
     wired = ("parallel" if beam.parallel else "series") if beam.layers == 2 else "one layer"
     block = " and of its block's turning" if beam.tip_length or beam.tip_height else ", a point at the end"
-    tip = f"the tip moves {found.tip:.4g} times as far as the scene's mass" + (block if beam.tip_mass else "")
+    block = block if beam.tip_mass else ""
+    piezo: dict[str, Any] = {"name": beam.piezo, "young": ceramic.young / 1e9, "d31": ceramic.d31 * 1e12}
+    piezo |= {"permittivity": ceramic.permittivity / materials.EPSILON_0, "density": ceramic.density}
+    substrate: dict[str, Any] = {"name": beam.substrate, "young": plate.young / 1e9, "density": plate.density}
     return [
-        f"geometry: Euler and Bernoulli's first mode, {wired}; {tip}",
-        f"geometry: the piezo's strain is largest at the clamp, {1e3 * found.strain:.4g} microstrain per mm of the "
-        f"scene's displacement{peak}",
-        f"geometry: {beam.piezo}: Y {ceramic.young / 1e9:.4g} GPa, d31 {ceramic.d31 * 1e12:.4g} pm/V, "
-        f"{ceramic.permittivity / materials.EPSILON_0:.4g} eps0 clamped, {ceramic.density:.4g} kg/m^3: "
-        f"{ceramic.source}",
-        f"geometry: {beam.substrate}: Y {plate.young / 1e9:.4g} GPa, {plate.density:.4g} kg/m^3: {plate.source}",
-        *(f"geometry: assumed: {one}" for one in APPROXIMATIONS),
+        note("geometry_mode", "geometry", wired=wired, tip=found.tip, block=block),
+        note("geometry_strain", "geometry", strain=1e3 * found.strain, lifetime=peak),
+        note("geometry_piezo", "geometry", source=ceramic.source, **piezo),
+        note("geometry_substrate", "geometry", source=plate.source, **substrate),
+        *(note("geometry_assumed", "geometry", what=one) for one in APPROXIMATIONS),
     ]
 
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.linear.response import gains
+from harvester.presentation.diagnostic import Diagnostic, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance
 LOW, HIGH, POINTS = 0.5, 2.0, 4001  # frequencies looked at, over the resonance in short and in open circuit
 
 
-def off_resonance(problem: Problem) -> tuple[list[str], dict[str, Any]]:
+def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
     """A warning where the drive's frequency gives little of the power that another one would give, and its facts.
 
     Without a load resistor it is the power of the best one under white noise, mu = sqrt(1 + beta).  Empty without a
@@ -34,8 +35,6 @@ def off_resonance(problem: Problem) -> tuple[list[str], dict[str, Any]]:
     if share >= MISSES:
         return [], {}
     hertz = problem.scales.frequency / (2.0 * math.pi)
-    words = (
-        f"warning: the drive of {w * hertz:.4g} Hz is {w:.3g} times the resonance; most power is at "
-        f"{best * hertz:.3g} Hz, {1.0 / share:.2g} times as much for the same acceleration (linear)"
-    )
-    return [words], {"drive_share": share, "best_drive_frequency": best * hertz}
+    numbers = {"hertz": w * hertz, "ratio": w, "best": best * hertz, "gain": 1.0 / share}
+    told = warning("drive_off_resonance", "drive", **numbers)
+    return [told], {"drive_share": share, "best_drive_frequency": best * hertz}

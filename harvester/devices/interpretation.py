@@ -1,7 +1,6 @@
 """What the numbers of a scene mean: nondimensional numbers, coupling, best load, stop, engines."""
 
 import math
-import textwrap
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,30 +14,27 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic, note, warning, worded
 from harvester.quantities.kinds import RESISTANCE
 from harvester.scene.plausibility import unusual, unusual_values
 from harvester.uncertainty.value import Value
 
+Finding = tuple[list[Diagnostic], dict[str, Any]]  # remarks on a topic, and the facts behind them
+
 WEAK = 0.2  # of the power that white noise gives, at the best load
-SOURCE = (
-    "strong from beta = 2/Q + 1/Q^2 on: solve the linear equations on a harmonic base for the load and frequency of "
-    "most power; from there on a resistor damps as much as the mechanics do and takes the most that any load can, "
-    "(mass acceleration)^2/(8 damping), with the acceleration's peak"
-)
 
 
 @dataclass(frozen=True)
 class Meaning:
     """What the numbers of a scene mean, for people and for programs.
 
-    ``numbers`` are rows of name, value, unit and what it is.  ``words`` are the sentences on each topic: values that no
-    device has, a drive that misses the resonance, coupling, load (none where only a search would find the best load),
-    stop, engines.
+    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no device has, a drive
+    that misses the resonance, coupling, load (none where only a search would find the best load), stop and engines.
     ``facts`` say the same to a program.
     """
 
     numbers: tuple[tuple[str, float, str, str], ...]
-    words: dict[str, list[str]]
+    remarks: tuple[Diagnostic, ...]
     facts: dict[str, Any]
 
     def table(self) -> list[str]:
@@ -49,17 +45,11 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    topics: dict[str, tuple[list[str], dict[str, Any]]] = {
-        "values": ([f"warning: {doubt}" for doubt in unusual_values(problem.scene)], {}),
-        "drive": off_resonance(problem),
-        "coupling": _coupling(problem.equations),
-        "load": _load(problem),
-        "stop": stop_hits(problem),
-        "engines": _engines(problem),
-    }
-    words = {topic: sentences for topic, (sentences, _) in topics.items()}
-    facts = {name: fact for _, found in topics.values() for name, fact in found.items()}
-    return Meaning(_numbers(problem), words, facts)
+    unusual = [worded(doubt).of("values") for doubt in unusual_values(problem.scene)]
+    topics: list[Finding] = [(unusual, {}), off_resonance(problem), _coupling(problem.equations), _load(problem)]
+    topics += [stop_hits(problem), _engines(problem)]
+    facts = {name: fact for _, found in topics for name, fact in found.items()}
+    return Meaning(_numbers(problem), tuple(one for remarks, _ in topics for one in remarks), facts)
 
 
 def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
@@ -77,35 +67,28 @@ def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
         ("mu", eqs.mu, "", "1/(R Cp w0), the load"),
         ("restitution", eqs.restitution, "", "of the stop"),
         ("gap", None if eqs.restitution is None else eqs.gap or 0.0, "", "over the length l"),
-        ("D11", eqs.n1, "", "noise intensity at the length l, which is chosen to make it 1"),
-        ("drive", eqs.drive, "", "harmonic acceleration over l w0^2, at the l that makes it 1"),
+        ("D11", eqs.n1, "", "scaled noise intensity (1 by definition)"),
+        ("drive", eqs.drive, "", "scaled drive (1 by definition)"),
         ("w/w0", eqs.drive_frequency, "", "frequency of the drive over f0"),
         ("l", s.length, "m", "length scale"),
     ]
     return tuple((name, value, unit, what) for name, value, unit, what in rows if value is not None)
 
 
-def _coupling(eqs: Equations) -> tuple[list[str], dict[str, Any]]:
-    """Sentences on how strongly the circuit acts back on the mass, with the reason."""
+def _coupling(eqs: Equations) -> Finding:
+    """How strongly the circuit acts back on the mass, with the reason.
+
+    Strong is k^2 Q from beta = 2/Q + 1/Q^2 on: on a harmonic base a resistor then damps as much as the mechanics do and
+    takes the most that any load can, (mass acceleration)^2/(8 damping), with the acceleration's peak.
+    """
     c, beta = -(eqs.c1 or 0.0), eqs.beta or 0.0
     if not c > 0.0:
-        return ["coupling: k^2 Q has no meaning without damping: damping_ratio must be above 0"], {}
-    merit = beta / c
-    exact = 2.0 * c + c * c
-    share = noise_share(beta, c)
+        return [note("coupling_needs_damping", "coupling")], {}
+    merit, exact, share = beta / c, 2.0 * c + c * c, noise_share(beta, c)
     how = "strong" if beta >= exact else "medium" if share >= WEAK else "weak"
-    means = {
-        "strong": "the load damps the mass and shifts its resonance",
-        "medium": "the mass feels the load",
-        "weak": "the mass hardly feels the load; circuits like SSHI or SECE may bring more",
-    }[how]
-    verdict = f"coupling: {how}, k^2 Q = {merit:.3g} (strong from {exact / c:.3g}): {means}"
-    taken = (
-        f"linear and under white noise, the best resistor takes {share:.0%} of what the shaking gives; weak: below 20%)"
-    )
-    reasons = textwrap.wrap(f"{SOURCE}; {taken}", 100, initial_indent="  (", subsequent_indent="  ")
     facts = {"figure_of_merit": merit, "coupling": how, "strong_from": exact / c, "noise_share": share}
-    return [verdict, *reasons], facts
+    verdict = note("coupling", "coupling", how=how, merit=merit, strong_from=exact / c)
+    return [verdict, note("coupling_explained", "coupling", share=share)], facts
 
 
 def noise_share(beta: float, c: float) -> float:
@@ -116,48 +99,40 @@ def noise_share(beta: float, c: float) -> float:
     return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 
 
-def _load(problem: Problem) -> tuple[list[str], dict[str, Any]]:
-    """Sentences on the load and the best one, which is searched for with a formula where one serves."""
+def _load(problem: Problem) -> Finding:
+    """The load and the best one, which is searched for with a formula where one serves."""
+    nothing: dict[str, Any] = {"best_load": None}
     if problem.netlist is not None:
-        return [], {"best_load": None}
+        return [], nothing
     kind, shaken = formula(problem), problem.equations.is_shaken
-    if not shaken or kind.refusal(problem) or (kind is Averaged and "external_noise" not in problem.effects):
-        why = [] if shaken else ["best load: not looked for, as nothing shakes the base"]
-        return why, {"best_load": None}
-    scene = problem.scene
+    if not shaken:
+        return [note("load_not_sought", "best load")], nothing
+    if kind.refusal(problem) or (kind is Averaged and "external_noise" not in problem.effects):
+        return [], nothing
     try:
         found = best_load(problem)
     except HarvesterError as error:
-        return [f"best load: not found: {error}"], {"best_load": None}
-    power = found.power
-    stated = f"engine {kind.NAME!r}, which states an error of {power.known_error95 / (power.value or 1.0):.1%} in power"
-    fact: dict[str, Any] = {
-        "resistance": found.resistance,
-        "near_from": found.low,
-        "near_to": found.high,
-        "mean_power": power.value,
-        "mean_power_model_bias": power.model,
-    }
-    best = f"the best mean power, {Value(power.value).format('W')}, at about {_ohm(found.resistance)}"
-    best += f" ({NEAR:.0%} of it from {_ohm(found.low)} to {_ohm(found.high)})"
-    if found.at_end:
-        best += ", the end of what was looked at"
+        return [note("best_load_not_found", "best load", why=str(error))], nothing
+    power, own = found.power, None if problem.scene.load is None else problem.scene.load.resistance
+    fact: dict[str, Any] = {"resistance": found.resistance, "near_from": found.low, "near_to": found.high}
+    fact |= {"mean_power": power.value, "mean_power_model_bias": power.model}
+    best: dict[str, Any] = {"power": power.value, "ohm": found.resistance, "low": found.low, "high": found.high}
+    best |= {"near": NEAR, "at_end": found.at_end}
+    stated = note("best_load_by", "load", engine=kind.NAME, error=power.known_error95 / (power.value or 1.0))
     doubt = unusual("the best load", found.resistance, RESISTANCE)
-    notes = [f"  ({stated})"] + ([f"warning: {doubt}: are mass, frequency and capacitance right?"] if doubt else [])
-    if scene.load is None or scene.load.resistance is None:
-        return [f"load: none yet; {best}", *notes], {"best_load": fact}
-    own = min(kind().run(problem).mean_power.value / power.value, 1.0)
-    fact["share"] = own
-    how = "near the best" if own >= NEAR else "far from the best"
-    verdict = f"load: {how}: your {_ohm(scene.load.resistance)} gives {own:.0%} of {best}"
-    return [verdict, *notes], {"best_load": fact}
+    rest = [stated, *([warning("unusual_best_load", "load", what=doubt)] if doubt else [])]
+    if own is None:
+        return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
+    fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)
+    return [note("own_load", "load", own=own, share=fact["share"], **best), *rest], {"best_load": fact}
 
 
-def _engines(problem: Problem) -> tuple[list[str], dict[str, Any]]:
-    """A sentence on the engines that serve the scene."""
+def _engines(problem: Problem) -> Finding:
+    """The engines that serve the scene."""
     names = engines(problem)
-    listed = ", ".join(names) if names else "none yet: a power needs shaking and a load"
-    return [f"engines that serve it: {listed}"], {"engines": names}
+    about = "engines that serve it"
+    told = note("engines_that_serve", about, engines=", ".join(names)) if names else note("no_engine_yet", about)
+    return [told], {"engines": names}
 
 
 def engines(problem: Problem) -> list[str]:
@@ -166,8 +141,3 @@ def engines(problem: Problem) -> list[str]:
         return []
     formulas = () if "external_noise" in problem.effects else (Published.NAME, Averaged.NAME)
     return [name for name in serving(problem) if name not in formulas]
-
-
-def _ohm(value: float) -> str:
-    """A resistance as a text of three digits."""
-    return Value(float(f"{value:.3g}")).format("ohm")

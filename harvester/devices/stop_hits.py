@@ -11,8 +11,9 @@ import numpy as np
 
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.equations.scales import Scales
 from harvester.linear.response import amplitudes, white
-from harvester.uncertainty.value import Value
+from harvester.presentation.diagnostic import Diagnostic, note
 
 OFTEN, SELDOM = 0.1, 1e-3  # times a period
 
@@ -32,39 +33,35 @@ def amplitude(eqs: Equations) -> float | None:
     return float(eqs.drive * np.abs(amplitudes(eqs, eqs.drive_frequency)[0]))
 
 
-def stop_hits(problem: Problem) -> tuple[list[str], dict[str, Any]]:
-    """A sentence on how often the stop is hit, and the facts behind it; empty without a stop."""
+def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
+    """How often the stop is hit, and the facts behind it; empty without a stop."""
     eqs, s = problem.equations, problem.scales
     if eqs.restitution is None:
         return [], {}
     gap = eqs.gap or 0.0
-    if gap == 0.0:
-        words = "stop: at the mass's rest, so it is hit in every swing"
-        if eqs.n1 is None:
-            return [words], {"stop": "often"}
-        rate = s.frequency / math.pi  # against a stop there a swing lasts half a period
-        return [f"{words}, about {rate:.3g} times a second"], {"stop": "often", "stop_hits_a_second": rate}
+    if gap == 0.0:  # against a stop there a swing lasts half a period
+        rate = None if eqs.n1 is None else s.frequency / math.pi
+        fact = {} if rate is None else {"stop_hits_a_second": rate}
+        return [note("stop_at_rest", "stop", rate=rate)], {"stop": "often"} | fact
     if gap < 0.0:
-        force = Value(-gap * s.length * s.mass * s.frequency**2).format("N")
-        words = f"stop: pressed on the mass with {force}: it is hit whenever the shaking lifts the mass"
-        return [words], {"stop": "pressed"}
+        force = -gap * s.length * s.mass * s.frequency**2
+        return [note("stop_pressed", "stop", force=force)], {"stop": "pressed"}
     moments, peak = variances(eqs), amplitude(eqs)
-    distance = Value(gap * s.length).format("m")
+    distance = gap * s.length
     if moments is not None and peak is None:
-        x2, v2 = moments
-        rate = math.sqrt(v2 / x2) / (2.0 * math.pi) * math.exp(max(-0.5 * gap * gap / x2, -700.0))
-        often, seldom = OFTEN / (2.0 * math.pi), SELDOM / (2.0 * math.pi)
-        how = "often" if rate > often else "at times" if rate > seldom else "seldom or never"
-        rms = Value(math.sqrt(x2) * s.length).format("m")
-        words = f"stop: hit {how}: without it the displacement is {rms} (RMS, linear), and it is {distance} away"
-        if eqs.mu is None:
-            words += ", in open circuit"
-        if rate > seldom:
-            words += f"; it would be reached {rate * s.frequency:.2g} times a second"
-        return [words], {"stop": how, "stop_hits_a_second": rate * s.frequency}
+        return _under_noise(eqs, s, *moments)
     if peak is not None and math.isfinite(peak):
-        how = "hit in every swing" if peak > gap else "not reached"
-        swing = f"the amplitude is {Value(peak * s.length).format('m')} (linear{', noise apart' if eqs.n1 else ''})"
-        words = f"stop: {how}: without it {swing}, and it is {distance} away"
-        return [words], {"stop": "often" if peak > gap else "seldom or never"}
-    return [f"stop: {distance} away; how often it is hit, harvester motion shows"], {"stop": None}
+        known = {"peak": peak * s.length, "distance": distance, "is_noisy": bool(eqs.n1)}
+        return [note("stop_under_drive", "stop", **known)], {"stop": "often" if peak > gap else "seldom or never"}
+    return [note("stop_distance", "stop", distance=distance)], {"stop": None}
+
+
+def _under_noise(eqs: Equations, s: Scales, x2: float, v2: float) -> tuple[list[Diagnostic], dict[str, Any]]:
+    """How often a stop at a distance is hit, by Rice's formula without it."""
+    gap = eqs.gap or 0.0
+    rate = math.sqrt(v2 / x2) / (2.0 * math.pi) * math.exp(max(-0.5 * gap * gap / x2, -700.0))
+    often, seldom = OFTEN / (2.0 * math.pi), SELDOM / (2.0 * math.pi)
+    how = "often" if rate > often else "at times" if rate > seldom else "seldom or never"
+    known: dict[str, Any] = {"how": how, "rms": math.sqrt(x2) * s.length, "distance": gap * s.length}
+    known |= {"is_open": eqs.mu is None, "rate": rate * s.frequency if rate > seldom else None}
+    return [note("stop_under_noise", "stop", **known)], {"stop": how, "stop_hits_a_second": rate * s.frequency}

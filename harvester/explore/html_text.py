@@ -20,6 +20,9 @@ _PRINTED = (("+-", "±"), (" uW", " µW"), (" um", " µm"), (" uV", " µV"), ("^
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 
 
+ENGINES = ("engines_that_serve", "no_engine_yet")  # which the page shows elsewhere
+
+
 def plain(text: str) -> str:
     """A sentence of the library for the page: signs of print, and no backticks about names."""
     for written, printed in _PRINTED:
@@ -119,21 +122,10 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
 
     found = meaning(problem)
     rows = [(name, Value(value).format(unit), what) for name, value, unit, what in found.numbers]
-    sentences = [one for topic, some in found.words.items() if topic not in ("values", "engines") for one in some]
-    doubts = [one.removeprefix("warning: ") for some in found.words.values() for one in some if "warning: " in one]
-    paragraphs = _paragraphs([one for one in sentences if not one.startswith("warning: ")])
+    doubts = [str(one) for one in found.remarks if one.severity == "warning"]
+    told = [one.line for one in found.remarks if one.severity == "note" and one.code not in ENGINES]
+    paragraphs = "".join(f"<p>{escape(plain(one[:1].upper() + one[1:]))}</p>" for one in told)
     return paragraphs + table((), rows, "numbers"), doubts
-
-
-def _paragraphs(sentences: Sequence[str]) -> str:
-    """The sentences, each in a paragraph with the lines that are set in below it."""
-    joined: list[str] = []
-    for one in sentences:
-        if one.startswith(" ") and joined:
-            joined[-1] += " " + one.strip()
-        else:
-            joined.append(one)
-    return "".join(f"<p>{escape(plain(one[:1].upper() + one[1:]))}</p>" for one in joined)
 
 
 def difference(rows: Sequence[tuple[str, str, str]], before: Estimate | None, after: Estimate | None) -> str:

@@ -68,7 +68,8 @@ def test_values_that_no_device_has_get_a_warning(changes, doubts):
     sheet = {name: text for name, text in SHEET.items() if name != "coupling"}
     sheet |= {"frequency": "3.2 Hz", "open_circuit_frequency": "4.8 Hz"} | changes
     sheet.pop("stiffness", None)
-    words = meaning(problem_of(sheet)).words["values"]
+    words = meaning(problem_of(sheet)).remarks
+    words = [str(one) for one in words if one.about == "values"]
     assert bool(words) == bool(doubts)
     assert all(doubt in words[0] for doubt in doubts)
 
@@ -83,8 +84,9 @@ def test_a_switch_timed_for_another_piezo_gets_a_warning(own, warned):
 
 def test_a_best_load_that_no_device_has_gets_a_warning():
     """50 F makes it 995 uohm."""
-    words = meaning(problem_of({**SHEET, "acceleration_psd": "1e-5 g^2/Hz", "capacitance": "50"})).words["load"]
-    assert any("warning: the best load is" in line and "mass, frequency and capacitance" in line for line in words)
+    words = meaning(problem_of({**SHEET, "acceleration_psd": "1e-5 g^2/Hz", "capacitance": "50"})).remarks
+    (doubt,) = (str(one) for one in words if one.code == "unusual_best_load")
+    assert doubt.startswith("the best load is") and "mass, frequency and capacitance" in doubt
 
 
 DRIVE = {"acceleration_amplitude": "0.5 g", "resistance": "200 kohm"}
@@ -95,10 +97,10 @@ def test_a_drive_that_misses_the_resonance_gets_a_warning(drive):
     """Where the named frequency gives as many times the power as it says, by engine `exact`."""
     problem = problem_of({**SHEET, **DRIVE, "drive_frequency": drive})
     found = meaning(problem)
-    words = found.words["drive"]
+    words = [str(one) for one in found.remarks if one.code == "drive_off_resonance"]
     assert bool(words) == (drive == "10 Hz")
     if words:
-        assert words[0].startswith("warning: the drive of 10 Hz is 3.14 times the resonance; most power is at ")
+        assert words[0].startswith("the drive of 10 Hz is 3.14 times the resonance; most power is at ")
         there = problem.scene.varied({"excitation.frequency": found.facts["best_drive_frequency"]})
         powers = [hv.Exact().run(scene).mean_power.value for scene in (problem.scene, there)]
         assert powers[0] / powers[1] == pytest.approx(found.facts["drive_share"], rel=1e-3)
