@@ -22,14 +22,28 @@ def _hertz(text: str) -> float:
         raise refused("`rate`", error, text) from None
 
 
+def _seconds(text: str) -> float:
+    """Read a time such as 30, 30s or 2min."""
+    from harvester.quantities.kinds import Kind, with_prefix
+
+    try:
+        return with_prefix(text, Kind("a time (s)", "s", "'30 s'"))
+    except ValueError as error:
+        raise refused("`from` and `to`", error, text) from None
+
+
 @command(
     "harvester record logger.csv --axis z --out clean.csv --report",
+    "harvester record logger.csv --axis 'Acc Z (g)' --from 30 --to 2min --longest --out clean.csv",
     "harvester record one_column.csv --rate 1kHz --out clean.csv",
 )
 @cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
 @cloup.option_group(
     "What to take",
-    cloup.option("--axis", help="x, y or z, or the name of a column.  Default: the only one."),
+    cloup.option("--axis", help="x, y or z, or the whole name of a column.  Default: the only one."),
+    cloup.option("--from", "begin", type=_seconds, metavar="S", help="Where to begin, in s from the first row."),
+    cloup.option("--to", "end", type=_seconds, metavar="S", help="Where to end, in s from the first row."),
+    cloup.option("--longest", is_flag=True, help="Take the longest part without a gap that is too long to fill."),
     cloup.option(
         "--rate",
         type=_hertz,
@@ -43,10 +57,20 @@ def _hertz(text: str) -> float:
     report_option,
     json_option,
 )
-def record(file: str, axis: str | None, rate: float | None, out: str | None, report: str | None, as_json: bool) -> None:
+def record(
+    file: str,
+    axis: str | None,
+    begin: float | None,
+    end: float | None,
+    longest: bool,
+    rate: float | None,
+    out: str | None,
+    report: str | None,
+    as_json: bool,
+) -> None:
     """Make the record of a logger's FILE clean, and look at it: gaps, drift, clipping, density and rms by octave."""
     from harvester.machine import files
-    from harvester.records.cleaning import clean
+    from harvester.records.cleaning import Part, clean
     from harvester.studies.record import look
 
     path = None if out is None else Path(out)
@@ -58,7 +82,7 @@ def record(file: str, axis: str | None, rate: float | None, out: str | None, rep
             raise InputError(f"--out must be another file than the record itself, but is {shown(out)}")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
-        found = look(clean(file, axis, rate))
+        found = look(clean(file, axis, rate, Part(begin, end, longest)))
     text = "" if path is None else found.text()
     title = f"{Path(file).name}, axis {found.record.axis}"
     echo_answer(found, as_json)

@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from harvester.arrays import Floats
+from harvester.errors import escaped
 from harvester.machine import files
 from harvester.presentation.engine_look import LOOKS, EngineLook
 
@@ -107,7 +108,7 @@ def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
     """Set a title of up to three lines: ``otherwise`` where ``text`` is empty, and no title where it is None."""
     if text is None:
         return
-    text, across = text or otherwise, 13.0 * figure.get_figwidth()
+    text, across = escaped(text) or otherwise, 13.0 * figure.get_figwidth()
     across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)  # lines of about one length
     with styled():
         figure.suptitle(textwrap.fill(text, int(across), max_lines=_LINES, placeholder=" ..."))

@@ -11,11 +11,12 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
-from harvester.quantities.kinds import ACCELERATION
+from harvester.quantities.kinds import ACCELERATION, TIME
+from harvester.quantities.units import LARGEST
 from harvester.records.csv_layout import MISSING
 from harvester.records.csv_table import CsvColumn, CsvTable, read_table
 from harvester.records.record_files import AXES, FEWEST, is_acceleration, is_time, times
-from harvester.records.record_times import ascending, even
+from harvester.records.record_times import ascending, even, longest_part
 
 MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
@@ -44,7 +45,44 @@ class CleanRecord:
         return float(np.sqrt(np.mean(self.values**2)))
 
 
-def clean(path: str, axis: str | None, rate: float | None) -> CleanRecord:
+@dataclass(frozen=True)
+class Part:
+    """Which part of a record is taken: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
+
+    Raises InputError for a part that is none.
+    """
+
+    begin: float | None = None
+    end: float | None = None
+    longest: bool = False
+
+    def __post_init__(self) -> None:
+        if self.begin is not None and not self.begin >= 0.0:
+            raise invalid("`from`", "be at least 0 s, the beginning of the record", self.begin)
+        if self.end is not None and not self.end > (self.begin or 0.0):
+            raise invalid("`to`", "be later than `from`", self.end)
+
+    def rows(self, time: Floats, values: Floats, found: list[str]) -> slice:
+        """The rows of the part, at times that ascend but for jitter."""
+        rows = slice(0, len(time))
+        if self.begin is not None or self.end is not None:
+            end, rounding = time[-1] - time[0] if self.end is None else self.end, 1e-3 * np.ptp(time) / len(time)
+            ends = [(self.begin or 0.0) - rounding, end + rounding]
+            rows = slice(*(int(one) for one in np.searchsorted(time - time[0], ends)))
+            if rows.stop - rows.start < FEWEST:
+                last = f"{time[-1] - time[0]:.6g}"
+                raise InputError(
+                    f"`from` and `to` must leave at least {FEWEST} samples of the {last} s, but leave "
+                    f"{rows.stop - rows.start}"
+                )
+            found.append(f"{time[rows.start] - time[0]:.6g} to {time[rows.stop - 1] - time[0]:.6g} s of it taken")
+        if not self.longest:
+            return rows
+        inner = longest_part(time[rows], values[rows], found)
+        return slice(rows.start + inner.start, rows.start + inner.stop)
+
+
+def clean(path: str, axis: str | None, rate: float | None, part: Part | None = None) -> CleanRecord:
     """Read a file and make its record clean; ``rate`` (Hz) as the command's.
 
     Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
@@ -55,38 +93,60 @@ def clean(path: str, axis: str | None, rate: float | None) -> CleanRecord:
     values = _in_si(table, column)
     time = times(table, "FILE")
     _refuse_words(table, column)
+    check_sizes(column, values)
     if time is None:
         if rate is None:
             raise InputError(
                 f"`rate` must be given for a file without times, but is left out, and FILE has {shown(table.heads)}"
             )
-        time, wanted = np.arange(len(values)) / rate, None
+        time = np.arange(len(values)) / rate
         found.append(f"no times: taken as {rate:g} samples a second")
     else:
-        wanted = rate
-        if not (table.find(is_time)[0].stated or table.find(is_time)[0].clock):
-            found.append("the times have no unit: taken as seconds")
+        found += _unit_of(table.find(is_time)[0])
+        check_sizes(table.find(is_time)[0], time)
     if len(values) < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} rows", len(values))
     time, values = ascending(time, values, found)
+    rows = (part or Part()).rows(time, values, found)
+    time, values = time[rows], values[rows]
     _refuse_clipped(values, warnings)
     spacing, values = even(time, values, found)
     values = _without_drift(values, spacing, found)
     if not np.any(np.abs(values) > 0.0):
         raise invalid("FILE", "have accelerations that change", float(values[0]))
     _near_nyquist(values, 1.0 / spacing, warnings)
-    if wanted is not None and abs(wanted * spacing - 1.0) > 1e-6:
-        values = _resampled(values, 1.0 / spacing, wanted, found)
-        spacing = 1.0 / wanted
-    return CleanRecord(1.0 / spacing, values, column.name, tuple(found), tuple(warnings))
+    if rate is not None and abs(rate * spacing - 1.0) > 1e-6:
+        values = _resampled(values, 1.0 / spacing, rate, found)
+    return CleanRecord(rate or 1.0 / spacing, values, column.name, tuple(found), tuple(warnings))
+
+
+def _unit_of(column: CsvColumn) -> list[str]:
+    """What to tell of the unit that times are read in, where it does not stand in brackets."""
+    if column.stated or column.clock:
+        return []
+    factor, _ = column.scale(TIME) or (None, 1)
+    unit = next((unit for unit in column.candidates() if factor is not None and TIME.scale(unit)[0] == factor), "")
+    return [
+        f"the times are in {unit}, as the name {column.name!r} says" if unit else "the times have no unit: in seconds"
+    ]
+
+
+def check_sizes(column: CsvColumn, values: Floats) -> None:
+    """Refuse a number so large that no sum or square of it is one."""
+    large = np.abs(values) > LARGEST
+    if large.any():
+        row = int(large.argmax()) + 1
+        raise invalid(
+            f"FILE column {column.name!r} row {row}", f"be at most {LARGEST:g} in size", float(column.values[row - 1])
+        )
 
 
 def _axis(table: CsvTable, axis: str | None) -> CsvColumn:
     """The column of an axis, x, y or z, or of that name; the only acceleration where none is asked for."""
     columns = table.find(is_acceleration)
     if axis is not None:
-        named = [column for column in table.columns if column.name.lower() == axis.lower()]
-        short = axis.lower()
+        short = axis.strip().lower()
+        named = [column for column in table.columns if short in (column.head.strip().lower(), column.name.lower())]
         named += [
             c for c in columns if short in AXES and {short, "a" + short, "acc" + short, "accel" + short} & set(c.words)
         ]

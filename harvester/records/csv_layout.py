@@ -5,12 +5,14 @@ whose header has as many cells as they have, is the file's.
 """
 
 import csv
+import io
 import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from harvester.errors import escaped
 from harvester.quantities.units import is_unit
 
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -57,7 +59,14 @@ def layout(text: str) -> Layout | None:
     data = [is_data(cells(line, delimiter), decimal) for line in looked]
     first = data.index(True)
     heads, units, above = _header(looked[:first], remarks, delimiter, _width(looked, data, delimiter))
-    return Layout(delimiter, decimal, heads, units, tuple(plain[first:]), (*remarks, *above))
+    names = tuple(map(escaped, heads)), tuple(map(escaped, units))
+    return Layout(delimiter, decimal, *names, tuple(plain[first:]), (*remarks, *above))
+
+
+def most_cells(text: str) -> int:
+    """The most cells that a line has whose layout is looked at."""
+    lines = itertools.islice(io.StringIO(text), 2 * LOOKED_AT)
+    return max((max(line.count(sign) for sign in ",;|\t") + 1 for line in lines), default=0)
 
 
 def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, bool, bool, int]:

@@ -18,9 +18,10 @@ from harvester.errors import InputError, invalid, shown
 from harvester.machine import files
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
-from harvester.records.csv_layout import CLOCK, Layout, layout
+from harvester.records.csv_layout import CLOCK, Layout, layout, most_cells
 
 MOST_BYTES = 64_000_000
+MOST_COLUMNS = 1000
 LONGEST_HEAD = 200  # letters above a column
 _BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*(.+?)\s*[)\]}>]")
 _OTHER_UNITS = (  # a name and its unit without brackets
@@ -114,7 +115,10 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
     Raises InputError in one line for a file that cannot be read, is no text, or has no row of numbers.
     """
     data = files.read(path, argument, most)
-    rows = layout(_decoded(data, path, argument))
+    text = _decoded(data, path, argument)
+    if (widest := most_cells(text)) > MOST_COLUMNS:
+        raise InputError(f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}")
+    rows = layout(text)
     if rows is None:
         raise InputError(
             f"{argument} must have rows of numbers below the names of its columns (CSV), "

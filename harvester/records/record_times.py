@@ -1,4 +1,10 @@
-"""The times of a logger's record made even: missing, repeated, coarse and uneven ones, and gaps of a few samples."""
+"""The times of a logger's record made even: the number of each row's sample, and gaps of a few samples filled.
+
+A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  Where samples are missing the
+times of all later rows are late, where a row was written twice they are early; jitter leaves the later rows where they
+are.  So a row is missing where the median of (time - row times spacing) over the rows behind is a whole spacing above
+that over the rows before, and the spacing is the slope of the times over the samples' numbers.
+"""
 
 import numpy as np
 
@@ -8,10 +14,14 @@ from harvester.records.record_files import FEWEST
 
 LONGEST_GAP = 10  # samples that are filled in
 MOST_FILLED = 0.02  # of all samples
+COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
+SPAN, WINDOW = 16, 32  # rows that the spacing, and the places before and behind a step, are the medians over
+SIDE, SURE = 8, 2.0  # rows behind a step that tell; samples that jitter never makes, which need no such rows
+TOLD = 0.01  # of a spacing: jitter from which on it is told
 
 
 def ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, Floats]:
-    """Times that ascend: those that are missing come from their neighbours, repeated ones are spread or merged.
+    """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
     two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is told in
@@ -26,75 +36,117 @@ def ascending(time: Floats, values: Floats, found: list[str]) -> tuple[Floats, F
         time = np.interp(np.arange(rows[0], rows[-1] + 1), rows, time[known])
         values = values[rows[0] : rows[-1] + 1]
     steps = np.diff(time)
-    if (steps < 0.0).any():
-        row = int(np.argmax(steps < 0.0)) + 2
+    back = steps < -max(float(np.median(steps)), 0.0)
+    if back.any():
+        row = int(np.argmax(back)) + 2
         raise InputError(
             f"FILE must have times that do not go back, but row {row} does: cut the file into its recordings"
         )
-    same = steps == 0.0
-    if not same.any():
-        return time, values
-    if same.mean() > 0.2:  # a clock of whole seconds, say: the rows are at even times between the first and the last
-        changes = np.flatnonzero(~same) + 1
-        if len(changes) < 2:
-            raise InputError(
-                "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
-                "give `rate`"
-            )
-        first, count = changes[0], changes[-1] - changes[0]
-        spacing = (time[changes[-1]] - time[first]) / count
-        found.append(
-            f"{same.sum()} times repeat, for the clock is coarse: the rows are spread evenly, {1.0 / spacing:.6g} a "
-            f"second, which may be off by {1.0 / count:.2g} of it"
+    return (_spread(time, found), values) if (steps == 0.0).mean() > COARSE else (time, values)
+
+
+def _spread(time: Floats, found: list[str]) -> Floats:
+    """The times of a coarse clock spread evenly over the rows."""
+    changes = np.flatnonzero(np.diff(time) != 0.0) + 1
+    if len(changes) < 2:
+        raise InputError(
+            "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
+            "give `rate`"
         )
-        return time[first] + spacing * (np.arange(len(time)) - first), values
-    groups = np.append(0, np.cumsum(~same))
-    good = np.isfinite(values)
-    counts = np.bincount(groups, good)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        merged = np.bincount(groups, np.where(good, values, 0.0)) / counts
-    found.append(f"{same.sum()} repeated times: the mean of their rows is taken")
-    return time[np.append(True, ~same)], merged
+    first, count = changes[0], changes[-1] - changes[0]
+    spacing = (time[changes[-1]] - time[first]) / count
+    found.append(
+        f"{len(time) - 1 - len(changes)} times repeat, for the clock is coarse: the rows are spread evenly, "
+        f"{1.0 / spacing:.6g} a second, which may be off by {1.0 / count:.2g} of it"
+    )
+    return np.asarray(time[first] + spacing * (np.arange(len(time)) - first))
 
 
-def even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]:
-    """The spacing, and the values at even times; gaps of a few samples are filled by a cubic.
+def numbered(time: Floats, found: list[str]) -> "tuple[float, np.ndarray[tuple[int], np.dtype[np.int_]]]":
+    """The spacing (s), and the number of each row's sample, shape (n,): those that are missing are left out.
 
-    Raises InputError for steps that are nowhere about even, too few accelerations, and gaps too long to fill.
+    Raises InputError for steps that are nowhere about even.
     """
-    from scipy.interpolate import PchipInterpolator
-
     steps = np.diff(time)
-    spacing = float(np.median(steps))
-    places = np.rint((time - time[0]) / spacing)
-    jitter = steps[np.abs(steps / spacing - 1.0) < 0.5]
-    if not len(jitter):
+    span = min(SPAN, len(steps))
+    spans = (time[span:] - time[:-span]) / span
+    spacing = float(np.median(spans))
+    if not spacing > 0.0 or (np.abs(steps / spacing - 1.0) < 0.5).mean() < 0.5:
         raise InputError(
             f"FILE must have times at about even steps, but they are between {steps.min():.4g} and {steps.max():.4g} s"
         )
-    spacing = float(jitter.mean())
+    spacing = float(spans[np.abs(spans / spacing - 1.0) < 1.0 / span].mean())  # without those that lack a sample
+    numbers = np.arange(len(time))
+    for _ in range(3):  # the first spacing is that of rows between which some may be missing
+        numbers = np.append(0, np.cumsum(1 + _missing(time / spacing)))
+        spacing, begin = np.polyfit(numbers, time - time[0], 1)
+    off = float(np.sqrt(np.mean((time - time[0] - begin - spacing * numbers) ** 2))) / spacing
+    if not (steps != 0.0).all():
+        found.append(f"{(steps == 0.0).sum()} times repeat")
+    if off > TOLD:
+        found.append(f"the times are off even ones by {off:.1%} of a step (rms): taken as even")
+    return float(spacing), numbers
+
+
+def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
+    """How many samples are missing at each step, shape (n - 1,), negative for rows too many; times in spacings."""
+    import pandas as pd
+
+    late = time - np.arange(len(time))
+    before = pd.Series(late).rolling(WINDOW, min_periods=1).median().to_numpy()[:-1]
+    behind = pd.Series(late[::-1]).rolling(WINDOW, min_periods=1).median().to_numpy()[::-1][1:]
+    steps = np.diff(time) - 1.0
+    missing = np.zeros(len(steps), int)
+    doubtful = np.flatnonzero((np.abs(steps) > 0.5) & (np.abs(behind - before) > 0.3))
+    for n in doubtful[np.argsort(-np.abs(steps[doubtful]), kind="stable")]:  # long gaps first: they hide short ones
+        sides = late[max(n + 1 - WINDOW, 0) : n + 1], late[n + 1 : n + 1 + WINDOW]
+        if min(map(len, sides)) < SIDE and abs(steps[n]) < SURE:
+            continue
+        missing[n] = round(float(np.median(sides[1]) - np.median(sides[0])))
+        late[n + 1 :] -= missing[n]
+    return missing
+
+
+def even(time: Floats, values: Floats, found: list[str]) -> tuple[float, Floats]:
+    """The spacing, and the values at even times; rows written twice are one, gaps of a few samples get a cubic.
+
+    Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    spacing, numbers = numbered(time, found)
     good = np.isfinite(values)
     if good.sum() < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} accelerations", int(good.sum()))
-    gaps = np.rint(np.diff(time[good]) / spacing) - 1.0
-    lost, longest = int(gaps[gaps > 0.0].sum()), int(max(gaps.max(), 0.0))
+    places, rows = np.unique(numbers[good], return_inverse=True)
+    mean = np.bincount(rows, values[good]) / np.bincount(rows)
+    if len(places) < good.sum():
+        found.append(f"{good.sum() - len(places)} rows written twice: the mean of each two is taken")
+    gaps = np.diff(places) - 1
+    lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
-        k = int(gaps.argmax())
+        at = spacing * (places[gaps.argmax()] - numbers[0])
         raise InputError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
-            f"{lost} are missing, {longest} at {time[good][k]:.6g} s: cut the file there and take the longer part"
+            f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
+            "such a gap, `from` and `to` another one"
         )
-    if lost:
-        found.append(f"{lost} missing samples filled in, {longest} in a row at most")
-    off = float(np.abs(steps - spacing)[np.abs(steps / spacing - 1.0) < 0.5].max()) / spacing
-    if off > 0.01:
-        found.append(f"uneven times, off by up to {off:.1%} of a step: interpolated to even ones")
-    count = int(np.floor((time[good][-1] - time[good][0]) / spacing + 1e-6)) + 1
-    if count > 40 * len(places):
-        raise InputError(
-            "FILE must have times of one recording, but they spread over far more samples than it has rows"
+    if not lost:
+        return spacing, np.asarray(mean)
+    found.append(f"{lost} missing samples filled in, {longest} in a row at most")
+    return spacing, np.asarray(PchipInterpolator(places, mean)(np.arange(places[0], places[-1] + 1)))
+
+
+def longest_part(time: Floats, values: Floats, found: list[str]) -> slice:
+    """The rows of the longest part without a gap that is too long to fill."""
+    good = np.flatnonzero(np.isfinite(values))
+    _, numbers = numbered(time, [])
+    cuts = np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
+    begins, ends = np.append(good[:1], good[cuts + 1]), np.append(good[cuts], good[-1:])
+    best = int(np.argmax(numbers[ends] - numbers[begins]))
+    if len(cuts):
+        found.append(
+            f"the longest of {len(cuts) + 1} parts: from {time[begins[best]] - time[0]:.6g} to "
+            f"{time[ends[best]] - time[0]:.6g} s from the beginning"
         )
-    grid = time[good][0] + spacing * np.arange(count)
-    if not lost and off <= 0.01 and len(grid) == len(values):
-        return spacing, values
-    return spacing, np.asarray(PchipInterpolator(time[good], values[good], extrapolate=True)(grid))
+    return slice(int(begins[best]), int(ends[best]) + 1)

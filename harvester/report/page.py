@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from harvester import figures
+from harvester.errors import escaped
 from harvester.machine import files
 
 
@@ -92,6 +93,7 @@ def html(page: Page) -> str:
     templates = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
+        finalize=lambda value: escaped(value) if type(value) is str else value,  # not what is HTML already
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

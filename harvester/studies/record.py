@@ -109,5 +109,12 @@ def _bands(record: CleanRecord) -> tuple[Band, ...]:
         if len(inside) and inside.sum() > 0.0:
             rms = math.sqrt(float(inside.sum()))
             error = 0.5 * math.sqrt(0.5 * float((inside**2).sum())) / rms  # E[p^2] = 2 Var(p) of a line p
-            bands.append(Band(float(low), float(high), Value(rms, stderr=error)))
+            value = Value(rms, unknown="a tone") if _has_tone(inside) else Value(rms, stderr=error)
+            bands.append(Band(float(low), float(high), value))
     return tuple(bands)
+
+
+def _has_tone(lines: Floats) -> bool:
+    """Whether one line is so much of a band as chance makes it in none of a million random signals (Fisher's test)."""
+    n, share = len(lines), float(lines.max() / lines.sum())
+    return n > 1 and n * (1.0 - share) ** (n - 1) < 1e-6

@@ -115,3 +115,20 @@ def test_dates_with_and_without_a_fraction(tmp_path):
     path.write_text("Time,a (g)\n" + "2024-13-45 12:00:00,1\n" * 20)
     with pytest.raises(InputError, match="FILE column 'Time' must have dates of the calendar"):
         read_table(path, "FILE")
+
+
+def test_a_table_of_too_many_columns(tmp_path):
+    """400 kB of columns took 45 s."""
+    path = tmp_path / "a.csv"
+    path.write_text(",".join(f"c{k}" for k in range(20_000)) + "\n" + (",".join(["1"] * 20_000) + "\n") * 5)
+    begin = time.perf_counter()
+    with pytest.raises(InputError, match=r"FILE must have at most 1000 columns, but .* has 20000"):
+        read_table(path, "FILE")
+    assert time.perf_counter() - begin < 1.0
+
+
+def test_control_characters_in_names_are_shown(tmp_path):
+    """They could move the cursor of a terminal, or turn its text round."""
+    path = tmp_path / "a.csv"
+    path.write_text("Time (s),\x1b[31mz\u202e (g)\n" + body())
+    assert read_table(path, "FILE").heads == "Time (s),\\x1b[31mz\\u202e (g)"

@@ -369,3 +369,10 @@ def test_no_address_but_data():
     """The template itself names no place in the net."""
     template = (ROOT / "harvester" / "report" / "page.html").read_text()
     assert not [word for word in re.split(r"[\s\"'()<>]+", template) if urlparse(word).scheme in ("http", "https")]
+
+
+def test_a_title_with_control_characters():
+    """Shown as what they are, in the page and in a figure's title."""
+    text = report.html(report.Page("a\x1b[2J\u202ez", "run", [], [], "", {}))
+    assert "\x1b" not in text and "\u202e" not in text
+    assert "a\\x1b[2J\\u202ez" in text
