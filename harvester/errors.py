@@ -110,7 +110,7 @@ _SHORT.maxstring = _SHORT.maxother = 120
 
 
 def escaped(text: str) -> str:
-    """A stranger's text as it is shown: control characters, which move a terminal's cursor or turn a line, as a code."""
+    """A stranger's text as it is shown: control characters, which move a cursor or turn a line, as a code."""
     hidden = {one for one in text if unicodedata.category(one) in ("Cc", "Cf")} - {"\n", "\t"}
     return "".join(repr(one)[1:-1] if one in hidden else one for one in text) if hidden else text
 
