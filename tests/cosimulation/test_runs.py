@@ -67,6 +67,7 @@ def test_a_crash_is_an_error_of_that_run_only(end):
     goes_on()
 
 
+@pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only")
 def test_a_worker_killed_during_a_run_is_an_error_of_that_run_only():
     with pytest.raises(CircuitError, match="abruptly"):
         list(map_in_workers(killed_on_the_way, [(device(GOOD), NOISE)]))
@@ -141,7 +142,7 @@ def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
-@pytest.mark.thorough("test_a_worker_killed_during_a_run_is_an_error_of_that_run_only")
+@pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only")
 def test_a_worker_killed_while_idle_is_no_error():
     pids = list(map_in_workers(os.getpid, [()] * worker.worker_count()))
     for pid in set(pids):

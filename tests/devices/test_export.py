@@ -61,8 +61,12 @@ def apart(one, end, step):
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     "more",
-    ["", "quadratic_stiffness = 2e3\ncubic_stiffness = 1e6\ndamping_x2 = 1e3\ndamping_x4 = 1e8"],
-    ids=["linear", "not linear"],
+    [
+        pytest.param("", id="linear", marks=pytest.mark.thorough("test_with_a_stop")),
+        pytest.param(
+            "quadratic_stiffness = 2e3\ncubic_stiffness = 1e6\ndamping_x2 = 1e3\ndamping_x4 = 1e8", id="not linear"
+        ),
+    ],
 )
 def test_without_a_stop(more):
     """From rest to the response, which grows within half a second: within 0.1 %."""
@@ -73,7 +77,7 @@ def test_without_a_stop(more):
 @pytest.mark.parametrize(
     "stop",
     [
-        '[stop]\nrestitution = 0.96\ngap = "1 mm"',
+        pytest.param('[stop]\nrestitution = 0.96\ngap = "1 mm"', marks=pytest.mark.thorough("test_with_a_stop")),
         '[stop]\nrestitution = 0.3\ngap = "1 mm"\n[opposite_stop]\nrestitution = 0.5\ngap = "0.9 mm"',
         '[stop]\nstiffness = 1e4\ndamping = 2.0\ngap = "1 mm"',
     ],

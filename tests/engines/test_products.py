@@ -66,6 +66,7 @@ def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
     assert abs(spice.mean_power.value - exact.mean_power.value) < 1.5 * spice.mean_power.error95
 
 
+@pytest.mark.thorough("test_netlist_load")
 def test_a_resistor_alone_is_paired_by_whatever_name(tmp_path):
     """It was sampled without the exact model beside it: 37 % from 8 runs, where that leaves 0.4 %."""
     scene = products.scene_of("resistor", "coloured", "gap", tmp_path)

@@ -27,6 +27,7 @@ pytestmark = pytest.mark.slow
 SCENES = dict(effects.scenes())
 
 
+@pytest.mark.thorough("test_trajectories.py")
 @pytest.mark.parametrize(("name", "split"), [("stop alone", True), ("all without stop", False), ("all", True)])
 def test_kernel_by_hand_gives_the_same_numbers(name, split):
     """State and sums to rounding, random words exactly, in both orders of the loops."""
@@ -47,6 +48,7 @@ def test_code_by_hand_holds_nothing_of_what_is_absent():
         assert word not in bare, word
 
 
+@pytest.mark.thorough("test_no_noise_dies_out_with_a_word")
 @pytest.mark.parametrize("e", [changed(PAPER, n1=None, n2=None), Equations(alpha=0.5, c1=-0.01)])
 def test_no_noise_no_draw(e):
     """A scene without noise leaves its generators as they were; with noise they all move on."""

@@ -185,6 +185,7 @@ print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.me
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
+@pytest.mark.thorough("test_a_scene_stays_itself")
 @pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
 def test_examples(path):

@@ -52,6 +52,7 @@ def test_engines_that_cannot_serve_are_named():
     assert np.isfinite(result.estimates[0].mean_power.value)
 
 
+@pytest.mark.thorough("test_path_with_and_without_the_stop")
 def test_a_stop_that_is_all_that_bounds_the_response():
     """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
     result = compare(

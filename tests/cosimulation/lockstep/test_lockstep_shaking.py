@@ -95,7 +95,14 @@ IMPACTING = {  # scenes that chatter and stick, bounce for ever, lie under prelo
 }
 
 
-@pytest.mark.parametrize("eqs, most", IMPACTING.values(), ids=IMPACTING)
+REMAINING = "chatters", "two", "hum"  # the others are the ensemble's, or the same with one stop
+OTHERS = pytest.mark.thorough("test_impacts_without_white_noise")
+
+
+@pytest.mark.parametrize(
+    "eqs, most",
+    [pytest.param(*case, id=name, marks=() if name in REMAINING else OTHERS) for name, case in IMPACTING.items()],
+)
 def test_impacts_without_white_noise(eqs, most):
     """On the path of `trace`, impact by impact, chatter and rests on the stop included, whose times are exact there."""
     noise, a = shaken(eqs, 0.05, 100.0)

@@ -43,6 +43,7 @@ def test_power_from_a_load_below_zero_is_a_named_error(tmp_path):
         answer(tmp_path, "Rload p n {-R}", "R2 p n {R/2}")
 
 
+@pytest.mark.thorough("test_what_the_ledgers_tell")
 @pytest.mark.ngspice
 def test_power_that_the_netlist_gives_is_told(tmp_path):
     """A source of -1 uS beside the load of 2 uS gives half of what that takes; a stable negative capacitor nothing."""

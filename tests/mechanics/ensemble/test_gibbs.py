@@ -105,6 +105,7 @@ def test_power_balance_and_identities(changes):
     assert mean_and_error(moments.xV - moments.V2)[0] == pytest.approx(0.0, abs=1e-3 * v2 + 4 * error)
 
 
+@pytest.mark.thorough("test_a_small_gap_or_preload_is_a_stop_at_rest")
 def test_preload_converges_with_the_step():
     """E[(x + gap)^2] of a pressed mass: exact at the chosen step to the bias of some per cent that it stands for.
 
@@ -123,6 +124,7 @@ def test_preload_converges_with_the_step():
     assert mean_and_error((coarse.snapshot()[0] - 1.5) ** 2)[0] > 1.3 * y2
 
 
+@pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 def test_on_top_of_the_barrier():
     """Without noise the mass stays for ever; noise sends it into both wells alike."""
     assert not trace(changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)).readings.any()

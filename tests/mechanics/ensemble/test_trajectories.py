@@ -95,6 +95,7 @@ def test_gibbs_law_with_a_stop():
     assert abs(z(straight.mean("impacts"), 1 / np.pi)) < 4
 
 
+@pytest.mark.thorough("test_passive_voltage_with_a_stop")
 def test_passive_voltage_with_a_stop():
     """beta -> 0, r = 1, c = mu = .05, N1 = .01: E[V^2] = .055789 by the correlation of |y|."""
     from scipy.integrate import quad

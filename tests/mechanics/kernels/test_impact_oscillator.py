@@ -158,6 +158,7 @@ def test_path_converges_at_second_order(more):
     assert errors[-1] < 1e-3
 
 
+@pytest.mark.thorough("test_chaos_and_a_subharmonic_are_named")
 def test_chaotic_response_is_told():
     """Beyond the cascade trajectories differ, and the engine says so."""
     eqs = changed(driven(2.8), c1=-0.02, beta=0.01, mu=1.0)

@@ -119,6 +119,7 @@ def test_ensemble_runs_whole_periods():
     assert pair.trajectories.run(1.0).balance(eqs) == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.thorough("test_a_record_begins_at_its_beginning")
 @pytest.mark.ngspice
 def test_spice_on_the_record():
     eqs = changed(PAPER, n1=None, n2=None, restitution=None, record=table())

@@ -119,6 +119,7 @@ def test_several_responses_are_told():
     assert answer.mean_square_voltage.stderr > 0.0
 
 
+@pytest.mark.thorough("test_ensemble_of_the_linear_scene")
 @pytest.mark.statistics
 def test_white_noise_beside_a_drive():
     """Linear: E[V^2] is the sum of both."""

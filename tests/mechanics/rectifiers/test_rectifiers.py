@@ -275,8 +275,19 @@ def test_switch_waits_for_one_and_a_half_plays():
     assert -0.7 < V[-1] < -0.5
 
 
+OTHER = pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")  # circuits: two have all kinds of code
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "r"), [("bridge", None), *((kind, 0.9) for kind in KINDS)])
+@pytest.mark.parametrize(
+    ("kind", "r"),
+    [
+        ("sece", 0.9),
+        ("bridge", 0.9),
+        *(pytest.param(kind, 0.9, marks=OTHER) for kind in KINDS if kind not in ("bridge", "sece")),
+        pytest.param("bridge", None, marks=OTHER),
+    ],
+)
 def test_lane_and_path_are_the_same_trajectory(kind, r):
     """With a stop there is all that there is without one, and the impact."""
     eqs, h, time = changed(PLATE, restitution=r), 0.07, 12.0 if r else 60.0
@@ -303,7 +314,11 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
             {"n1": None, "drive": 0.7, "drive_frequency": 0.9}
             | {"gap": 0.6, "restitution": 0.8, "opposite_gap": 0.7, "opposite_restitution": 0.5},
         ),
-        ("sece", {"stop_stiffness": 400.0, "stop_damping": 2.0, "linear": 0.8, "alpha2": 0.1, "alpha": 0.2}),
+        pytest.param(
+            "sece",
+            {"stop_stiffness": 400.0, "stop_damping": 2.0, "linear": 0.8, "alpha2": 0.1, "alpha": 0.2},
+            marks=pytest.mark.thorough("test_contact_is_the_equation"),
+        ),
     ],
 )
 def test_the_mass_moves_as_with_a_resistor(kind, changes):
@@ -482,7 +497,10 @@ def rms(a, b):
 
 
 @pytest.mark.ngspice
-@pytest.mark.parametrize("name", ["bridge", "doubler"])
+@pytest.mark.parametrize(
+    "name",
+    ["bridge", pytest.param("doubler", marks=pytest.mark.thorough("test_ngspice_on_the_same_noise_with_a_switch"))],
+)
 def test_ngspice_on_the_same_noise(name):
     """Load power of 4 trajectories: the same but for 1e-3 of its variance, its mean to .1 %; V to .2 %."""
     spice, mine, (_, path, charge), same, s = beside(name, 4, 240.0, 100.0, step=0.05)

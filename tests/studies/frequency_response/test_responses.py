@@ -51,6 +51,7 @@ def test_phases_of_a_resonance():
     assert (low, at, high) == (pytest.approx(180.0, abs=0.01), pytest.approx(90.0), pytest.approx(0.0, abs=0.02))
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 @pytest.mark.ngspice
 def test_a_bridge_by_ngspice_and_by_ideal_diodes(tmp_path):
     """By ngspice a netlist has a response from rest, whose power is that of ideal diodes within 1 %; files and JSON."""

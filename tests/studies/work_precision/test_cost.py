@@ -314,6 +314,7 @@ def test_progress_is_told(measured):
     assert fractions[-1] <= 1.0
 
 
+@pytest.mark.thorough("test_what_does_not_fit_is_not_begun")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_budget_that_is_spent_leaves_one_setting_an_engine(spent):
