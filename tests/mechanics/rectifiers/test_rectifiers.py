@@ -467,11 +467,12 @@ def test_no_ideal_circuit():
         Load(resistance=1e6),
         Load(netlist="resistor", parameters={"R": 1e6}),
         Load(netlist="netlists/bridge.cir"),
-        dataclasses.replace(scene.load, parameters={"R": 0.0}),
     ):
         assert ideal_circuit(load_circuit(one, s.capacitance), s) is None
     with pytest.raises(InputError, match="unknown parameter"):
         load_circuit(Load(netlist="bridge", parameters={"Q": 1.0}), s.capacitance)
+    with pytest.raises(InputError, match="must be above 0"):
+        load_circuit(dataclasses.replace(scene.load, parameters={"R": 0.0}), s.capacitance)
 
 
 def _spice(device, noise, discard):
