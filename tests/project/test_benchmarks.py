@@ -15,6 +15,7 @@ from tests.support.paths import ROOT
 sys.path.append(str(ROOT / "benchmarks"))
 effects = importlib.import_module("effects")
 mutants = importlib.import_module("mutants")
+same_answers = importlib.import_module("same_answers")
 by_hand = importlib.import_module("peers.by_hand")
 
 from harvester.equations.coefficients import Equations  # noqa: E402
@@ -110,3 +111,19 @@ def test_every_mutant_fits_the_package():
     """Each piece of code that the mutation check replaces is found exactly once, and its tests by their names."""
     texts, files = mutants.sources(ROOT), mutants.test_files(ROOT)
     assert [f"{one.name}: {wrong}" for one in mutants.mutants() if (wrong := mutants.misfit(one, texts, files))] == []
+
+
+def test_answers_that_differ_are_found():
+    """In a last digit, by a key that is gone, or by a status; not by a time, a sentence or a new key."""
+    before = {"rows.0.power": 1.0, "rows.1.power": None, "warnings.0": "before", "seconds": 1.0, "version": "1"}
+
+    def wrong(status=0, **changes):
+        after = {key: value for key, value in (before | changes).items() if value != "gone"}
+        return same_answers.differences((status, after, ""), (0, before, ""), None)[0]
+
+    assert wrong() == wrong(**{"warnings.0": "after", "seconds": 2.0, "version": "2", "new": 1.0}) == []
+    assert wrong(**{"rows.0.power": 1.0 + 2.0**-52}) == ["rows.0.power: 1.0000000000000002, there 1.0 (+2.2e-16)"]
+    assert wrong(**{"rows.1.power": 0.0}) == ["rows.1.power: 0.0, there None"]
+    assert wrong(**{"rows.1.power": "gone"}) == ["4 values, there 5"]
+    assert wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0] == "keys that are gone: rows.*.power"
+    assert wrong(3) == ["exit status 3, there 0: "]

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,43 @@ def test_what_may_only_fall(name, most, target):
 
 def test_every_measure_has_a_bound():
     assert list(house.MEASURES) == [name for name, *_ in BOUNDS]
+
+
+FAULTS = """
+SPENT = "the budget is spent"
+def a(p1, p2, p3, p4, p5, p6, p7, p8, p9, p10, p11, p12, p13):
+    found.warnings.append(f"{p1} is too large")
+    return Answer(value, reason="nobody knows it", low=value - 1.96 * stderr)
+def why(answer):
+    if answer.warnings[0].startswith(SPENT) or isinstance(engine, Spice) or engine == "spice":
+        return "it was slow"
+    raise InputError("`within` must be a number")
+"""
+
+
+def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
+    """Of two small files the places are known; a sentence of an error of bad input counts nowhere."""
+    for name in ("engines/spice.py", "studies/one.py", "figures/one.py"):
+        (tmp_path / "harvester" / name).parent.mkdir(parents=True)
+        text = 'class Spice:\n    NAME = "spice"\n' if "spice" in name else FAULTS if "studies" in name else ""
+        (tmp_path / "harvester" / name).write_text(text)
+    trees = house.parsed.__wrapped__
+    for name, fresh in [("ROOT", tmp_path), ("parsed", cache(lambda: trees(tmp_path / "harvester")))]:
+        monkeypatch.setattr(house, name, fresh)
+    for name in ("nodes", "engines", "names_of_sentences"):
+        monkeypatch.setattr(house, name, cache(getattr(house, name).__wrapped__))
+    monkeypatch.setattr(house, "MOST_BRANCHES", 3)
+    found = {name: len(list(places())) for name, places in house.MEASURES.items()}
+    assert found == {
+        "lines of code": 10,
+        "functions above 15 branches": 1,
+        "functions above 12 parameters": 1,
+        "base names of several files": 1,
+        "tests of engines outside engines": 2,
+        "1.96 outside uncertainty": 1,
+        "sentences read by code": 1,
+        "words made outside messages": 3,
+    }
 
 
 def test_layers_and_no_circles():
