@@ -124,6 +124,6 @@ def test_answers_that_differ_are_found():
     assert wrong() == wrong(**{"warnings.0": "after", "seconds": 2.0, "version": "2", "new": 1.0}) == []
     assert wrong(**{"rows.0.power": 1.0 + 2.0**-52}) == ["rows.0.power: 1.0000000000000002, there 1.0 (+2.2e-16)"]
     assert wrong(**{"rows.1.power": 0.0}) == ["rows.1.power: 0.0, there None"]
-    assert wrong(**{"rows.1.power": "gone"}) == ["4 values, there 5"]
+    assert wrong(**{"rows.1.power": "gone"}) == ["2 values, there 3"]
     assert wrong(**{"rows.0.power": "gone", "rows.1.power": "gone"})[0] == "keys that are gone: rows.*.power"
     assert wrong(3) == ["exit status 3, there 0: "]
