@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
 from harvester.machine.processes import SAFE
 
+PATIENCE, LOOK = 2.0, 0.02  # seconds that processes get to end by themselves; between two looks at them
 Told = Callable[[dict[str, Any]], None]
 
 
@@ -40,10 +42,11 @@ class Background:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def cancel(self) -> None:
-        """Kill the run and all the processes that it started."""
+        """End the run and all the processes that it started: it ends itself when its stdin is closed."""
         self._cancelled = True
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.group, signal.SIGKILL)
+        with contextlib.suppress(OSError):
+            if self._process.stdin is not None:
+                self._process.stdin.close()
 
     def _listen(self) -> None:
         """Hand on what the process says; at its end, that it ended without a word where it did."""
@@ -56,10 +59,18 @@ class Background:
                         continue
                     ended = ended or "answer" in said or "error" in said
                     self._told(said)
-            with contextlib.suppress(ProcessLookupError):  # workers that would outlive it
-                os.killpg(self.group, signal.SIGKILL)
+            self._end_group()
         status = self._process.returncode
         if self._cancelled:
             self._told({"cancelled": True})
         elif not ended:
             self._told({"error": f"the run ended without an answer (status {status})"})
+
+    def _end_group(self) -> None:
+        """Wait until the processes that the run started have ended, which free what they share, and kill those left."""
+        with contextlib.suppress(ProcessLookupError):
+            for _ in range(round(PATIENCE / LOOK)):
+                os.killpg(self.group, 0)
+                self._process.poll()
+                time.sleep(LOOK)
+            os.killpg(self.group, signal.SIGKILL)

@@ -34,7 +34,7 @@ class Explorer:
         self._wanted: Wanted | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._doubts: list[str] = []
-        self._computing = Computing(self, self._soon)
+        self._computing = Computing(self, self.soon)
         self.error = self._html("error-line")
         self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
         self.meaning, self.difference, self.path_told = map(self._html, ("meaning", "difference", "path-told"))
@@ -43,7 +43,7 @@ class Explorer:
         self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0)
         self.power: PowerPlot | None = None
         self.paths = PathPlots()
-        self.runs = RunPanel(self._point, self._draw, self._soon)
+        self.runs = RunPanel(self._point, self._draw, self.soon)
         self.pin = PinBar(self._pin, self._unpin)
         self.files = FilesBar(Path(self.folder.name), self)
         self.side = pn.Column(sizing_mode="stretch_width", margin=0)
@@ -122,7 +122,7 @@ class Explorer:
         hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
         self.say_of_path(f"the last 12 periods of one path by {found['engine']}{hits}; a path is no mean")
 
-    def _soon(self, action: Callable[[], None]) -> None:
+    def soon(self, action: Callable[[], None]) -> None:
         """Call a function on the server's thread, where the page may be changed; nothing where the page is gone."""
         document = self.document
         if document is None or document.session_context is None or self._ended.is_set():

@@ -1,7 +1,7 @@
 """The page's server: on 127.0.0.1 only, and nothing without the token of its address.
 
 The token is the first part of every path, so that the page, what it fetches and its websocket all carry it; any other
-path is 403.  A websocket is refused too where its origin is another page than ours (Bokeh's check).
+request is refused before its body is read (`harvester.explore.guard`).
 """
 
 import asyncio
@@ -13,25 +13,16 @@ from pathlib import Path
 from typing import Any
 
 import panel as pn
-from tornado.web import RequestHandler
 from tornado.websocket import WebSocketClosedError
 
 from harvester.errors import InputError
 from harvester.explore import paths
 from harvester.explore.draft import Draft
+from harvester.explore.guard import LIMITS, Guard, quieten
 from harvester.explore.page import Explorer
 
 HOST = "127.0.0.1"
 MOST_BYTES = 80_000_000  # of a message: a file of `uploads.MOST_BYTES`, as text
-
-
-class Forbidden(RequestHandler):
-    """Refuses every request, whatever its method, with 403 and no further word."""
-
-    def prepare(self) -> None:
-        """Answer before any method is looked for."""
-        self.set_status(403)
-        self.finish("403: the address must have the token that `harvester explore` printed\n")
 
 
 class Frame(pn.Template):  # type: ignore[misc]
@@ -67,11 +58,14 @@ class Server:
             websocket_origin=[f"{HOST}:{port}", f"localhost:{port}"],
             websocket_max_message_size=MOST_BYTES,
             title="harvester explore",
-            default_handler_class=Forbidden,
+            http_server_kwargs=LIMITS,
             show=False,
             start=False,
             verbose=False,
         )
+        guarded = Guard(self._server._tornado, token, (f"{HOST}:{port}", f"localhost:{port}"))
+        self._server._http.request_callback = guarded
+        quieten(token)
         self.url = f"http://{HOST}:{port}/{token}/"
 
     def run(self) -> None:

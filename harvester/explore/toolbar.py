@@ -1,6 +1,7 @@
 """The buttons that pin a design, open files and save what the page shows."""
 
 import io
+import os
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
@@ -8,8 +9,9 @@ from typing import Any, Protocol
 
 import panel as pn
 
-from harvester.errors import HarvesterError, InputError, named
+from harvester.errors import InputError, named
 from harvester.explore import downloads, uploads
+from harvester.explore.computing import POOL
 from harvester.explore.draft import Draft
 from harvester.explore.html_text import problem_line
 from harvester.explore.live import Live
@@ -29,6 +31,10 @@ class PageShape(Protocol):
 
     def replace(self, draft: Draft) -> None:
         """Work on another draft."""
+        ...
+
+    def soon(self, action: Callable[[], None]) -> None:
+        """Call a function where the page may be changed."""
         ...
 
     def shown_runs(self) -> list[dict[str, Any]]:
@@ -130,14 +136,21 @@ class FilesBar:
         if not contents:
             return
         contents, names = (contents, names) if isinstance(contents, list) else ([contents], [names])
+        self.told.object = '<div class="by">reading ...</div>'
+        draft, axis = self._page.draft, self.axis.value.strip()
+        POOL.submit(self._read, draft, names, contents, axis)
+
+    def _read(self, draft: Draft, names: list[str], contents: list[bytes], axis: str) -> None:
+        """Read the files in a thread of its own, so that no other page waits; then the page takes them."""
         try:
             paths = uploads.keep(self._folder, names, contents)
-            draft, told = uploads.take(self._page.draft, paths, self.axis.value.strip())
-        except HarvesterError as error:
-            self.told.object = problem_line(str(error))
-            return
+            found, told = uploads.take(draft, paths, axis)
         except Exception as error:
-            self.told.object = problem_line(str(named(error)))
+            line = problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
+            self._page.soon(lambda: self.told.param.update(object=line))
             return
+        self._page.soon(lambda: self._taken(found, told))
+
+    def _taken(self, draft: Draft, told: list[str]) -> None:
         self.told.object = "".join(f'<div class="by">{escape(one)}</div>' for one in told)
         self._page.replace(draft)

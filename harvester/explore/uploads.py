@@ -17,6 +17,7 @@ from harvester.studies.record import look
 
 KINDS = (".toml", ".csv", ".cir")
 MOST_BYTES = 50_000_000  # of all that a session has been given
+MOST_PARAMETERS = 50  # of a netlist, each of which is a knob
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
 
 
@@ -57,6 +58,8 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
                 told += _record(draft, path, axis)
             case _:
                 told.append(_netlist(draft, path))
+    if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_PARAMETERS:
+        raise InputError(f"a netlist must have at most {MOST_PARAMETERS} parameters, each a knob here, but has {count}")
     draft.scene()
     return draft, told
 

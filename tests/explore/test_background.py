@@ -3,6 +3,7 @@
 import os
 import queue
 import time
+from pathlib import Path
 
 import pytest
 
@@ -43,15 +44,25 @@ def test_an_error_is_one_line():
     assert "oscillator.mass must be a mass" in last(told)[0]["error"]
 
 
-def test_cancel_kills_all(tmp_path):
-    """The run and what it started end at once."""
+def on_ngspice():
+    """A run that starts workers, which share semaphores."""
+    draft = first()
+    draft.choose("bridge")
+    return draft.tables(), "spice", "1%"
+
+
+@pytest.mark.parametrize("started", [(first().tables(), "ensemble", "0.01%"), on_ngspice()], ids=["ensemble", "spice"])
+@pytest.mark.ngspice
+def test_cancel_kills_all(started):
+    """The run and what it started end at once, and leave nothing that they shared."""
     told = queue.Queue()
-    run = Background(first().tables(), "ensemble", "0.01%", told.put)
+    run = Background(*started, told.put)
     said = told.get(timeout=60)  # it is at work
     assert "fraction" in said
     begin = time.monotonic()
     run.cancel()
     assert last(told)[0] == {"cancelled": True}
     assert time.monotonic() - begin < 3.0
+    assert not list(Path("/dev/shm").glob(f"*loky-{run.group}-*"))
     with pytest.raises(ProcessLookupError):
         os.killpg(run.group, 0)

@@ -1,6 +1,18 @@
-"""The server of the page: what it reports."""
+"""The server of the page: what it reports, whom it refuses, and that it does so at once."""
 
 import asyncio
+import http.client
+import json
+import re
+import socket
+import time
+import urllib.parse
+from pathlib import Path
+
+import pytest
+
+from tests.support.browser import serving
+from tests.support.paths import ROOT
 
 
 def test_a_page_that_closes_while_it_is_drawn_is_no_fault(caplog):
@@ -15,3 +27,86 @@ def test_a_page_that_closes_while_it_is_drawn_is_no_fault(caplog):
     report_failure(loop, {"message": "of a task", "exception": ValueError("another fault")})
     assert "another fault" in caplog.text
     loop.close()
+
+
+def ask(address, method="GET", path="", host=None, **headers):
+    """The status that a request gets; its path stands behind that of the address, or is whole with a slash."""
+    url = urllib.parse.urlsplit(address)
+    asked = http.client.HTTPConnection(url.hostname, url.port, timeout=20)
+    asked.putrequest(method, path if path.startswith("/") else url.path + path, skip_host=True)
+    for name, value in {"Host": host or url.netloc, **headers}.items():
+        asked.putheader(name, value)
+    asked.endheaders()
+    with asked.getresponse() as answer:
+        answer.read()
+    asked.close()
+    return answer.status
+
+
+def memory(program):
+    """MB that a program holds."""
+    return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{program.pid}/status").read_text())[1]) / 1000
+
+
+def send(address, size):
+    """Send so many bytes to a path without the token; how many were taken until the connection was closed."""
+    url = urllib.parse.urlsplit(address)
+    sent, deadline = 0, time.monotonic() + 20.0
+    with socket.create_connection((url.hostname, url.port), timeout=5.0) as one:
+        one.sendall(f"POST /x HTTP/1.1\r\nHost: {url.netloc}\r\nContent-Length: {size}\r\n\r\n".encode())
+        try:
+            while sent < size and time.monotonic() < deadline:
+                sent += one.send(b"x" * min(1_000_000, size - sent))
+        except OSError:
+            pass
+    return sent
+
+
+async def talk(address, token, message):
+    """Send a message over the page's websocket, and wait until the server closes it or says something."""
+    from tornado.httpclient import HTTPRequest
+    from tornado.websocket import websocket_connect
+
+    url = urllib.parse.urlsplit(address)
+    request = HTTPRequest(f"ws://{url.netloc}{url.path}ws", headers={"Origin": f"http://{url.netloc}"})
+    connection = await websocket_connect(request, subprotocols=["bokeh", token])
+    await connection.read_message()
+    await connection.write_message(message)
+    await asyncio.wait_for(connection.read_message(), 20)
+    connection.close()
+
+
+@pytest.mark.slow
+def test_who_may_talk_to_the_server():
+    """Nobody without the token, from another page or to another host; no body is kept; stderr never has the token."""
+    with serving(str(ROOT / "examples" / "plate.toml")) as (program, address, _):
+        url = urllib.parse.urlsplit(address)
+        token = url.path.strip("/")
+        assert ask(address) == 200
+        assert ask(address, host=f"localhost:{url.port}") == 200
+        assert ask(address, Origin=f"http://localhost:{url.port}") == 200
+        assert [ask(address, path=path) for path in ("/", "/favicon.ico", "/ws", f"/x{token}/", f"//{token}/")] == [
+            403
+        ] * 5
+        assert ask(address, host="evil.example") == 403
+        assert ask(address, host="127.0.0.1:1") == 403
+        assert ask(address, Origin="http://evil.example") == 403
+        assert ask(address, "BREW") in (403, 405)
+        assert ask(address, path="nowhere") == 404
+        assert ask(address, "POST", **{"Content-Length": "79000000"}) in (400, 413)
+        before = memory(program)
+        assert max(send(address, 79_000_000) for _ in range(3)) < 79_000_000
+        assert memory(program) < before + 30.0
+        asked = http.client.HTTPConnection(url.hostname, url.port, timeout=20)
+        asked.request("GET", url.path)
+        with asked.getresponse() as answer:
+            page = answer.read().decode()
+        asked.close()
+        session = json.loads(re.search(r'"token":("[^"]+")', page)[1])
+        for message in ("nonsense", '{"msgid": 1}', "{" * 5000):
+            asyncio.run(talk(address, session, message))
+        program.terminate()
+        _, err = program.communicate(timeout=20)
+    assert token not in err
+    assert "Traceback" not in err
+    assert all(line.startswith("harvester") for line in err.splitlines()), err
