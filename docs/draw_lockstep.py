@@ -17,7 +17,7 @@ import numpy as np
 import harvester as hv
 from harvester.cosimulation import runs as worker
 from harvester.engines.selection import ENGINES
-from harvester.engines.spice.setup import prepare
+from harvester.engines.spice.setup import set_up
 from harvester.equations.problem import Problem
 from harvester.figures.style import image, legend, new, styled
 from harvester.mechanics.kernels.noise import gaussian_grid
@@ -50,7 +50,7 @@ class Recorder(PythonCallbacks):
 
 def recorded(scene: hv.Scene) -> tuple[np.ndarray, float]:
     """Accepted points (n, 6): t, x, velocities before and after, V, whether an impact; and the step."""
-    device = prepare(Problem(scene), hv.Spice(dt=STEP / 20.0)).device
+    device = set_up(Problem(scene), hv.Spice(dt=STEP / 20.0)).device
     Recorder.points = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # 0 times the infinite distance of a stop that is not there

@@ -46,6 +46,8 @@ class MissingProgramError(InputError):
 class CannotServeError(InputError):
     """The engine cannot compute this scene; the message names one that can.
 
+    Its argument is the refusal, a `harvester.presentation.diagnostic.Diagnostic` whose sentence the message is.
+
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
     >>> hv.Averaged().run(hv.Scene(nondimensional=table))

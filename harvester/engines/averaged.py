@@ -13,6 +13,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.effects import AVERAGED, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
@@ -61,31 +62,22 @@ class Averaged(Formula):
         elif exists.tail is not None and not exists.unknown:
             bias += tail_error(exists.tail, solution)
         v2 = Value(mean, model=None if exists.unknown else bias * mean, unknown=exists.unknown)
-        warnings = exists.warnings
+        diagnostics = [exists.warning, note("theory")]
         if bias > DOUBTFUL:
-            why = "coupling is strong"
-            if bias > 2.0 * solution.bias:
-                why = "noise of the stiffness is strong beside the damping"
-            elif solution.stored <= solution.impact_loss:
-                why = "impacts take much of the energy in one cycle"
-            warnings.append(f"averaging is doubtful here (estimated error {bias:.0%}): {why}; check with 'ensemble'")
+            why = "impacts" if solution.stored <= solution.impact_loss else "coupling"
+            why = "noise" if bias > 2.0 * solution.bias else why
+            diagnostics.append(warning("averaging_doubtful", error=bias, why=why))
         r = problem.equations.restitution
         if r is not None and problem.equations.mu is None:
-            warnings.append(
-                "open circuit: this is the variance of V about its mean, which stays what it began with; engines that "
-                "sample begin with V = x, and tell E[V^2] with that mean"
-            )
+            diagnostics.append(warning("open_circuit_variance"))
         if r is not None and r < LEAST_RESTITUTION:
-            warnings.append(
-                f"the error was not measured for a restitution coefficient of {r:g}, below {LEAST_RESTITUTION}"
-            )
+            diagnostics.append(warning("restitution_untested", restitution=r, least=LEAST_RESTITUTION))
         details = {
             "exchange_per_cycle": solution.exchange,
             "impact_loss_per_cycle": solution.impact_loss,
             "slow_share": solution.slow / (solution.fast + solution.slow),
         }
-        reason = "no sampling error: a theory; the model's error is estimated from its small parameters"
-        return estimate(self.NAME, problem, v2, None, seconds, 0, reason, tuple(warnings), details)
+        return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=details)
 
 
 def noise_error(eqs: Equations, law: "TwoScale") -> float:

@@ -14,7 +14,7 @@ from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, names_arguments
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import note
 
 
 @names_arguments
@@ -40,11 +40,6 @@ class Cheapest(MonteCarloOptions, Engine):
     NAME: ClassVar[str] = "cheapest"
     chooses: ClassVar[bool] = True
 
-    @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Empty: there is an engine for every problem."""
-        return ""
-
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
         problem, within = Problem.of(scene), number(self.within)
@@ -52,22 +47,19 @@ class Cheapest(MonteCarloOptions, Engine):
             raise InputError("`within` must be given where no engine is, but is left out")
         options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
         if problem.netlist is not None:
-            why = "the load is a netlist, and 'ideal' does not know the error of its model"
-            return _because(Spice(**options).run(problem, progress), why)
+            return _because(Spice(**options).run(problem, progress), "netlist", within)
         kind = formula(problem)
         try:
             quick = kind(within=within).run(problem)
         except HarvesterError as error:
             if kind is Exact:
                 raise
-            why = f"'averaged' cannot tell: {error}"
-        else:
-            power = quick.mean_power
-            stated = power.known_error95 / abs(power.value) if power.value else 0.0
-            if stated <= within:
-                return _because(quick, f"the error that it states, {stated:.2g}, is within {within:.3g}")
-            why = f"{kind.NAME!r} states an error of {stated:.2g}, more than {within:.3g}"
-        return _because(Ensemble(**options).run(problem, progress), why)
+            return _because(Ensemble(**options).run(problem, progress), "refused", within, refused=str(error))
+        power = quick.mean_power
+        stated = power.known_error95 / abs(power.value) if power.value else 0.0
+        if stated <= within:
+            return _because(quick, "reached", within, stated)
+        return _because(Ensemble(**options).run(problem, progress), "beyond", within, stated, kind.NAME)
 
 
 def formula(problem: Problem) -> type[Formula]:
@@ -75,6 +67,10 @@ def formula(problem: Problem) -> type[Formula]:
     return Averaged if Exact.refusal(problem) else Exact
 
 
-def _because(answer: Estimate, why: str) -> Estimate:
-    reason = f"engine {answer.engine!r} was chosen as the cheapest: {why}"
-    return dataclasses.replace(answer, diagnostics=(worded(reason, "note"), *answer.diagnostics))
+def _because(
+    answer: Estimate, why: str, within: float, error: float | None = None, formula: str = "", refused: str = ""
+) -> Estimate:
+    """The answer with a note ``why`` its engine was chosen; ``error`` is what the ``formula`` states."""
+    numbers = {"why": why, "error": error, "within": within, "formula": formula, "refused": refused}
+    chosen = note("cheapest", engine=answer.engine, **numbers)
+    return dataclasses.replace(answer, diagnostics=(chosen, *answer.diagnostics))

@@ -16,7 +16,7 @@ from harvester.errors import SimulationError
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
-    from harvester.engines.model import Model
+    from harvester.engines.sampling import Model
     from harvester.mechanics.ensemble.coexisting_responses import Attractor
 
 AGAIN = 0.25  # of the time that the search took: for what moves to half the step

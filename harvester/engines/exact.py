@@ -6,11 +6,12 @@ from typing import Any, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.formula import Formula
-from harvester.engines.protocol import OPEN_CIRCUIT, estimate
+from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
@@ -51,11 +52,10 @@ class Exact(Formula):
         from harvester.linear.record_doubts import record_doubts
 
         eqs = problem.equations
-        warnings = record_doubts(eqs)
+        diagnostics = [*record_doubts(eqs), note("closed_form")]
         if eqs.mu is None:
-            warnings.append(OPEN_CIRCUIT)
+            diagnostics.append(warning("open_circuit"))
         if not eqs.is_shaken:
-            warnings.append("the response dies out: nothing shakes the base")
+            diagnostics.append(warning("nothing_shakes"))
         v2 = Value(solution.value, bias=solution.error, model=0.0)
-        reason = "no sampling error and no model: the equations are linear and solved as they stand, but for rounding"
-        return estimate(self.NAME, problem, v2, None, seconds, 0, reason, tuple(warnings))
+        return estimate(self.NAME, problem, v2, None, diagnostics, seconds)

@@ -14,7 +14,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import Diagnostic, warning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +27,8 @@ class Formula(Request, Engine):
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 
     @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Why the theory cannot serve a problem; empty where it can."""
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the theory cannot serve a problem; None where it can."""
         who = cls.WHO or f"engine {cls.NAME!r}"
         instead = "engine 'ensemble'"
         if unknown_to(LINEAR).isdisjoint(problem.effects):
@@ -78,10 +78,6 @@ class Formula(Request, Engine):
         power = answer.mean_power
         if power.model is not None and power.known_error95 <= within * abs(power.value):
             return answer
-        known = (
-            "is not known"
-            if power.model is None
-            else f"is estimated at {power.known_error95 / abs(power.value or 1.0):.2g}"
-        )
-        word = f"`within` {within:.3g} cannot be promised: the error of {self.NAME!r} {known}"
-        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded(word)))
+        error = None if power.model is None else power.known_error95 / abs(power.value or 1.0)
+        beyond = warning("beyond_formula", engine=self.NAME, within=within, error=error)
+        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, beyond))

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
-from harvester.engines.model import Model
 from harvester.engines.protocol import AnyScene, Progress
+from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import Diagnostic, refusal, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.uncertainty.value import amount
+from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
 
 LONG = 1000.0  # periods of the mass
 SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it may change of the power, over that
@@ -43,24 +43,21 @@ class Ideal(Ensemble):
     takes_netlists: ClassVar[bool] = True
     needs_netlist: ClassVar[bool] = True
     next_fidelity: ClassVar[str | None] = "spice"
-    REASON: ClassVar[str] = "the error of ideal diodes and switches is not known from within: compare with 'spice'"
-
-    UNKNOWN: ClassVar[str] = "ideal diodes and switches"
+    MODEL_NOTE: ClassVar[str] = "ideal_elements"
+    UNKNOWN: ClassVar[str] = IDEAL_ELEMENTS
 
     @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Why the engine cannot serve a problem; empty where it can."""
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the engine cannot serve a problem; None where it can."""
         from harvester.cosimulation.idealised import TOPOLOGIES, ideal_circuit
 
         if problem.netlist is None:
-            return "engine 'ideal' must have a netlist as load, but has none: use engine 'ensemble'"
+            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
         if circuit is None or ideal_circuit(circuit, problem.scales) is None:
-            return (
-                f"engine 'ideal' must have one of the netlists {', '.join(TOPOLOGIES)}, but the load is "
-                f"{problem.netlist!r}: use engine 'spice'"
-            )
-        return ""
+            known = ", ".join(TOPOLOGIES)
+            return refusal("needs_ideal_circuit", cls.NAME, engine=cls.NAME, known=known, netlist=problem.netlist)
+        return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`; a start that is not forgotten in time is explained by the circuit's memory."""
@@ -68,7 +65,7 @@ class Ideal(Ensemble):
             answer = super().run(scene, progress)
         except SimulationError as error:
             raise type(error)(f"{error}{_cause(Problem.of(scene))}") from None
-        diagnostics = (*answer.diagnostics, *map(worded, _slow_switching(Problem.of(scene))))
+        diagnostics = (*answer.diagnostics, *_slow_switching(Problem.of(scene)))
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
 
     def model(self, problem: Problem) -> Model:
@@ -80,7 +77,7 @@ class Ideal(Ensemble):
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
 
 
-def _slow_switching(problem: Problem) -> list[str]:
+def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     """A warning where the coil takes a good part of half a period for what ideal switches do at once.
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python benchmarks/products.py`).
@@ -91,17 +88,8 @@ def _slow_switching(problem: Problem) -> list[str]:
     frequency = problem.scales.frequency * max(problem.equations.drive_frequency or 1.0, 1.0)
     seconds = switching_time(problem.circuit, problem.scales)
     share = seconds * frequency / math.pi
-    if share <= SLOW:
-        return []
-    told = (
-        f"a switching takes the coil {amount(seconds, 's')}, {share:.2g} of half a period, "
-        if problem.physical
-        else f"a switching takes the coil {share:.2g} of half a period, "
-    )
-    return [
-        f"{told}which ideal switches do at once: the power may be off by up to {WORSE:g} times that part of it; "
-        "use engine 'spice', or a smaller L"
-    ]
+    numbers = {"seconds": seconds, "share": share, "worse": WORSE}
+    return (warning("slow_switching", **numbers, physical=problem.physical),) if share > SLOW else ()
 
 
 def _cause(problem: Problem) -> str:

@@ -1,14 +1,15 @@
 """What all engines share: their base, the check that a problem is theirs, and the way to an Estimate."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import Diagnostic, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -16,7 +17,6 @@ from harvester.uncertainty.value import Value
 
 Progress = Callable[[float], None]  # is called with the fraction done
 AnyScene: TypeAlias = Scene | Problem | str | Path  # a scene, the problem made of it, or the path of a scene file
-OPEN_CIRCUIT = "open circuit: V keeps the offset that it started with, and takes no power"
 
 
 class Engine:
@@ -39,9 +39,9 @@ class Engine:
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
 
     @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Why the engine cannot serve a problem, and what can; empty where it can."""
-        return ""
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the engine cannot serve a problem, and what can; None where it can."""
+        return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
@@ -71,25 +71,22 @@ class Engine:
 def served(engine: type[Engine], scene: AnyScene) -> Problem:
     """The problem of a scene that an engine serves; CannotServeError with the reason where it does not."""
     problem = Problem.of(scene)
-    if reason := engine.refusal(problem):
+    if (reason := engine.refusal(problem)) is not None:
         raise CannotServeError(reason)
     return problem
 
 
-def needs_resistance(problem: Problem, engine: str) -> str:
-    """Why an engine for load resistances cannot serve a netlist; empty where the load is none."""
+def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
+    """Why an engine for load resistances cannot serve a netlist; None where the load is none."""
     if problem.netlist is None:
-        return ""
-    return (
-        f"engine {engine!r} must have a load resistance, but the load is netlist {problem.netlist!r}: "
-        "use engine 'spice', or 'ideal' for one of the package's netlists"
-    )
+        return None
+    return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
 
 
-def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> str:
-    """Why ``who`` cannot serve a scene with effects that it does not know; empty where it knows all."""
-    found = [name.replace("_", " ") for name in problem.effects if name in unserved]
-    return f"{who} does not know {' and '.join(found)}: use {instead}" if found else ""
+def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> Diagnostic | None:
+    """Why ``who`` cannot serve a scene with effects that it does not know; None where it knows all."""
+    found = [name for name in problem.effects if name in unserved]
+    return refusal("unknown_effects", who=who, effects=" and ".join(found), instead=instead) if found else None
 
 
 def with_power(v2: Value, eqs: Equations) -> Value:
@@ -102,19 +99,20 @@ def estimate(
     problem: Problem,
     v2: Value,
     power: Value | None,
+    diagnostics: Iterable[Diagnostic | None],
     seconds: float,
-    steps: int,
-    reason: str,
-    warnings: tuple[str, ...],
+    steps: int = 0,
     details: dict[str, float] | None = None,
-    samples: Any = None,
-    power_samples: Any = None,
+    samples: Floats | None = None,
+    power_samples: Floats | None = None,
 ) -> Estimate:
-    """The answer in the scene's units, from a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P]."""
-    eqs, units = problem.equations, problem.units
+    """The answer in the scene's units, from a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P].
+
+    To its ``diagnostics`` (None: nothing to say) come those of the scene.
+    """
+    eqs, units, shocks = problem.equations, problem.units, problem.events
     power = with_power(v2, eqs) if power is None else power
-    shocks = problem.events
-    doubts = [*unusual_values(problem.scene), *([shocks.warning] if shocks is not None and shocks.warning else [])]
+    of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
         physical=problem.physical,
@@ -124,7 +122,7 @@ def estimate(
         effects=problem.effects,
         seconds=seconds,
         steps=steps,
-        diagnostics=(*map(worded, (*doubts, *warnings)), *((worded(reason, "note"),) if reason else ())),
+        diagnostics=(*of_scene, *(one for one in diagnostics if one is not None)),
         details=details or {},
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,

@@ -11,18 +11,9 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.effects import PUBLISHED, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
-
-STOP_WARNING = (
-    "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only even harmonics, so "
-    "E[V^2] and the power come out too high, about four times at the paper's parameters: use 'averaged', 'ensemble' "
-    "or 'spice'"
-)
-OPEN_WARNING = (
-    "open circuit with a stop: this is E[V^2] of a V that begins with V = x, so with its mean; 'averaged' tells the "
-    "variance of V about that mean"
-)
 
 
 @names_arguments
@@ -54,8 +45,7 @@ class Published(Formula):
         return mean_square_voltages
 
     def _estimate(self, problem: Problem, solution: float, seconds: float) -> Estimate:
-        reason = "no sampling error: a formula; its model error is not known from within"
-        eqs = problem.equations
-        wrong = STOP_WARNING if eqs.mu is not None else OPEN_WARNING
-        warnings = (wrong,) if eqs.restitution is not None else ()
-        return estimate(self.NAME, problem, Value(solution), None, seconds, 0, reason, warnings)
+        eqs, diagnostics = problem.equations, [note("published_formula")]
+        if eqs.restitution is not None:
+            diagnostics.append(warning("published_stop" if eqs.mu is not None else "published_open_circuit"))
+        return estimate(self.NAME, problem, Value(solution), None, diagnostics, seconds)

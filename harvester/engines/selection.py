@@ -14,6 +14,7 @@ from harvester.engines.published import Published
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, unknown
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
@@ -23,10 +24,10 @@ ENGINES: dict[str, type[Engine]] = {
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
 
-def refusals(scene: AnyScene) -> dict[str, str]:
-    """Every engine with the reason why it cannot serve a scene, empty where it can.
+def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
+    """Every engine with the reason why it cannot serve a scene, None where it can.
 
-    `Ideal`, which is about netlists only, is not listed for another load.
+    An engine that is about netlists only is not listed for another load.
     """
     problem = Problem.of(scene)
     about = [name for name in ENGINES if problem.netlist is not None or not ENGINES[name].needs_netlist]
@@ -35,7 +36,7 @@ def refusals(scene: AnyScene) -> dict[str, str]:
 
 def serving(scene: AnyScene) -> list[str]:
     """Names of the engines that serve a scene, the fastest first."""
-    return [name for name, reason in refusals(scene).items() if not reason]
+    return [name for name, reason in refusals(scene).items() if reason is None]
 
 
 def default_engine(scene: AnyScene, **options: Any) -> str:
@@ -86,14 +87,8 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
     which = [which] if isinstance(which, str) else which
     kinds = [_kind(one) for one in which]
     given = {name: value for name, value in options.items() if value is not None}
-    everybody = {name for kind in (*ENGINES.values(), Cheapest) for name in _options(kind)}
     for name in given:
-        if name not in everybody:
-            raise unknown("option of an engine", name, everybody)
-        if not any(name in _options(kind) for kind in kinds):
-            those = ", ".join(repr(known) for known, kind in ENGINES.items() if name in _options(kind))
-            ours = " and ".join(repr(kind.NAME) for kind in kinds)
-            raise InputError(f"`{name}` must be left out with engine {ours}, but is given: it is an option of {those}")
+        _check_option(name, kinds)
     made = []
     for one, kind in zip(which, kinds, strict=True):
         own: Any = {name: value for name, value in given.items() if name in _options(kind)}
@@ -107,6 +102,17 @@ def _kind(which: Named) -> type[Engine]:
     if which not in ENGINES and which != Cheapest.NAME:
         raise unknown("engine", which, ENGINES)
     return ENGINES.get(which, Cheapest)
+
+
+def _check_option(name: str, kinds: Sequence[type[Engine]]) -> None:
+    """Refuse an option that no engine has, or none of these ``kinds``, which would ignore it."""
+    everybody = {option for kind in (*ENGINES.values(), Cheapest) for option in _options(kind)}
+    if name not in everybody:
+        raise unknown("option of an engine", name, everybody)
+    if not any(name in _options(kind) for kind in kinds):
+        those = ", ".join(repr(known) for known, kind in ENGINES.items() if name in _options(kind))
+        ours = " and ".join(repr(kind.NAME) for kind in kinds)
+        raise InputError(f"`{name}` must be left out with engine {ours}, but is given: it is an option of {those}")
 
 
 def _options(kind: type[Engine]) -> list[str]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from harvester.equations.bounds import SLOWEST, growth_near
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.profiles.catalogue import PROFILES
 from harvester.records.profiles.densities import density
 from harvester.records.profiles.lines import STEP_RATE, machine, walking
@@ -36,14 +37,9 @@ class Events:
     briefest: float | None = None
 
     @property
-    def warning(self) -> str:
-        """What to beware of in the mean power of single events; empty for others."""
-        if not self.single:
-            return ""
-        return (
-            f"the shock is a single one: the mean power is over {1.0 / self.rate:.4g} s, in which the device comes to "
-            "rest; that time changes with the damping: compare the energy per event, or give event_rate"
-        )
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What to beware of in the mean power of single events; nothing for others."""
+        return (warning("single_shock", period=1.0 / self.rate),) if self.single else ()
 
 
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:

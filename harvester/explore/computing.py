@@ -16,6 +16,7 @@ from harvester.explore.live import Live, PowerCurve, live
 from harvester.explore.paths import path_elsewhere
 from harvester.explore.runs import without
 from harvester.explore.slider_scale import Slide
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
@@ -36,7 +37,7 @@ class Wanted(NamedTuple):
 class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, str], rested: bool) -> None:
+    def show(self, asked: Wanted, found: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say; in all its words where the knobs have ``rested``."""
         ...
 

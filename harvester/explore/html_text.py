@@ -10,6 +10,7 @@ from html import escape
 from typing import Any
 
 from harvester.answers.estimate import Estimate
+from harvester.engines.selection import ENGINES
 from harvester.equations.problem import Problem
 from harvester.explore.live import FORMULAS, Live, best, engineering
 from harvester.quantities.units import SYMBOLS
@@ -49,7 +50,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]]) -> str:
     """
     found = best(live.here)
     own = [run for run in runs if run["own"]]
-    if own and (found is None or found.engine != "exact" or live.instead):
+    if own and (found is None or not ENGINES[found.engine].is_exact or live.instead):
         unit = "W" if live.problem.physical else ""
         number, told = _number(own[-1]["y"], unit, own[-1]["error"])
         told += "" if own[-1]["known"] else " of what is known of its error"

@@ -8,17 +8,20 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Averaged, Exact, Published
-from harvester.engines.formula import Formula
+from harvester.engines.protocol import Engine
+from harvester.engines.selection import ENGINES
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.explore.slider_scale import Slide
 from harvester.scene.scene import Scene
 
-FORMULAS: dict[str, type[Formula]] = {engine.NAME: engine for engine in (Exact, Averaged, Published)}
+# The formulas, that which is nearest to the truth first.
+FORMULAS: dict[str, type[Engine]] = {
+    name: kind for name, kind in sorted(ENGINES.items(), key=lambda one: -one[1].LOOK.trust) if kind.is_formula
+}
 # Points of a curve that are computed while a knob turns, and after that; a closed form costs next to nothing, and under
 # a harmonic drive it has peaks that a coarse grid would miss.
-POINTS = {"exact": (41, 601), "averaged": (11, 41), "published": (11, 41)}
+POINTS, POINTS_EXACT = (11, 41), (41, 601)
 AT_ONCE = (
     61  # points between two looks whether a newer request waits, in the time of the closed form; of a theory a few
 )
@@ -88,7 +91,9 @@ def live(
     problem = Problem(scene)
     base, key_of_base = _without_netlist(problem, key)
     if base is None:
-        return Live(problem, key, at, False, refused={name: one.refusal(problem) for name, one in FORMULAS.items()})
+        return Live(
+            problem, key, at, False, refused={name: str(one.refusal(problem)) for name, one in FORMULAS.items()}
+        )
     found = Live(problem, key, at, problem.netlist is not None)
     if known is not None:
         found.curves.update(known.curves)
@@ -97,10 +102,10 @@ def live(
     for name, engine in FORMULAS.items():
         if name in found.here or name in found.refused:
             continue
-        if reason := engine.refusal(Problem(base)):
-            found.refused[name] = reason
+        if (reason := engine.refusal(Problem(base))) is not None:
+            found.refused[name] = str(reason)
             continue
-        places = grid(slide, POINTS[name][fine]) if curves is None else np.empty(0)
+        places = grid(slide, (POINTS_EXACT if engine.is_exact else POINTS)[fine]) if curves is None else np.empty(0)
         answers = _answers(engine(), base, key_of_base, places, overtaken)
         if answers is None:
             return None
@@ -130,18 +135,18 @@ def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
 
 
 def best(here: dict[str, Estimate]) -> Estimate | None:
-    """The answer that is nearest to the truth: exact, else averaged, else published."""
+    """The answer that is nearest to the truth."""
     return next((here[name] for name in FORMULAS if name in here), None)
 
 
 def _answers(
-    engine: Formula, scene: Scene, key: str, places: Floats, overtaken: Callable[[], bool]
+    engine: Engine, scene: Scene, key: str, places: Floats, overtaken: Callable[[], bool]
 ) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
     """The answer to the scene as it stands, and those at the places where there are any, in their order.
 
     The first places are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
     """
-    at_once = AT_ONCE if engine.NAME == Exact.NAME else AT_ONCE // 4
+    at_once = AT_ONCE if engine.is_exact else AT_ONCE // 4
     here: list[Estimate | HarvesterError] = []
     found: dict[float, Estimate] = {}
     for begin in range(0, max(len(places), 1), at_once):

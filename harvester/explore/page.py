@@ -20,6 +20,7 @@ from harvester.explore.pictures import PathPlots, PowerPlot
 from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
+from harvester.presentation.diagnostic import Diagnostic
 
 
 class Explorer:
@@ -134,7 +135,7 @@ class Explorer:
 
         document.add_next_tick_callback(act)
 
-    def show(self, asked: Wanted, found: Live, serving: dict[str, str], rested: bool) -> None:
+    def show(self, asked: Wanted, found: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that serve the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.

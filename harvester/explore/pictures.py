@@ -9,20 +9,15 @@ from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Leg
 from bokeh.plotting import figure
 
 from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
+from harvester.explore.runs import SAMPLERS
 from harvester.explore.slider_scale import Slide
 from harvester.explore.texts import unit_on_page
+from harvester.presentation.engine_look import look as look_of
 from harvester.quantities.units import SYMBOLS
 
-COLOURS = {  # those of harvester.figures.style, which would load matplotlib
-    "exact": "#000000",
-    "published": "#D55E00",
-    "averaged": "#009E73",
-    "ensemble": "#777777",
-    "ideal": "#CC79A7",
-    "spice": "#0072B2",
-}
-_DASHES = {"exact": [2, 3], "published": [7, 3], "averaged": "solid"}
-_MARKERS = {"ensemble": "square", "ideal": "diamond", "spice": "circle"}
+# The markers of matplotlib in the words of Bokeh.
+_MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x", "P": "plus", "^": "triangle"}
+_DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
 _TICKS = """
 const size = Math.abs(tick);
@@ -50,6 +45,11 @@ def _plain(**options: Any) -> Any:
     return plot
 
 
+def _dashes(line: Any) -> Any:
+    """The line style of an engine in the words of Bokeh."""
+    return "solid" if line == "-" else [round(_DASH * part) for part in line[1]]
+
+
 class PowerPlot:
     """Mean power over a key: the formulas' curves, their stated errors, runs with error bars, and a pinned design."""
 
@@ -73,14 +73,15 @@ class PowerPlot:
         items = []
         for engine in reversed(FORMULAS):
             source = ColumnDataSource({"x": [], "y": [], "low": [], "high": []}, name=f"curve-{engine}")
-            colour = COLOURS[engine]
+            colour = look_of(engine).colour
             self.plot.varea("x", "low", "high", source=source, color=colour, alpha=0.15)
-            look = {"color": colour, "line_width": 2.4, "line_dash": _DASHES[engine]}
+            look = {"color": colour, "line_width": 2.4, "line_dash": _dashes(look_of(engine).line)}
             self.curves[engine] = self.plot.line("x", "y", source=source, name=engine, **look)
             items.append(LegendItem(label=engine, renderers=[self.curves[engine]]))
-        for engine, marker in _MARKERS.items():
+        for engine in SAMPLERS:
+            marker = _MARKERS[look_of(engine).marker]
             source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
-            look = {"color": COLOURS[engine], "alpha": "alpha"}
+            look = {"color": look_of(engine).colour, "alpha": "alpha"}
             self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
             dots = self.plot.scatter("x", "y", source=source, size=9, marker=marker, name=engine, **look)
             self.curves[engine] = dots
@@ -116,7 +117,7 @@ class PowerPlot:
             _put(self.curves[engine].data_source, _columns(curve, scaled))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(engine + ", with a resistor instead" * live.instead)
-        for engine in _MARKERS:
+        for engine in SAMPLERS:
             mine = [run for run in runs if run["engine"] == engine]
             y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
             alpha = [1.0 if run["own"] else 0.3 for run in mine]
@@ -159,7 +160,7 @@ class PathPlots:
             "x",
             "v",
             source=ColumnDataSource({"x": [], "v": []}, name="orbit"),
-            color=COLOURS["spice"],
+            color=look_of("spice").colour,
             line_width=1.1,
             alpha=0.8,
         )
@@ -167,7 +168,7 @@ class PathPlots:
             "t",
             "V",
             source=ColumnDataSource({"t": [], "V": []}, name="voltage"),
-            color=COLOURS["averaged"],
+            color=look_of("averaged").colour,
             line_width=1.4,
         )
         self.stops = [Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)]

@@ -7,12 +7,14 @@ from typing import Any
 
 import panel as pn
 
+from harvester.engines.selection import ENGINES
 from harvester.explore.background import Background
 from harvester.explore.html_text import plain
 from harvester.explore.looks import BUTTON, WORDS
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
-ENGINES = ("ensemble", "ideal", "spice")
+SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
 
 
 class RunPanel:
@@ -44,7 +46,7 @@ class RunPanel:
         self.told = pn.pane.HTML(
             "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["run-told"]
         )
-        for engine in ENGINES:
+        for engine in SAMPLERS:
             self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
             self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
             self.cancels[engine].visible = False
@@ -57,7 +59,7 @@ class RunPanel:
                 visible=False,
                 css_classes=[f"bar-{engine}"],
             )
-        parts = [part for e in ENGINES for part in (self.buttons[e], self.bars[e], self.cancels[e])]
+        parts = [part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])]
         label = pn.pane.HTML("within", stylesheets=[WORDS], margin=(10, 0, 4, 6))
         self.view = pn.Column(
             pn.FlexBox(*parts, label, self.within, sizing_mode="stretch_width", margin=0),
@@ -73,10 +75,10 @@ class RunPanel:
         button.on_click(lambda _: action(engine))
         return button
 
-    def serve(self, refusals: dict[str, str]) -> None:
+    def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
         """Let those engines be run that serve the scene; the others say why not when the pointer rests on them."""
-        for engine in ENGINES:
-            known = engine in refusals and not refusals[engine]
+        for engine in SAMPLERS:
+            known = engine in refusals and refusals[engine] is None
             self.buttons[engine].disabled = engine in self._running or not known
 
     def _start(self, engine: str) -> None:

@@ -13,6 +13,7 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.linear.response import gains
 from harvester.linear.shaking import lines
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import BRIDGE, Record
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
@@ -21,30 +22,27 @@ FINER = 16  # times as many lines show what the lines of a density leave out
 TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond them
 
 
-def record_doubts(eqs: Equations) -> list[str]:
+def record_doubts(eqs: Equations) -> list[Diagnostic]:
     """Warnings of a record that is sampled too coarsely for the response, or whose join at the end matters."""
     record = eqs.record
     if record is None or record.exact:
         return []
-    found = []
+    found = list[Diagnostic]()
     w, p = _lines(record)
     whole = p @ _gain(eqs, w)
     top = p[-math.ceil(TOP * len(p)) :].mean() / w[0]
     higher = np.geomspace(w[-1], 100.0 * w[-1], 20_000)
     beyond = top * np.trapezoid(_gain(eqs, higher), higher) / whole
     if beyond > BEYOND:
-        found.append(
-            f"the record has only {2.0 * w[-1]:.3g} samples to a period of the resonance: what shakes above half its "
-            f"rate is not in it, and if that is as strong as just below, E[V^2] is off by {beyond:.1%}"
-        )
+        found.append(warning("coarse_record", samples=float(2.0 * w[-1]), change=float(beyond)))
     w, p = _lines(Record(record.spacing, record.values[: 1 - BRIDGE]))
     join = abs(p @ _gain(eqs, w) / whole - 1.0)
     if join > JOIN:
-        found.append(f"the record's end does not meet its beginning: how they are joined changes E[V^2] by {join:.1%}")
+        found.append(warning("record_join", change=float(join)))
     return found
 
 
-def density_doubts(eqs: Equations, drawn: Record) -> list[str]:
+def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
     """A warning where the lines of the record that was drawn from a density stand too far apart for the response."""
     if eqs.density is None:
         return []
@@ -52,10 +50,7 @@ def density_doubts(eqs: Equations, drawn: Record) -> list[str]:
     edges = np.linspace(0.5, len(w) + 0.5, FINER * len(w) + 1) * w[0]
     between = np.diff(eqs.density.below(edges / (2.0 * math.pi))) @ _gain(eqs, 0.5 * (edges[1:] + edges[:-1]))
     off = abs(p @ _gain(eqs, w) / between - 1.0)
-    told = (
-        f"the tabulated density is narrow for a record of {drawn.period:.3g}/w0: its lines change E[V^2] by {off:.1%}"
-    )
-    return [told] if off > JOIN else []
+    return [warning("narrow_density", period=drawn.period, change=float(off))] if off > JOIN else []
 
 
 def _lines(record: Record) -> tuple[Floats, Floats]:

@@ -50,17 +50,17 @@ class Diagnostic:
         return replace(self, about=about)
 
 
-def warning(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+def warning(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
     """A remark that doubts a result."""
     return Diagnostic(code, "warning", about, numbers)
 
 
-def note(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+def note(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
     """A remark that explains a result."""
     return Diagnostic(code, "note", about, numbers)
 
 
-def refusal(code: str, about: str = "", **numbers: Number) -> Diagnostic:
+def refusal(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
     """Why there is no result."""
     return Diagnostic(code, "refusal", about, numbers)
 

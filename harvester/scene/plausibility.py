@@ -2,6 +2,7 @@
 
 import math
 
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.quantities.kinds import Kind
 from harvester.scene.keys import TABLES, key_kind
 from harvester.scene.physical import Excitation, Oscillator
@@ -11,50 +12,45 @@ OVERDAMPED = 0.5  # damping ratio from which nothing resonates
 FAR = 50.0  # times the resonance, or a part of it: no harvester is driven there
 
 
-def unusual_values(scene: Scene) -> list[str]:
+def unusual_values(scene: Scene) -> list[Diagnostic]:
     """A warning with the likely unit for each number of a scene that is far outside of what such devices have."""
-    found = []
+    found = list[Diagnostic]()
     for table, keys in scene.tables().items():
         for name, value in keys.items() if table in TABLES else ():
             kind = key_kind(table, name)
-            if kind is not None and (doubt := unusual(f"{table}.{name}", value, kind)):
-                unit = kind.example.strip("'").partition(" ")[2]
-                likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {unit}"
-                found.append(doubt + (f": is {likely} meant?" if unit not in ("", kind.unit) else ""))
+            if kind is not None:
+                found += unusual(f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2])
     if scene.oscillator is not None:
         found += _doubts_of_resonance(scene.oscillator, scene.excitation)
     own = None if scene.load is None else scene.load.parameters.get("Cp")  # by which the netlist times its switches
     if own is not None and scene.piezo is not None:
         piezo = scene.piezo.capacitance
         if not math.isclose(float(own), piezo, rel_tol=1e-3):
-            found.append(
-                f"load.parameters.Cp is {float(own) * 1e9:.4g} nF, but piezo.capacitance is {piezo * 1e9:.4g} nF: left "
-                "out, it is the piezo's"
-            )
+            found.append(warning("other_capacitance", "load.parameters.Cp", own=1e9 * float(own), piezo=1e9 * piezo))
     return found
 
 
-def _doubts_of_resonance(oscillator: Oscillator, shaking: Excitation | None) -> list[str]:
+def _doubts_of_resonance(oscillator: Oscillator, shaking: Excitation | None) -> list[Diagnostic]:
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
-    found, ratio = list[str](), oscillator.damping_ratio
+    found, ratio = list[Diagnostic](), oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
-        found.append(
-            f"oscillator.damping_ratio is {ratio:.4g}, which is Q = {0.5 / ratio:.2g}: such a mass does not resonate; "
-            f"is {ratio:.4g}% meant?"
-        )
+        found.append(warning("overdamped", "oscillator.damping_ratio", damping_ratio=ratio))
     resonance = math.sqrt(abs(oscillator.stiffness) / oscillator.mass) / (2.0 * math.pi)
     drive = None if shaking is None or shaking.acceleration_amplitude is None else shaking.frequency
     if drive is not None and resonance > 0.0 and not 1.0 / FAR <= drive / resonance <= FAR:
-        found.append(
-            f"excitation.frequency is {drive:.4g} Hz, {drive / resonance:.3g} times the resonance of {resonance:.4g} Hz"
-            ": is its unit right?"
-        )
+        numbers = {"frequency": drive, "ratio": drive / resonance, "resonance": resonance}
+        found.append(warning("far_from_resonance", "excitation.frequency", **numbers))
     return found
 
 
-def unusual(what: str, value: float, kind: Kind) -> str:
-    """A warning that a value in SI units is far outside of what such devices have (`Kind.usual`); empty where not."""
+def unusual(what: str, value: float, kind: Kind, prefixed: str = "") -> list[Diagnostic]:
+    """A warning that a value in SI units is far outside of what such devices have (`Kind.usual`); none where it is not.
+
+    ``prefixed`` is the unit, with a prefix, in which such values are mostly given.
+    """
     low, high = kind.usual
     if value == 0.0 or low <= abs(value) <= high:
-        return ""
-    return f"{what} is {value:.4g} {kind.unit}, far outside of the {low:g} to {high:g} {kind.unit} of such devices"
+        return []
+    likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {prefixed}"
+    likely = likely if prefixed not in ("", kind.unit) else ""
+    return [warning("unusual_value", what, key=what, value=value, unit=kind.unit, low=low, high=high, likely=likely)]

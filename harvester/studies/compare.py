@@ -15,7 +15,7 @@ from harvester.engines import Exact, Ideal, Published, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named, refusals
 from harvester.engines.selection import engines as engines_of
-from harvester.engines.spice.setup import READING, prepare
+from harvester.engines.spice.setup import READING, set_up
 from harvester.equations.problem import Problem
 from harvester.errors import (
     CannotServeError,
@@ -213,7 +213,7 @@ def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = Non
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
 
-    device = prepare(problem, Spice(seed=seed, dt=dt)).device
+    device = set_up(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs
     device = worker.CoupledDevice(eqs, device.scales, device.load, device.h, max(1, round(READING / 4 / device.h)))
     noise = gaussian_grid(np.random.SeedSequence(seed), round(PATH_DURATION / device.h))

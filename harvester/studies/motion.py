@@ -22,7 +22,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.netlists.probes import Probe, read_probes
-from harvester.presentation.diagnostic import Diagnostic, note, worded
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
@@ -166,7 +166,7 @@ def motion(
         step=h / unit,
         physical=problem.physical,
         engine=engine,
-        diagnostics=(*map(worded, unusual_values(problem.scene)), *notes, note("one_path")),
+        diagnostics=(*unusual_values(problem.scene), *notes, note("one_path")),
         probes={one.name: values / problem.in_circuit(one.unit) for one, values in zip(probes, seen, strict=True)},
         probe_units={one.name: one.unit if problem.physical else "" for one in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,

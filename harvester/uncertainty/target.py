@@ -29,29 +29,22 @@ class Target:
         """Whether the total error is small enough."""
         return value.known_error95 <= self.within * abs(value.value)
 
-    def missed(self, value: Value) -> str:
-        """The warning that goes with an answer whose budget ended before its target was reached."""
-        size = abs(value.value)
-        if size == 0.0:
-            return f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the mean is not known from zero"
-        spent = time.perf_counter() - self.begin
-        more = spent * max((value.sampling95 / (self.within * size)) ** 2 - 1.0, 0.0)  # sampling alone, at this step
-        return (
-            f"`within` {self.within:.3g} was not reached in {self.budget:g} s: the error is "
-            f"{value.known_error95 / size:.2g}; it would take at least {more:.2g} s more: "
-            f"`budget` {_rounded(spent + more)}s"
-        )
+    def shortfall(self, value: Value) -> dict[str, float | None]:
+        """The numbers of a budget that ended before the target was reached.
+
+        ``error`` is the relative error that there is, None where the mean is not known from zero; sampling alone would
+        take ``more`` seconds to the target at this step, at least, which is ``enough`` in all.
+        """
+        size, spent = abs(value.value), time.perf_counter() - self.begin
+        excess = (value.sampling95 / (self.within * size)) ** 2 - 1.0 if size > 0.0 else 0.0
+        more = spent * max(excess, 0.0)
+        error = value.known_error95 / size if size > 0.0 else None
+        return {"within": self.within, "budget": self.budget, "error": error, "more": more, "enough": spent + more}
 
     def variance(self, value: Value) -> float:
         """The variance of sampling that meets the target beside the bias; 0 where the bias alone is too large."""
         room = self.within * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
-
-
-def _rounded(seconds: float) -> str:
-    """An estimate of seconds with a fifth more, rounded up to two digits."""
-    unit = 10.0 ** (math.floor(math.log10(1.2 * seconds)) - 1)
-    return f"{math.ceil(1.2 * seconds / unit) * unit:.12g}"
 
 
 def best_factor(within: float, bias: float, bias_error: float) -> float:

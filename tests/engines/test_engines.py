@@ -8,7 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.engines.selection import default_engine, default_engines
-from harvester.engines.spice.setup import prepare
+from harvester.engines.spice.setup import set_up
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, MissingProgramError, UnboundedResponseError
@@ -62,7 +62,7 @@ def test_identities_in_spice():
     from harvester.uncertainty.value import mean_and_error
 
     for eqs in (PAPER, changed(linear(1.25, 1.0), restitution=0.96)):
-        device = prepare(Problem(scene(eqs)), hv.Spice(dt=0.05)).device
+        device = set_up(Problem(scene(eqs)), hv.Spice(dt=0.05)).device
         seeds = [np.random.SeedSequence([5, k]) for k in range(16)]
         runs = list(worker.measure_in_workers(device, seeds, kicks=16_000, burn_in=400.0))
         moments = runs[0].moments
@@ -130,7 +130,7 @@ def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     """ngspice's own power of Rload, through the load-power path of netlists, against E[v^2]/R."""
     from harvester.cosimulation import runs as worker
 
-    device = prepare(Problem(PLATE), hv.Spice()).device
+    device = set_up(Problem(PLATE), hv.Spice()).device
     one = next(worker.measure_in_workers(device, [np.random.SeedSequence(4)], 40_000, 300.0))
     s, eqs = device.scales, device.eqs
     assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)

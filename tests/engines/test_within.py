@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.engines.ensemble import FEWEST, PURSUING, TRAJECTORIES, affordable
+from harvester.engines.sampling import FEWEST, PURSUING, TRAJECTORIES, affordable
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
 

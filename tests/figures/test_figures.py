@@ -225,7 +225,7 @@ def test_engines_are_told_apart_without_colour():
         "exact": "#000000",
         "published": "#D55E00",
         "averaged": "#009E73",
-        "ensemble": "#999999",
+        "ensemble": "#888888",
         "ideal": "#CC79A7",
         "spice": "#0072B2",
         "spice alone": "#56B4E9",

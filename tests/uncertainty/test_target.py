@@ -1,7 +1,6 @@
 """Planning towards a target error: the step and the effort that reach it at the least cost."""
 
 import math
-import re
 import time
 
 import numpy as np
@@ -47,8 +46,10 @@ def test_variance_and_reached():
 def test_budget():
     target = Target(0.01, budget=2.0, begin=time.perf_counter() - 1.5)
     assert 0.4 < target.seconds_left < 0.5
-    assert re.search("2 s: the error is 0.2; it would take at least 5..e.02 s more", target.missed(Value(1.0, 0.1)))
-    assert "known from zero" in target.missed(Value(0.0, 0.1))
+    short = target.shortfall(Value(1.0, 0.1))
+    assert (short["within"], short["budget"], short["error"]) == (target.within, 2.0, pytest.approx(0.196))
+    assert 500.0 < short["more"] < 600.0 and short["enough"] > short["more"]
+    assert target.shortfall(Value(0.0, 0.1))["error"] is None
 
 
 def test_further():

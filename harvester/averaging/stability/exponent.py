@@ -20,6 +20,7 @@ from harvester.arrays import Floats
 from harvester.averaging.stability.exact import decoupled, noiseless
 from harvester.averaging.stability.linearised import Override, coupled, load, log, m_coth, modes, with_overrides
 from harvester.equations.coefficients import Equations
+from harvester.presentation.diagnostic import Diagnostic, warning
 
 DOUBTFUL = 0.02  # estimated error over the sum of the formula's terms that brings a warning
 PULL = 0.1  # of the slow voltage, above which its first-order effect is not enough
@@ -142,17 +143,17 @@ class Doubts:
     """What is known of the error of `averaged`: its estimated size (None: unknown), and what to beware of."""
 
     error: float | None
-    texts: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
 
 
 def doubts(eqs: Equations) -> Doubts:
     """Compare `averaged` with what is exact without noise, and estimate what noise and load do together."""
     m, n2, r = with_overrides(eqs, None, None, None)
     w2, _ = load(eqs, m, r)
-    texts, error = [], 0.0
+    found, error = list[Diagnostic](), 0.0
     if coupled(eqs, None):
         if r is not None and r < 0.5:
-            texts.append(f"no averaging is reliable for a restitution coefficient of {r:g}, below .5")
+            found.append(warning("unreliable_restitution", restitution=float(r)))
         quiet, n, ratio2 = noiseless(eqs), float(n2 / (4.0 * w2)), float(m**2 / w2)
         g = 4.0 * (eqs.beta or 0.0) / (math.pi**2 * float(w2))
         error = g * n * (9.0 * n if r is None else 6.0 * n + 0.5 * math.sqrt(ratio2) / (1.0 + ratio2))
@@ -160,10 +161,9 @@ def doubts(eqs: Equations) -> Doubts:
             error += abs(quiet - float(averaged(eqs, n2=0.0)))
         scale = n if r is None else n - float(np.sqrt(w2) / math.pi * log(r))
         if error > DOUBTFUL * (scale + abs(eqs.c1 or 0.0)):
-            texts.append(f"averaging is doubtful: coupling and noise put lambda off by about {error:.2g}")
+            found.append(warning("exponent_doubtful", error=error))
         if r is not None and not abs(_with_slow_voltage(eqs, m, n2, r)[1]) < PULL:
-            texts.append("averaging is doubtful: the slow voltage carries the orbits along")
+            found.append(warning("slow_voltage"))
         if quiet is None:
-            texts.append("averaging does not apply: without noise the mass leaves the stop for good")
-            return Doubts(None, tuple(texts))
-    return Doubts(error, tuple(texts))
+            return Doubts(None, (*found, warning("leaves_the_stop")))
+    return Doubts(error, tuple(found))

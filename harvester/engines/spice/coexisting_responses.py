@@ -1,8 +1,8 @@
-"""The other responses that a steady drive may have: found without ngspice from many starts, each followed by ngspice.
+"""The other responses that a steady drive may have: found without ngspice from many starts, each continued by ngspice.
 
 The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or with ideal elements.
-A run of
-ngspice begins in a state of each response that it names, and goes to the periodic one near it, where there is one.
+A run of ngspice begins in a state of each response that it names, and goes to the periodic one near it, where there is
+one.
 """
 
 import dataclasses
@@ -17,10 +17,10 @@ from harvester.engines.ensemble import Ensemble
 from harvester.engines.ideal import Ideal
 from harvester.engines.options import MonteCarloOptions
 from harvester.engines.spice.steady import Steady
-from harvester.engines.spice.steady_response import make_precise, to_be_found
+from harvester.engines.spice.steady_response import to_be_found
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.uncertainty.value import Value
 
 NAME = "spice"
@@ -34,34 +34,32 @@ def with_others(
     ``steady`` is the response from rest, None where it does not come back.  Not searched is a linear mass, which has
     one response, and a circuit whose ideal elements are not known; nor where runs or a budget are asked for.
     """
-    asked = options.trajectories, options.duration, options.budget
-    if asked != (None, None, None) or not may_have_several(problem):
+    if (options.trajectories, options.duration, options.budget) != (None, None, None) or not may_have_several(problem):
         return answer
     problem = problem.plain
     engine = Ensemble() if problem.netlist is None else Ideal()
-    if engine.refusal(problem):
-        return dataclasses.replace(
-            answer, diagnostics=(*answer.diagnostics, worded("other responses to the drive are not looked for", "note"))
-        )
+    if engine.refusal(problem) is not None:
+        return _with_remark(answer, note("others_not_sought"))
     begin = time.perf_counter()
     found = steady_responses(problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN)
-    told = f"engine {engine.NAME!r} from many starts"
     if not found:
-        word = "a search for other responses to the drive, from other starts, did not settle"
-        answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded(word)))
+        answer = _with_remark(answer, warning("search_not_settled"))
     elif steady is not None and [one.response.periods for one in found] == [steady.last.turns]:
         only = dataclasses.replace(found[0].response, mean_power=answer.mean_power, engine=NAME)
-        known = (*answer.diagnostics, worded(f"{told} finds no other response to the drive", "note"))
-        answer = dataclasses.replace(answer, responses=(only,), diagnostics=known)
+        answer = _with_remark(answer, note("no_other_response", engine=engine.NAME), only)
     else:
-        responses = _followed(options, problem, reltol, steady, answer.mean_power, found)
-        this = "the mean is that of runs from rest" if steady is None else "this is the one from rest"
-        word = f"the drive has {len(responses)} responses, and {this}; the others are found by {told}"
-        answer = dataclasses.replace(answer, responses=responses, diagnostics=(*answer.diagnostics, worded(word)))
+        responses = _continued(options, problem, reltol, steady, answer.mean_power, found)
+        numbers = {"responses": len(responses), "from_rest": steady is not None}
+        answer = _with_remark(answer, warning("several_responses", engine=engine.NAME, **numbers), *responses)
     return dataclasses.replace(answer, seconds=answer.seconds + time.perf_counter() - begin)
 
 
-def _followed(
+def _with_remark(answer: Estimate, said: Diagnostic, *responses: SteadyResponse) -> Estimate:
+    """The answer with one more diagnostic, and the responses that were found."""
+    return dataclasses.replace(answer, responses=responses, diagnostics=(*answer.diagnostics, said))
+
+
+def _continued(
     options: MonteCarloOptions,
     problem: Problem,
     reltol: float,
@@ -73,32 +71,41 @@ def _followed(
 
     One that leads to none which comes back keeps its own mean.  Those that lead to the same share their starts.
     """
-    from harvester.mechanics.ensemble.coexisting_responses import linked
-
-    ends = [_followed_from(options, problem, reltol, one) for one in found]
-    there = [(-1, rest)] if rest is not None else []
-    there += [(k, one) for k, one in enumerate(ends) if isinstance(one, Steady)]
-    numbers = linked(np.array([_means(one) for _, one in there])) if len(there) > 1 else np.ones(len(there), int)
+    ends = [_continued_from(options, problem, reltol, one) for one in found]
+    reached: list[tuple[SteadyResponse | None, Steady]] = [] if rest is None else [(None, rest)]
+    reached += [(one.response, end) for one, end in zip(found, ends, strict=True) if isinstance(end, Steady)]
     responses = []
-    for number in dict.fromkeys(numbers):
-        leading = [k for (k, _), one in zip(there, numbers, strict=True) if one == number]
-        steady = next(one for (_, one), its in zip(there, numbers, strict=True) if its == number)
+    for same in _alike(reached):
+        steady = same[0][1]  # that of rest, where it is among them
+        power = mean_power
         if steady is not rest:
-            make_precise(steady)
-        power = mean_power if steady is rest else _power(problem, steady)
-        shares = [found[k].response.share_of_starts for k in leading if k >= 0]
-        note = f"{len(shares)} responses without ngspice lead there" if len(shares) > 1 else ""
-        note = note if shares else "only from rest"
-        responses.append(SteadyResponse(power, sum(shares), steady.last.turns, False, NAME, note))
+            steady.make_precise()
+            power = steady.value("power").scaled(problem.units.watts / problem.scales.watts)
+        shares = [response.share_of_starts for response, _ in same if response is not None]
+        remark = "" if shares else str(note("only_from_rest"))
+        remark = str(note("lead_together", responses=len(shares))) if len(shares) > 1 else remark
+        responses.append(SteadyResponse(power, sum(shares), steady.last.turns, False, NAME, remark))
     for one, end in zip(found, ends, strict=True):
         if not isinstance(end, Steady):
-            responses.append(dataclasses.replace(one.response, note=end))
+            responses.append(dataclasses.replace(one.response, note=str(end)))
     return tuple(sorted(responses, key=lambda one: -one.share_of_starts))
 
 
-def _followed_from(
+def _alike(reached: list[tuple[SteadyResponse | None, Steady]]) -> list[list[tuple[SteadyResponse | None, Steady]]]:
+    """What led to the same response of ngspice, together."""
+    from harvester.mechanics.ensemble.coexisting_responses import linked
+
+    if len(reached) < 2:
+        return [reached] if reached else []
+    numbers = linked(np.array([_means(steady) for _, steady in reached]))
+    return [
+        [one for one, its in zip(reached, numbers, strict=True) if its == number] for number in dict.fromkeys(numbers)
+    ]
+
+
+def _continued_from(
     options: MonteCarloOptions, problem: Problem, reltol: float, found: SearchedResponse
-) -> Steady | str:
+) -> Steady | Diagnostic:
     """The periodic response of ngspice from a state of one without it, or why there is none."""
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
 
@@ -109,13 +116,8 @@ def _followed_from(
     try:
         comes_back = steady.begin(None, Origin(section, found.phase, found.response.periods or 1))
     except CircuitError as error:
-        return f"ngspice does not follow it: {error}"
-    return steady if comes_back else "ngspice finds none near it that comes back"
-
-
-def _power(problem: Problem, steady: Steady) -> Value:
-    """The mean power of a response, in the scene's unit."""
-    return steady.value("power").scaled(problem.units.watts / problem.scales.watts)
+        return note("not_followed", error=str(error))
+    return steady if comes_back else note("does_not_come_back")
 
 
 def _means(steady: Steady) -> list[float]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.errors import SimulationError
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.uncertainty.value import mean_and_error
 
 if TYPE_CHECKING:
@@ -27,14 +28,14 @@ def gives_power(watts: float) -> SimulationError:
     return SimulationError(f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W")
 
 
-def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[str]:
+def ledger_doubts(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
     """Warnings of a netlist that gives energy, or goes on storing it, beyond the errors of several runs."""
-    found = []
+    found = list[Diagnostic]()
     load = abs(float(np.mean([one.load for one in ledgers])))
     given, error = mean_and_error(-np.array([one.circuit for one in ledgers]))
     if given - SURE * error > GIVEN * load:
-        found.append(f"the netlist gives {given / load:.0%} of what its load takes: that share is not harvested")
+        found.append(warning("netlist_gives", share=given / load))
     stored, error = mean_and_error(np.array([one.stored for one in ledgers]))
     if stored - SURE * error > STORED * load:
-        found.append(f"not stationary: mass, piezo and Csmooth still store {stored / load:.0%} of what the load takes")
+        found.append(warning("netlist_stores", share=stored / load))
     return found

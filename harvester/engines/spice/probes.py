@@ -14,6 +14,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import Probe, element_powers, read_probes
 from harvester.presentation.glossary import LEDGER
+from harvester.presentation.messages.unknown_parts import STEP, STEP_AND_TOLERANCE, TOLERANCE
 from harvester.presentation.sheet import ERROR_OF
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value, mean_and_error
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 PART = f"{LEDGER}circuit_"
 MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
-UNKNOWN = "the step and ngspice's tolerance"
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
 
     rows = np.array([one.probed for one in runs.done])
     mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
-    unknown = " and ".join(
-        ["the step"] * (not runs.followed) + ["ngspice's tolerance"] * (runs.probed_tolerance is None)
-    )
+    unknown = " and ".join([STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None))
     if not unknown:
         assert runs.probed_tolerance is not None, "it is known"
         coarse = np.array([one.probed for one in runs.coarse])
@@ -127,7 +125,7 @@ def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
     finest, tenths = steady.finest, steady.tenths
     values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]
     if steady.unknown or len(values) < 3:
-        return Value(values[-1], unknown=UNKNOWN)
+        return Value(values[-1], unknown=STEP_AND_TOLERANCE)
     value, step = limit(values)
     tighter = at(finest, tenths + 1)
     change = 0.0 if tighter is None else tighter - values[-1]

@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.engines.ensemble import DRAWN, FINE, KNOWN, affordable, first_duration, step_and_effort
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.settling import settle
+from harvester.engines.sampling import DRAWN, FINE, KNOWN, affordable, first_duration, run_burn_in, step_and_effort
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
-from harvester.equations.scales import Scales
 from harvester.errors import invalid
+from harvester.netlists.probes import Probe
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.messages.unknown_parts import WELLS
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 LONGEST_CHARGING = 2e4  # nondimensional
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
@@ -38,7 +41,7 @@ class SpiceSetup:
 
     device: "CoupledDevice"
     burn_in: float
-    warnings: list[str]
+    diagnostics: list[Diagnostic]
     pair: "RichardsonPair | None"
     seconds: float
     starts: "list[Start] | None" = None
@@ -68,30 +71,17 @@ class SpiceSetup:
         """Of the step, as the cheap model shows it; None where there is none."""
         return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
-    def known(self, tolerance: dict[str, float] | None, followed: int = 0) -> str:
+    def biases(self, tolerance_measured: bool, followed: int) -> Diagnostic | None:
         """What is known of the bias of the step, where it is not that of the very same equations.
 
-        ``tolerance`` are the errors by ngspice's tolerance, None where they were not measured; ``followed`` the runs of
-        ngspice beside which others made twice the step.
+        ``followed`` are the runs of ngspice beside which others made twice the step.
         """
         if self.resistive:
-            return ""
-        if self.pair is None and not followed:
-            return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
-        measured = "was measured against a tenth of it on the same motion"
-        if tolerance is None:
-            measured = "was not measured (for want of time, or as a warning says)"
-        step = "that of the ideal circuit"
-        if self.pair is None:
-            step = (
-                f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
-            )
-        return (
-            f"the bias of the step is {step}, that of ngspice's tolerance {measured}; "
-            "the ledger is of the ngspice runs alone"
-        )
+            return None
+        known = {"cheap_model": self.pair is not None, "tolerance_measured": tolerance_measured}
+        return note("biases", followed=followed, **known)
 
-    def kicks(self, duration: float) -> int:
+    def n_steps(self, duration: float) -> int:
         """Steps of a trajectory of that nondimensional duration after its burn-in.
 
         They make whole readings and periods of the shaking, and are an even number.
@@ -107,85 +97,129 @@ class SpiceSetup:
         whole = math.lcm(device.stride, 2) if repeat is None else round(repeat / device.h)
         return math.ceil((self.burn_in + duration) / device.h / whole - 1e-6) * whole
 
-    def chosen(self, unit: float, physical: bool) -> str:
-        """The step, and why."""
+    def chosen(self, within: float, unit: float, physical: bool) -> Diagnostic:
+        """The step that was chosen for a target, and why."""
         if self.pair is None:
-            return f"a step of {self.device.h / unit:.3g}{' s' if physical else ''}"
-        return step_and_effort(self.pair, self.quantity, unit, physical)
+            return note("step_chosen", within=within, step=self.device.h / unit, physical=physical)
+        return step_and_effort(self.pair, self.quantity, within, unit, physical)
 
 
-def prepare(
-    problem: Problem, options: MonteCarloOptions, reltol: float = 1e-4, gaussian: bool = False, settled: bool = False
+def set_up(
+    problem: Problem,
+    options: MonteCarloOptions,
+    reltol: float = 1e-4,
+    gaussian: bool = False,
+    settled: bool = False,
+    probes: tuple[Probe, ...] = (),
 ) -> SpiceSetup:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
-    Where runs may begin ``settled``, in states of the circuit of ideal elements, the burn-in is `MEMORIES` of the
-    response or of the charging: the circuits differ by little, and controls take what is left of that.
+    Where runs may begin ``settled``, they begin in states of the circuit of ideal elements (`_settled_starts`).
 
     MissingProgramError when ngspice is not installed.
     """
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, memory
-    from harvester.mechanics.ensemble.richardson import RichardsonPair, compile_pair
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
+
+    find_library()
+    eqs, scales, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
+    assert circuit is not None, "the engine refuses an open circuit"
+    repeat = eqs.shaking_period
+    charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
+    ideal = ideal_circuit(circuit, scales) if charging <= LONGEST_CHARGING else None
+    ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
+    begin = time.perf_counter()
+    pilot, compilation_seconds = _pilot(problem, options, ideal, ngspice_rule)
+    begin += compilation_seconds  # which are not counted
+    diagnostics = run_burn_in(pilot, problem, number(options.budget))
+    from_rest = max(pilot.time, min(charging, LONGEST_CHARGING))
+    if charging > LONGEST_CHARGING:
+        diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
+    from_rest = _whole_periods(from_rest, repeat)
+    pair: RichardsonPair | None = None
+    if eqs.mu is not None or ideal is not None:
+        pair = _cheap_model(pilot, from_rest, options, begin)
+        pilot = pair.trajectories
+    burn_in, starts = from_rest, None
+    if settled and ideal is not None and pair is not None and eqs.is_random and not eqs.is_shaken_otherwise:
+        burn_in, starts = _settled_starts(pair, charging / CHARGING_TIMES, from_rest, options.seed)
+    device = CoupledDevice(
+        eqs,
+        scales,
+        circuit,
+        pilot.h,
+        max(1, round(READING / pilot.h)) if repeat is None else pilot.stride,
+        reltol=reltol,
+        gaussian=gaussian,
+        ideal=ideal,
+        ngspice_rule=ngspice_rule,
+        probes=probes,
+    )
+    unknown = "" if pilot.hopping is None else WELLS
+    seconds = time.perf_counter() - begin
+    return SpiceSetup(device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown)
+
+
+def _whole_periods(time: float, period: float | None) -> float:
+    """A time rounded up to whole periods of the shaking, where it has one."""
+    return time if period is None else period * math.ceil(time / period - 1e-6)
+
+
+def _pilot(
+    problem: Problem, options: MonteCarloOptions, ideal: "IdealCircuit | None", ngspice_rule: bool
+) -> "tuple[Trajectories, float]":
+    """The trajectories of the cheap model, compiled, and the seconds that compiling took."""
+    from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
 
-    find_library()
-    eqs, s, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
-    assert circuit is not None, "the engine refuses an open circuit"
-    repeat = eqs.shaking_period
-    charging = CHARGING_TIMES * (circuit.storage or 0.0) * s.frequency
-    ideal = ideal_circuit(circuit, s) if charging <= LONGEST_CHARGING else None
-    ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
-    seed, h = np.random.SeedSequence([options.seed, 1]), None if options.dt is None else options.dt * unit
-    begin = time.perf_counter()
+    eqs = problem.equations
+    seed = np.random.SeedSequence([options.seed, 1])
+    h = None if options.dt is None else options.dt * problem.units.frequency
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     with compilation() as compiling:
         compile_pair(pilot)
-    begin += compiling.seconds  # which are not counted
-    warnings = settle(pilot, problem, number(options.budget))
-    time_of_burn_in = max(pilot.time, min(charging, LONGEST_CHARGING))
-    if charging > LONGEST_CHARGING:
-        warnings.append(
-            f"burn-in stopped at {time_of_burn_in / unit:g} before the load's capacitor was charged: "
-            f"Rload Csmooth = {circuit.storage:g} s"
-        )
-    if repeat is not None:
-        time_of_burn_in = repeat * math.ceil(time_of_burn_in / repeat - 1e-6)
-    pair: RichardsonPair | None = None
-    if eqs.mu is not None or ideal is not None:
-        budget, spent = number(options.budget), time.perf_counter() - begin
-        first = first_duration(time_of_burn_in, spent, None if budget is None else SHARE * budget)
-        pair = RichardsonPair(pilot, first, budget)
-        if (within := number(options.within)) is not None:
-            target = Target(within, None if budget is None else SHARE * budget, begin)
-            pair = _with_best_step(pair, "load", target, options.dt is not None)
-            pilot = pair.trajectories
-    stride = max(1, round(READING / pilot.h)) if repeat is None else pilot.stride
-    device = CoupledDevice(
-        eqs, s, circuit, pilot.h, stride, reltol=reltol, gaussian=gaussian, ideal=ideal, ngspice_rule=ngspice_rule
-    )
-    starts, from_rest = None, time_of_burn_in
-    if settled and ideal is not None and pair is not None and eqs.is_random and not eqs.is_shaken_otherwise:
-        slowest = max(memory(pilot, pair.moments, pair.duration), charging / CHARGING_TIMES)
-        time_of_burn_in = min(MEMORIES * slowest, from_rest)
-        rng = np.random.default_rng(np.random.SeedSequence([options.seed, 3]))
-        states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
-        starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
-    unknown = "" if pilot.hopping is None else "the share of each well"
-    return SpiceSetup(device, time_of_burn_in, warnings, pair, time.perf_counter() - begin, starts, from_rest, unknown)
+    return pilot, compiling.seconds
 
 
-def stand_in(s: Scales) -> str:
-    """Which device stands in for a nondimensional scene."""
-    return (
-        f"ngspice ran on a device of {s.mass:g} kg, w0 = {s.frequency:g} rad/s, Cp = {s.capacitance:g} F, "
-        f"theta = {s.coupling:.4g} N/V; results are nondimensional"
-    )
+def _cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float) -> "RichardsonPair":
+    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget."""
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+
+    budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
+    share = None if budget is None else SHARE * budget
+    pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
+    if within is None:
+        return pair
+    return _with_best_step(pair, "load", Target(within, share, begin), options.dt is not None)
+
+
+def _settled_starts(
+    pair: "RichardsonPair", charging_time: float, from_rest: float, seed: int
+) -> "tuple[float, list[Start]]":
+    """The burn-in of runs that begin in states of the circuit of ideal elements, and these states.
+
+    It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls take what is left.
+    """
+    from harvester.mechanics.ensemble.burn_in import memory
+
+    pilot = pair.trajectories
+    slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
+    states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
+    starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
+    return min(MEMORIES * slowest, from_rest), starts
+
+
+def stand_in(problem: Problem) -> Diagnostic | None:
+    """Which device stands in for a nondimensional scene; None for a physical one."""
+    s = problem.scales
+    numbers = {"mass": s.mass, "frequency": s.frequency, "capacitance": s.capacitance, "coupling": s.coupling}
+    return None if problem.physical else note("stand_in", **numbers)
 
 
 def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bool) -> "RichardsonPair":

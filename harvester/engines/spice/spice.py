@@ -10,24 +10,32 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.agreement import NO_NOISE, disagreement
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.power_balance import power_balance
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, served
+from harvester.engines.sampling import refine
 from harvester.engines.spice.coexisting_responses import with_others
-from harvester.engines.spice.effort import FEWEST, fewest_pairs
-from harvester.engines.spice.partial_answer import unfinished
-from harvester.engines.spice.probes import Watch, watch_of, with_sampled_probes, with_steady_probes
-from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.sequential_sampling import sequential_sampling
-from harvester.engines.spice.setup import SpiceSetup, prepare, stand_in
+from harvester.engines.spice.means import FEWEST
+from harvester.engines.spice.partial_answer import partial_answer
+from harvester.engines.spice.probes import Watch, watch_of, with_steady_probes
+from harvester.engines.spice.runs import Runs, fewest_pairs
+from harvester.engines.spice.sampled_answer import sampled_estimate
+from harvester.engines.spice.setup import SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_answer import steady_estimate
-from harvester.engines.spice.steady_response import along, follows, steady_response
+from harvester.engines.spice.steady_response import is_the_only_one, steady_response
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError, HarvesterError, OutOfTimeError, SimulationError, invalid, names_arguments
+from harvester.errors import (
+    CircuitError,
+    HarvesterError,
+    MissingProgramError,
+    OutOfTimeError,
+    SimulationError,
+    invalid,
+    names_arguments,
+)
 from harvester.machine.folders import machine_code
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
 
@@ -106,13 +114,11 @@ class Spice(MonteCarloOptions, Engine):
             raise invalid("gaussian", "be given with alone only: pairs share the ensemble's noise", "True")
 
     @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Why the engine cannot serve a problem; empty where it can."""
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the engine cannot serve a problem; None where it can."""
         if problem.netlist is None and problem.equations.mu is None:
-            return "engine 'spice' must have a load, but the circuit is open: use engine 'ensemble'"
-        if not problem.equations.is_shaken:
-            return "engine 'spice' starts at rest and needs external noise, or a base that moves: use engine 'ensemble'"
-        return ""
+            return refusal("needs_load", cls.NAME, engine=cls.NAME)
+        return None if problem.equations.is_shaken else refusal("needs_shaking", cls.NAME, engine=cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run; means after the burn-in.
@@ -122,135 +128,140 @@ class Spice(MonteCarloOptions, Engine):
         """
         begin, problem = time.perf_counter(), Problem.of(scene)
         try:
-            answer, steady = self.follow(problem, None, progress)
+            answer, steady = self.run_near(problem, None, progress)
             return with_others(self, answer, problem, self.reltol, steady) if problem.equations.is_steady else answer
         except OutOfTimeError as error:
-            return unfinished(self.NAME, problem, error, time.perf_counter() - begin)
+            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin)
 
     def continues(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
-        return not self.refusal(problem) and follows(self, problem)
+        return self.refusal(problem) is None and is_the_only_one(self, problem)
 
     def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`run` for each scene, where it `continues` from the one before, or the error that it raises."""
-        return along(self.NAME, scenes, self.follow, self.continues)
+        """`run` for each scene, by continuation from the one before where it `continues`, or the error that it raises.
 
-    def follow(
+        Raises MissingProgramError, which is no fault of a scene.
+        """
+        found, near = list[Estimate | HarvesterError](), None
+        for scene in scenes:
+            begin = time.perf_counter()
+            try:
+                problem = Problem.of(scene)
+                answer, near = self.run_near(problem, near if self.continues(problem) else None)
+                found.append(answer)
+            except MissingProgramError:
+                raise
+            except OutOfTimeError as error:
+                found.append(partial_answer(self.NAME, problem, error, time.perf_counter() - begin))
+                near = None
+            except HarvesterError as error:
+                found.append(error)
+                near = None
+        return found
+
+    def run_near(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
-        from harvester.cosimulation import runs as worker
-
-        problem, sought, begin = served(type(self), scene), "", time.perf_counter()
+        problem, begin = served(type(self), scene), time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
         problem = problem if self.ledger else problem.plain
         exists = existence(problem)
         self.check_times(problem.physical)
+        said: list[Diagnostic | None] = []
         if problem.equations.is_steady and self.trajectories is None and self.duration is None:
             steady = steady_response(self, problem, self.reltol, progress, watch.all, near)
             if steady is not None:
                 found = steady_estimate(self, self.NAME, problem, steady, time.perf_counter() - begin)
                 return with_steady_probes(found, problem, watch, steady) if watch.all else found, steady
-            sought = "no response was found that comes back within 8 periods of the drive, so that runs are sampled"
+            said.append(note("not_periodic"))
         searched, code = time.perf_counter() - begin, machine_code()
-        eqs, s, unit = problem.equations, problem.scales, problem.units.frequency
-        ready = prepare(problem, self, self.reltol, self.gaussian, settled=self.SETTLED and not self.alone)
-        device = dataclasses.replace(ready.device, probes=watch.all)
-        ready = dataclasses.replace(ready, device=device, seconds=ready.seconds + searched)
-        paired = ready.pair is not None and self.PAIRING and not self.alone and eqs.is_random
-        warm = worker.warm_up_workers(ready.device, paired)
-        within, budget = number(self.within), number(self.budget)
+        settled = self.SETTLED and not self.alone
+        setup = set_up(problem, self, self.reltol, self.gaussian, settled, watch.all)
+        setup = dataclasses.replace(setup, seconds=setup.seconds + searched)
+        try:
+            runs, target = self._first_runs(problem, setup, code, progress)
+        except OutOfTimeError as error:
+            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup), None
+        runs.measure_tolerance()
+        if target is not None:
+            obstacle = exists.obstacle(target.within)
+            said.insert(0, refine(runs, target) if obstacle is None else obstacle)
+            said.insert(1, runs.setup.chosen(target.within, problem.units.frequency, problem.physical))
+        return sampled_estimate(self.NAME, problem, runs, exists, watch, said), None
+
+    def _first_runs(
+        self, problem: Problem, setup: SpiceSetup, code: int, progress: Progress | None
+    ) -> tuple[Runs, Target | None]:
+        """The first batch of runs, and the target that they work towards.
+
+        Where the netlist does not bear states of ideal elements, such as beyond a breakdown, they begin at rest.
+        """
+        from harvester.cosimulation import runs as worker
+
+        paired = setup.pair is not None and self.PAIRING and not self.alone and problem.equations.is_random
+        warm = worker.warm_up_workers(setup.device, paired)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
-        target = None if within is None else Target(within, budget, time.perf_counter() - ready.seconds - start)
+        within, budget = number(self.within), number(self.budget)
+        target = None if within is None else Target(within, budget, time.perf_counter() - setup.seconds - start)
         deadline = math.inf
         if budget is not None:
-            left = max(GRACE * budget - ready.seconds, 0.0) + SLACK
+            left = max(GRACE * budget - setup.seconds, 0.0) + SLACK
             deadline = time.monotonic() + max(left - start, RUNNING * left)
-        begun = paired, target, deadline, progress
         try:
-            runs = self._first_round(problem, ready, *begun)
-        except OutOfTimeError as error:
-            return unfinished(self.NAME, problem, error, time.perf_counter() - begin, ready), None
-        except CircuitError:  # the netlist does not bear states of ideal elements, such as beyond a breakdown
-            if ready.starts is None:
+            runs = self._first_batch(problem, setup, paired, deadline, progress)
+        except OutOfTimeError:
+            raise
+        except CircuitError:
+            if setup.starts is None:
                 raise
-            ready = ready.from_rest()
-            runs = self._first_round(problem, ready, *begun)
-        runs.measure_tolerance()
-        if target is not None and exists.can_reach(target.within, ready.warnings):
-            sequential_sampling(runs, target, self.dt is not None)
-        h, burnt = ready.device.h / unit, ready.burn_in / unit
-        details = {"step": h, "burn_in": burnt, "duration": runs.kicks * h - burnt}
-        details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": warm}
-        ready.warnings.extend(exists.warnings + runs.doubts())
-        moments = runs.moments()
-        if ready.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
-            details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
-        else:
-            details |= runs.ledger(s.watts / problem.units.watts)
-        agreed = disagreement(moments) if eqs.is_steady else None
-        if agreed is not None and agreed != NO_NOISE:
-            ready.warnings.append(agreed)
-        v2, power = (
-            dataclasses.replace(one.value, stderr=None)
-            if agreed == NO_NOISE
-            else one.value.with_unknown(exists.unknown).with_unknown(ready.unknown)
-            for one in (runs.mean_square_voltage(), runs.power())
-        )
-        reasons = [sought, ready.known(runs.tolerance, runs.followed), agreed if agreed == NO_NOISE else ""]
-        if target is not None:
-            reasons.insert(0, f"`within` {target.within:.3g} chose {ready.chosen(unit, problem.physical)}")
-        if not problem.physical:
-            reasons.append(stand_in(s))
-        answer = estimate(
-            self.NAME,
-            problem,
-            v2,
-            power,
-            ready.seconds + runs.seconds,
-            sum(one.steps for one in (*runs.done, *runs.coarse)),
-            "; ".join(reason for reason in reasons if reason),
-            tuple(ready.warnings),
-            details,
-            moments.V2,
-        )
-        answer = with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
-        return dataclasses.replace(answer, effects=(*problem.effects, *["netlist"] * (not ready.resistive))), None
+            runs = self._first_batch(problem, setup.from_rest(), paired, deadline, progress)
+        runs.warm_up_seconds = warm
+        return runs, target
 
-    def _first_round(
-        self,
-        problem: Problem,
-        ready: SpiceSetup,
-        paired: bool,
-        target: Target | None,
-        deadline: float,
-        progress: Progress | None,
+    def _first_batch(
+        self, problem: Problem, setup: SpiceSetup, paired: bool, deadline: float, progress: Progress | None
     ) -> Runs:
-        """As many runs as the target is likely to need at least; those of a later round are as long."""
-        eqs, unit = problem.equations, problem.units.frequency
-        if self.duration is not None:
-            duration = (number(self.duration) or 0.0) * unit
-        elif paired or not eqs.is_random or self.within is not None:
-            least = 0.0 if ready.starts is None else self.BLOCKS * BLOCK
-            duration = max(self.WINDOWS * ready.burn_in, least)
-        else:
-            duration = max(self.KICKS / self.TRAJECTORIES * ready.device.h, 4.0 * ready.burn_in)
-        kicks = ready.kicks(duration)
-        runs = Runs(ready, paired, kicks, np.random.SeedSequence(self.seed), progress, deadline=deadline)
-        if ready.has_controls and self.CONTROLS and not self.alone:
-            runs.blocks = max(round((kicks * ready.device.h - ready.burn_in) / BLOCK), 1)
-        fewest = fewest_pairs(number(self.within), runs.blocks) if paired else FEWEST
-        count = self.trajectories or (self.TRAJECTORIES if target is None else fewest)
+        """As many runs as the target is likely to need at least; those of a later batch are as long."""
+        n_steps = setup.n_steps(self._duration(problem, setup, paired))
+        blocks = 1
+        if setup.has_controls and self.CONTROLS and not self.alone:
+            blocks = max(round((n_steps * setup.device.h - setup.burn_in) / BLOCK), 1)
+        fewest = fewest_pairs(number(self.within), blocks) if paired else FEWEST
+        count = self.trajectories or (self.TRAJECTORIES if self.within is None else fewest)
         count = max(count, fewest) if paired else count
-        asked = kicks if self.duration is None else ready.burn_in / ready.device.h  # a duration is the user's own
+        # A duration is the user's own: its steps do not count.
+        self._check_patience(problem, setup, count, n_steps if self.duration is None else None)
+        runs = Runs(
+            setup=setup,
+            paired=paired,
+            blocks=blocks,
+            n_steps=n_steps,
+            seed=np.random.SeedSequence(self.seed),
+            progress=progress,
+            step_is_fixed=self.dt is not None,
+            deadline=deadline,
+        )
+        runs.run_batch(count)
+        return runs
+
+    def _duration(self, problem: Problem, setup: SpiceSetup, paired: bool) -> float:
+        """The nondimensional duration of a trajectory after its burn-in."""
+        if self.duration is not None:
+            return (number(self.duration) or 0.0) * problem.units.frequency
+        if paired or not problem.equations.is_random or self.within is not None:
+            return max(self.WINDOWS * setup.burn_in, 0.0 if setup.starts is None else self.BLOCKS * BLOCK)
+        return max(self.KICKS / self.TRAJECTORIES * setup.device.h, 4.0 * setup.burn_in)
+
+    def _check_patience(self, problem: Problem, setup: SpiceSetup, count: int, n_steps: int | None) -> None:
+        """Refuse runs that nobody would wait for, mostly for their burn-in, in a SimulationError."""
+        steps = count * (setup.burn_in / setup.device.h if n_steps is None else n_steps)
         budget = number(self.budget)
         most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
-        if asked * count > most:
+        if steps > most:
             instead = "use engine 'ensemble', or " if problem.netlist is None else ""
-            raise SimulationError(  # that nobody asked for, and mostly for their burn-in
-                f"the ngspice runs would take {asked * count:.1e} steps, as the start is forgotten after "
-                f"{ready.burn_in / unit:.3g}{' s' * problem.physical} only: {instead}give fewer `trajectories`, a "
-                f"longer `dt` or a `budget` above {asked * count / self.STEPS_A_SECOND:.2g}s"
+            last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
+            raise SimulationError(
+                f"the ngspice runs would take {steps:.1e} steps, as transients last {last}: {instead}give fewer "
+                f"`trajectories`, a longer `dt` or a `budget` above {steps / self.STEPS_A_SECOND:.2g}s"
             )
-        runs.more(count)
-        return runs

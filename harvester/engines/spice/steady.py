@@ -10,7 +10,10 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from harvester.engines.protocol import Progress
 from harvester.errors import CircuitError, OutOfTimeError
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
@@ -27,8 +30,7 @@ REMAINS = 0.5  # of that change, at a tenth of the tolerance: of an error as rel
 RUNNING = 0.5  # of the budget, for the runs at least: their processes take some seconds to start
 SETTLED = 0.1  # of the error that is asked for: what settling may leave, relative to the response's size
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
-NOT_MEASURED = "the step and ngspice's tolerance"
-FEWEST = 64  # steps in a period, of the longest step
+FEWEST_STEPS = 64  # steps in a period, of the longest step
 SAME_PHASE = 1e-9  # of the drive's period
 LITTLE, NEIGHBOURS = 0.02, 8  # of the error asked for: a tolerance's part that is measured at one of so many neighbours
 
@@ -41,7 +43,7 @@ class Steady:
     tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
     too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
     tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
-    is not; ``followed`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
+    is not; ``continued`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
     the longest step.  Of that scene ``near`` has the other steps, and ``reused`` is the relative error of the
     tolerance that was measured so many neighbours ago.
     """
@@ -52,8 +54,8 @@ class Steady:
     within: float = WITHIN
     found: "dict[tuple[int, int], PeriodicResponse]" = field(default_factory=dict)
     tenths: int = 0
-    unknown: str = ""
-    followed: bool = False
+    unknown: Diagnostic | None = None
+    continued: bool = False
     near: "Steady | None" = None
     before: "CoupledState | None" = None
     reused: tuple[float, int] | None = None
@@ -93,7 +95,7 @@ class Steady:
         if near is not None:
             if before is not None and before.nodes.keys() == near.section.nodes.keys():
                 ahead = dataclasses.replace(near, section=near.section.moved(before, near.section))
-            self.followed, self.before = True, near.section
+            self.continued, self.before = True, near.section
         for trapezoidal, start_near in ((True, ahead), (False, near)):
             self.first = dataclasses.replace(self.first, trapezoidal=trapezoidal)
             given = self.first, origin, self.deadline, self.enough, start_near
@@ -110,33 +112,33 @@ class Steady:
             return found is not None
         return False
 
-    def follow(self, places: list[tuple[int, int]]) -> None:
+    def continue_to(self, settings: list[tuple[int, int]]) -> None:
         """Find the response at further (halvings, tenths), side by side."""
         from harvester.cosimulation.periodic import same_response
         from harvester.cosimulation.worker_pool import map_in_workers
 
         jobs = []
-        for halvings, tenths in places:
+        for halvings, tenths in settings:
             h, reltol = self.first.h / 2**halvings, self.first.reltol * TENTH**tenths
             device = dataclasses.replace(self.first, h=h, reltol=reltol)
             jobs.append((device, self._guess((halvings, tenths)), self.deadline, self.enough))
         try:
-            for place, response in zip(places, map_in_workers(same_response, jobs), strict=True):
+            for setting, response in zip(settings, map_in_workers(same_response, jobs), strict=True):
                 if response is None:
-                    self.unknown = "the error is not known, as the response is not there at another step or tolerance"
+                    self.unknown = _unknown("lost")
                     return
-                self.found[place] = response
+                self.found[setting] = response
         except OutOfTimeError:
-            self.unknown = "the error is not known, as the `budget` was spent before"
+            self.unknown = _unknown("budget")
         except CircuitError as error:
-            self.unknown = f"the error is not known: at another step or tolerance {error}"
+            self.unknown = _unknown("circuit", str(error))
 
-    def _guess(self, place: tuple[int, int]) -> "PeriodicResponse":
+    def _guess(self, setting: tuple[int, int]) -> "PeriodicResponse":
         """Where to look for a further response: at the neighbour's, moved as those at the longest step are apart.
 
         Without such a neighbour it is the last one here.
         """
-        there = None if self.near is None else self.near.found.get(place)
+        there = None if self.near is None else self.near.found.get(setting)
         if there is None or self.near is None:
             return self.last
         since, now = self.near.found[0, 0], self.found[0, 0]
@@ -174,7 +176,7 @@ class Steady:
     def value(self, name: str) -> Value:
         """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
         if self.unknown:
-            return Value(float(getattr(self.last, name)), unknown=NOT_MEASURED)
+            return Value(float(getattr(self.last, name)), unknown=STEP_AND_TOLERANCE)
         value, parts = self.errors(name)
         return Value(value, bias=sum(parts))
 
@@ -186,8 +188,8 @@ class Steady:
         """
         self.reused = None if self.near is None or not tolerant else self.near.reusable()
         if not tolerant or self.reused is not None:
-            return self.follow([(1, 0), (2, 0)])
-        self.follow([(2, 0), (2, 1)])
+            return self.continue_to([(1, 0), (2, 0)])
+        self.continue_to([(2, 0), (2, 1)])
         if self.unknown:
             return None
         rough, fine = (self.found[2, tenths].power for tenths in (0, 1))
@@ -195,9 +197,9 @@ class Steady:
             self.remains * abs(fine - rough) < BORNE * self.within * abs(fine)
             or self.first.reltol * TENTH**2 < TIGHTEST
         ):
-            return self.follow([(1, 0)])
+            return self.continue_to([(1, 0)])
         self.tenths = 1
-        return self.follow([(2, 2), (1, 1), (0, 1)])
+        return self.continue_to([(2, 2), (1, 1), (0, 1)])
 
     def improve(self) -> bool:
         """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
@@ -208,14 +210,33 @@ class Steady:
         if tighter and self.first.reltol * TENTH ** (tenths + 2) > TIGHTEST and (tolerance > step or not finer):
             top = min(finest + (step > 0.25 * tolerance), self.halvings)
             row = [(k, tenths + 1) for k in range(top - 2, top + 1) if (k, tenths + 1) not in self.found]
-            self.follow([*row, (top, tenths + 2)])
+            self.continue_to([*row, (top, tenths + 2)])
             tenths += 1
         elif finer:
-            self.follow([(finest + 1, tenths), *([(finest + 1, tenths + 1)] if tighter else [])])
+            self.continue_to([(finest + 1, tenths), *([(finest + 1, tenths + 1)] if tighter else [])])
         else:
             return False
         if self.unknown:  # what was known before is known all the same
-            self.found, self.unknown = before, ""
+            self.found, self.unknown = before, None
             return False
         self.tenths = tenths
         return True
+
+    def make_precise(self, progress: Progress | None = None) -> None:
+        """Go on to smaller steps and tolerances until the error of the power is known, and small enough."""
+        if self.halvings < 2:
+            self.unknown = _unknown("step")
+            return
+        self.measure(not self.first.load.linear)
+        going = self.unknown is None
+        while going:
+            power = self.value("power")
+            share = power.known_error95 / abs(power.value) / self.within if power.value else 0.0
+            if progress is not None:
+                progress(1.0 / max(share, 1.0))
+            going = share > 1.0 and self.improve()
+
+
+def _unknown(why: str, error: str = "") -> Diagnostic:
+    """The note that the error is not known, and why."""
+    return note("precision_unknown", why=why, steps=4 * FEWEST_STEPS, error=error)

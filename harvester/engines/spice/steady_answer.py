@@ -11,54 +11,50 @@ from harvester.engines.spice.steady import Steady
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import phase_to_base
 from harvester.linear.record_doubts import record_doubts
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.uncertainty.value import Value
 
 
 def steady_estimate(
     options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
 ) -> Estimate:
     """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
-    s, units, last, within = problem.scales, problem.units, steady.last, number(options.within)
-    everything = steady.found.values()
+    units, last, within = problem.units, steady.last, number(options.within)
+    watts, everything = units.watts / problem.scales.watts, steady.found.values()
     power, square = steady.value("power"), steady.value("square")
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
-    warnings = ledger_doubts(2 * [last.ledger]) + record_doubts(problem.equations)
-    if within is not None and (steady.unknown or power.known_error95 > within * abs(power.value)):
-        relative = "is not known" if steady.unknown else f"is {power.known_error95 / abs(power.value):.2g}"
-        warnings.append(f"`within` {within:.3g} was not reached: the error {relative}")
-    whence = "from that of the point before" if steady.followed else "from rest"
-    again = (
-        "after each period of the drive" if last.turns == 1 else f"after {last.turns} periods of the drive: subharmonic"
-    )
-    reasons = [f"no sampling error: nothing is random, and the response {whence} comes back {again}"]
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
     details |= _motion(problem, steady) | {
         "response_periods": last.turns,
         "ngspice_periods": sum(one.periods for one in everything),
     }
-    if steady.unknown:
-        reasons.append(steady.unknown)
-    else:
+    if steady.unknown is None:
         parts = ("step_error", "tolerance_error", "settling_error")
-        found = dict(zip(parts, steady.errors("power")[1], strict=True))
-        details |= {part: error * units.watts / s.watts for part, error in found.items()}
-        reasons.append("its error is that of the step, of ngspice's tolerance and of settling")
-        if steady.reused is not None:
-            reasons.append("that of the tolerance, which is next to nothing, was measured at a point before")
-    if not problem.physical:
-        reasons.append(stand_in(s))
-    answer = estimate(
-        name,
-        problem,
-        square.scaled(1.0 / s.volts**2),
-        power.scaled(1.0 / s.watts),
-        seconds - steady.warm_up_seconds,
-        sum(one.steps for one in everything),
-        "; ".join(reasons),
-        tuple(warnings),
-        details | {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], s.watts / units.watts),
-    )
+        details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
+    details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], 1.0 / watts)
+    diagnostics = [
+        *ledger_doubts(2 * [last.ledger]),
+        *record_doubts(problem.equations),
+        None if within is None else _missed(within, power, steady),
+        note("comes_back", periods=last.turns, from_before=steady.continued),
+        steady.unknown or note("steady_errors"),
+        note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
+        stand_in(problem),
+    ]
+    v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
+    seconds, steps = seconds - steady.warm_up_seconds, sum(one.steps for one in everything)
+    answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
     return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+
+
+def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
+    """The warning that an error ``within`` was not reached."""
+    if steady.unknown is not None:
+        return warning("steady_within", within=within, error=None)
+    if power.known_error95 <= within * abs(power.value):
+        return None
+    return warning("steady_within", within=within, error=power.known_error95 / abs(power.value))
 
 
 def _motion(problem: Problem, steady: Steady) -> dict[str, float]:

@@ -1,23 +1,19 @@
-"""How engine `spice` answers a steady drive: by a periodic response, found, and made as precise as is asked.
+"""How engine `spice` finds the response to a steady drive: from rest, or by continuation from a neighbouring one.
 
 Where the mass is linear and the circuit feeds nothing there is one response only, and from that of a neighbouring scene
-it is found in a few periods: `along` goes so from scene to scene.
+it is found in a few periods.
 """
 
 import math
 import time
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from harvester.answers.estimate import Estimate
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.protocol import AnyScene, Progress
-from harvester.engines.spice.partial_answer import unfinished
-from harvester.engines.spice.steady import FEWEST, HALVINGS, RUNNING, WITHIN, Steady
+from harvester.engines.protocol import Progress
+from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITHIN, Steady
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, MissingProgramError, OutOfTimeError
 from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 
@@ -25,40 +21,12 @@ if TYPE_CHECKING:
     from harvester.cosimulation.responses import Neighbour
 
 
-def follows(options: MonteCarloOptions, problem: Problem) -> bool:
+def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
     if not problem.equations.is_steady or (options.trajectories, options.duration) != (None, None):
         return False
     circuit, linear = problem.circuit, linear_growth(problem.equations) is not None
     return linear and circuit is not None and (circuit.linear or circuit.topology is not None)
-
-
-def along(
-    name: str,
-    scenes: Sequence[AnyScene],
-    follow: Callable[[Problem, Steady | None], tuple[Estimate, Steady | None]],
-    follows: Callable[[Problem], bool],
-) -> list[Estimate | HarvesterError]:
-    """The answers of engine ``name`` that ``follow`` gives, each from the one before where it ``follows``, or errors.
-
-    Raises MissingProgramError, which is no fault of a scene.
-    """
-    found, near = list[Estimate | HarvesterError](), None
-    for scene in scenes:
-        begin = time.perf_counter()
-        try:
-            problem = Problem.of(scene)
-            answer, near = follow(problem, near if follows(problem) else None)
-            found.append(answer)
-        except MissingProgramError:
-            raise
-        except OutOfTimeError as error:
-            found.append(unfinished(name, problem, error, time.perf_counter() - begin))
-            near = None
-        except HarvesterError as error:
-            found.append(error)
-            near = None
-    return found
 
 
 def steady_response(
@@ -89,7 +57,7 @@ def steady_response(
         steady.near, near.near = near, None  # of a long way no more is kept
     if not steady.begin(near.found[0, 0] if isinstance(near, Steady) else near):
         return None if near is None else steady_response(options, problem, reltol, progress, probes)
-    make_precise(steady, progress)
+    steady.make_precise(progress)
     return steady
 
 
@@ -104,21 +72,6 @@ def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, pro
     return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
 
 
-def make_precise(steady: Steady, progress: Progress | None = None) -> None:
-    """Follow a response that was found to smaller steps and tolerances until its error is known, and small enough."""
-    if steady.halvings < 2:
-        steady.unknown = f"the error is not known, as `dt` leaves fewer than {4 * FEWEST} steps to a period"
-        return
-    steady.measure(not steady.first.load.linear)
-    going = not steady.unknown
-    while going:
-        power = steady.value("power")
-        share = power.known_error95 / abs(power.value) / steady.within if power.value else 0.0
-        if progress is not None:
-            progress(1.0 / max(share, 1.0))
-        going = share > 1.0 and steady.improve()
-
-
 def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
     """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
     from harvester.mechanics.kernels.step_size import STEP, typical_frequency, whole_steps
@@ -129,5 +82,5 @@ def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
         return whole_steps(dt, period), HALVINGS
     h = whole_steps(dt, period)
     assert period is not None, "the drive is steady"
-    larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST else 0
+    larger = 2 if round(period / h) % 4 == 0 and period / h > 3.9 * FEWEST_STEPS else 0
     return h * 2**larger, larger

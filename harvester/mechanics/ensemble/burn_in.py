@@ -19,6 +19,7 @@ from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
 
 FIRST_WINDOW = 32.0  # time units: about five periods
@@ -35,7 +36,7 @@ COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks f
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
-def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str]:
+def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Diagnostic]:
     """Run trajectories until their start is forgotten, and return warnings.
 
     A step that turns out too long for the response is made shorter, and the trajectories begin again, unless their step
@@ -63,7 +64,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
         if shorter is None:
             frequency = max(frequency, chatter(eqs.pressure, eqs.n1, v2))
             if h * frequency > 5 * STEP:
-                warnings.append(f"step {h:g} is coarse for a response of frequency {frequency:.3g}")
+                warnings.append(warning("coarse_step", step=h, frequency=frequency))
             if (samples := trajectories.samples[0]) is not None:
                 warnings += record_doubts(eqs) + density_doubts(eqs, Record(h, samples))
             return warnings
@@ -72,7 +73,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[str
 
 def until_steady(
     trajectories: Trajectories, budget: float | None = None, begin: float | None = None
-) -> tuple[Moments, list[str]]:
+) -> tuple[Moments, list[Diagnostic]]:
     """Run at the present step until the start is forgotten: moments of the last window, and warnings.
 
     ``begin`` is the time (`time.perf_counter`) from which the ``budget`` counts, by default now.
@@ -108,7 +109,7 @@ def until_steady(
                     trajectories.hopping = hops
                     return now, []
         if energy <= first / GROWN:
-            return now, ["the response dies out: the scene has no noise that keeps it going"]
+            return now, [warning("dies_out")]
         if trajectories.time >= LONGEST:
             if not steady:
                 raise _not_stationary(trajectories)
@@ -170,16 +171,16 @@ def _cost(trajectories: Trajectories, length: float, budget: float | None, begin
     return beyond, made + more, max(spent, made / rate) + more / rate
 
 
-def _cut_short(trajectories: Trajectories, load: float, response: float) -> str:
+def _cut_short(trajectories: Trajectories, load: float, response: float) -> Diagnostic:
     """Why a burn-in of `LONGEST` may be too short."""
-    why = "no stationary voltage was seen"
+    why, constant = "", ""
     if load > trajectories.time:
         circuit = trajectories.circuit
         constant = f"1/mu = {load / LOAD_TIMES:g}" if circuit is None else f"R C w0 = {circuit.memory:g}"
-        why = f"of the load's memory, {constant}, {why}"
+        why = "load"
     elif response > trajectories.time:
-        why = f"of the response's own memory, about {response / CORRELATION_TIMES:.2g}, {why}"
-    return f"burn-in stopped at {trajectories.time:g}/w0 because {why}"
+        why, constant = "response", f"{response / CORRELATION_TIMES:.2g}"
+    return warning("burn_in_stopped", time=trajectories.time, why=why, constant=constant)
 
 
 def _not_stationary(trajectories: Trajectories) -> SimulationError:

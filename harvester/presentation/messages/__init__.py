@@ -19,7 +19,7 @@ def catalogue() -> Mapping[str, Message]:
     """All messages by their codes; a code stands in one file only."""
     found: dict[str, Message] = {}
     for file in iter_modules(__path__):
-        some: dict[str, Message] = import_module(f"{__name__}.{file.name}").MESSAGES
+        some: dict[str, Message] = getattr(import_module(f"{__name__}.{file.name}"), "MESSAGES", {})
         assert not found.keys() & some.keys(), found.keys() & some.keys()
         found |= some
     return found

@@ -1,8 +1,168 @@
-"""What engines say of their answers, and why one cannot serve a scene."""
+"""What engines say of their answers, and why one cannot serve a scene.
 
+Arguments that several messages have: ``physical`` says whether times are in seconds, else in 1/w0; ``within`` is the
+relative error that was asked for.
+"""
+
+import math
 from collections.abc import Callable
 
+from harvester.uncertainty.value import NORMAL_QUANTILE, amount
+
+
+def _s(physical: bool) -> str:
+    """The unit behind a time, for a nondimensional scene none."""
+    return " s" if physical else ""
+
+
+def _target_missed(within: float, budget: float, error: float | None, more: float, enough: float) -> str:
+    text = f"`within` {within:.3g} was not reached in {budget:g} s: "
+    if error is None:
+        return text + "the mean is not known from zero"
+    unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
+    rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
+    return text + f"the error is {error:.2g}; it would take at least {more:.2g} s more: `budget` {rounded}s"
+
+
+def _beyond_formula(engine: str, within: float, error: float | None) -> str:
+    known = "is not known" if error is None else f"is estimated at {error:.2g}"
+    return f"`within` {within:.3g} cannot be promised: the error of {engine!r} {known}"
+
+
+def _effort(
+    within: float, step: float, bias: float, bias_error: float, duration: float, trajectories: int, physical: bool
+) -> str:
+    return (
+        f"`within` {within:.3g} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
+        f"{NORMAL_QUANTILE * bias_error:.2%}, measured against twice the step on the same noise, and "
+        f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, for the spread of their means"
+    )
+
+
+def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
+    reason = {
+        "netlist": "the load is a netlist, and 'ideal' does not know the error of its model",
+        "refused": f"'averaged' cannot tell: {refused}",
+        "reached": f"the error that it states, {error:.2g}, is within {within:.3g}",
+        "beyond": f"{formula!r} states an error of {error:.2g}, more than {within:.3g}",
+    }[why]
+    return f"engine {engine!r} was chosen as the cheapest: {reason}"
+
+
+def _averaging_doubtful(error: float, why: str) -> str:
+    reason = {
+        "coupling": "coupling is strong",
+        "noise": "noise of the stiffness is strong beside the damping",
+        "impacts": "impacts take much of the energy in one cycle",
+    }[why]
+    return f"averaging is doubtful here (estimated error {error:.0%}): {reason}; check with 'ensemble'"
+
+
+def _rare_hops(
+    places: str,
+    hops: int,
+    time: float,
+    formula_time: float | None,
+    burn_in: float,
+    steps: float,
+    at_least: bool,
+    physical: bool,
+) -> str:
+    second = " s" if physical else "/w0"
+    formula = "" if formula_time is None else f" (Kramers' formula: about one in {formula_time:.1g}{second})"
+    return (
+        f"hops between the wells at {places} are rare: {hops} in {time:.2g}{second} of all trajectories "
+        f"together{formula}, so that a mean over the wells would take a burn-in of "
+        f"{'at least' if at_least else 'about'} {burn_in:.1g}{second}, {steps:.1g} trajectory-steps; {BETWEEN_WELLS}"
+    )
+
+
+def _slow_switching(seconds: float, share: float, worse: float, physical: bool) -> str:
+    takes = f"{amount(seconds, 's')}, " if physical else ""
+    return (
+        f"a switching takes the coil {takes}{share:.2g} of half a period, which ideal switches do at once: the power "
+        f"may be off by up to {worse:g} times that part of it; use engine 'spice', or a smaller L"
+    )
+
+
+def power_law(exponent: float, lowest: float, highest: float | None) -> str:
+    """The law of large amplitudes, with the ends of its exponent; ``highest`` None: infinite."""
+    told = f"q = {exponent:.2g} (from {max(lowest, 0.0):.2g} to {highest or 0.0:.2g})"
+    if highest is None:
+        told = f"q = {max(lowest, 0.0):.2g} or more"
+    elif highest == lowest:
+        told = f"q = {exponent:.3g}"
+    return f"noise of the stiffness makes large amplitudes A as likely as A^-(1 + q), {told}"
+
+
+def _variance_missing(surely: bool, **law: float) -> str:
+    return (
+        f"V^2 {'has' if surely else 'may have'} no finite variance, so that a sample's spread does not state the error "
+        f"of its mean: {power_law(**law)}, and a variance needs a q above 4"
+    )
+
+
+def _unknown_effects(who: str, effects: str, instead: str) -> str:
+    return f"{who} does not know {effects.replace('_', ' ')}: use {instead}"
+
+
+BETWEEN_WELLS = "the mean is known between those of the wells only"
+LESS = "less noise of the stiffness (stiffness_noise, D22), more damping, or one that grows (damping_x2)"
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "worded": "{text}",
+    # why an engine cannot serve a scene
+    "needs_resistance": "engine {engine!r} must have a load resistance, but the load is netlist {netlist!r}: use "
+    "engine 'spice', or 'ideal' for one of the package's netlists",
+    "needs_netlist": "engine {engine!r} must have a netlist as load, but has none: use engine 'ensemble'",
+    "needs_ideal_circuit": "engine {engine!r} must have one of the netlists {known}, but the load is {netlist!r}: use "
+    "engine 'spice'",
+    "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
+    "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
+    "'ensemble'",
+    "unknown_effects": _unknown_effects,
+    # formulas
+    "closed_form": "no sampling error and no model: the equations are linear and solved as they stand, but for "
+    "rounding",
+    "theory": "no sampling error: a theory; the model's error is estimated from its small parameters",
+    "published_formula": "no sampling error: a formula; its model error is not known from within",
+    "published_stop": "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only "
+    "even harmonics, so E[V^2] and the power come out too high, about four times at the paper's parameters: use "
+    "'averaged', 'ensemble' or 'spice'",
+    "published_open_circuit": "open circuit with a stop: this is E[V^2] of a V that begins with V = x, so with its "
+    "mean; 'averaged' tells the variance of V about that mean",
+    "averaging_doubtful": _averaging_doubtful,
+    "open_circuit_variance": "open circuit: this is the variance of V about its mean, which stays what it began with; "
+    "engines that sample begin with V = x, and tell E[V^2] with that mean",
+    "restitution_untested": "the error was not measured for a restitution coefficient of {restitution:g}, below "
+    "{least}",
+    "nothing_shakes": "the response dies out: nothing shakes the base",
+    "beyond_formula": _beyond_formula,
+    "cheapest": _cheapest,
+    # moments that noise of the stiffness takes away
+    "grows_by_stiffness_noise": "the response grows without bound: noise of the stiffness feeds more than damping "
+    f"takes; give {LESS}",
+    "mean_infinite": lambda **law: (
+        "the means of V^2 and of the power do not exist: "
+        f"{power_law(**law)}, and they need a q above 2, so that the mean of a sample grows with its size; give {LESS}"
+    ),
+    "mean_may_be_infinite": lambda **law: (
+        f"the means of V^2 and of the power may not exist: {power_law(**law)}, and they need a q above 2"
+    ),
+    "variance_missing": _variance_missing,
+    # sampling
     "open_circuit": "open circuit: V keeps the offset that it started with, and takes no power",
+    "starts_agree": "no sampling error: nothing is random, and all starts that were tried come to the same "
+    "response; a nonlinear device may have another, which other starts reach",
+    "starts_differ": "trajectories differ in {of}, from {low:.3g} to {high:.3g} times the mean: the drive has "
+    "several responses, a chaotic one, or one that settles late; the mean is over the starts",
+    "rare_hops": _rare_hops,
+    "between_wells": "the error of the model is half the distance between the wells",
+    "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
+    "slow_switching": _slow_switching,
+    # towards a target
+    "effort": _effort,
+    "target_missed": _target_missed,
+    "unknown_error": "`within` {within:.3g} cannot be promised: the error of {unknown} is not known",
+    "within_between_wells": "`within` {within:.3g} cannot be promised: " + BETWEEN_WELLS,
+    "needs_smaller_step": "`within` {within:.3g} needs a step below `dt` {dt:g}",
 }

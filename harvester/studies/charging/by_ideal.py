@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.ensemble import FEWEST_DRAWN
 from harvester.engines.protocol import Progress
+from harvester.engines.sampling import FEWEST_DRAWN
 from harvester.equations.problem import Problem
 from harvester.studies.charging.passages import SAMPLES, Passages
 

@@ -17,7 +17,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
-from harvester.presentation.diagnostic import Diagnostic, note, warning, worded
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_ideal import charge_ideal
@@ -165,7 +165,7 @@ def _answer(
         seconds=passages.seconds,
         steps=passages.steps,
         diagnostics=(
-            *map(worded, unusual_values(problem.scene)),
+            *unusual_values(problem.scene),
             *_doubts(problem, passages, clock, by_default, runs),
             *([] if reason is None else [reason]),
             *passages.notes,

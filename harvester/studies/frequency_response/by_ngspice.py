@@ -74,7 +74,7 @@ def _step(
     engine: Spice, driven: HarmonicDrive, direction: str, frequency: float, near: "Neighbour | None"
 ) -> "tuple[Step, Neighbour | None]":
     """One frequency, on from its neighbour, and the neighbour of the next."""
-    found, steady = engine.follow(driven.at(frequency), near)
+    found, steady = engine.run_near(driven.at(frequency), near)
     moved, known = found.details.get(DISPLACEMENT), found.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if moved is None else Value(moved, bias=known)
     phases = (found.details.get(name) for name in PHASES)

@@ -12,8 +12,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Ensemble, Ideal
-from harvester.engines.agreement import ALIKE, UNLIKE
 from harvester.engines.protocol import served
+from harvester.engines.sampling import ALIKE, UNLIKE
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import first_harmonic, phase_to_base
 from harvester.studies.frequency_response.driven import HarmonicDrive

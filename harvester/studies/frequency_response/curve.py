@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from harvester import figures
-from harvester.engines.agreement import UNLIKE
+from harvester.engines.sampling import UNLIKE
 from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import Result, TableResult

@@ -7,7 +7,7 @@ from harvester.engines.protocol import unknown_effects
 from harvester.equations.effects import SWEPT, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
-from harvester.presentation.diagnostic import Diagnostic, warning, worded
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.studies.frequency_response.point import GRAVITY
@@ -65,9 +65,9 @@ class HarmonicDrive:
         """Warnings of the scene's unusual values, and of those that the first and the last frequency would be."""
         scene: Scene = self.problem.scene
         unusual = unusual_values(scene)
-        found = [worded(one) for one in unusual]
+        found = list(unusual)
         ends = dict.fromkeys((min(frequencies), max(frequencies))) if len(frequencies) else {}
         for frequency in ends:
             there = unusual_values(self.at(frequency).scene)
-            found += [warning("unusual_at_an_end", what=doubt) for doubt in there if doubt not in unusual]
+            found += [warning("unusual_at_an_end", what=str(doubt)) for doubt in there if doubt not in unusual]
         return found

@@ -68,11 +68,6 @@ class Robust(Engine):
     NAME: ClassVar[str] = "robust"
     is_formula: ClassVar[bool] = True
 
-    @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Empty: the engine inside says what it cannot serve."""
-        return ""
-
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The power of a place, as `run_many`."""
         answer = self.run_many([scene])[0]

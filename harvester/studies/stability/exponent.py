@@ -128,7 +128,7 @@ def stability(
     problem = Problem.of(scene)
     check_rest(problem)
     eqs, unit = problem.equations, problem.units.frequency
-    warnings = unusual_values(problem.scene)
+    warnings = [str(one) for one in unusual_values(problem.scene)]
     if eqs.is_shaken:
         warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
@@ -153,5 +153,5 @@ def stability(
         model=None if doubts.error is None else doubts.error * unit,
         ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
-        warnings=(*warnings, *doubts.texts),
+        warnings=(*warnings, *map(str, doubts.diagnostics)),
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Spice
-from harvester.engines.model import Model
+from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder
@@ -41,26 +41,29 @@ def ngspice_bias(
     converge.
     """
     from harvester.cosimulation.tolerance import ORDER
-    from harvester.engines.spice.effort import FEWEST
+    from harvester.engines.spice.means import FEWEST
     from harvester.engines.spice.runs import Runs
-    from harvester.engines.spice.setup import prepare
+    from harvester.engines.spice.setup import set_up
     from harvester.uncertainty.control_variate import controlled
 
-    ready = prepare(problem, Spice(seed=seed, dt=h / problem.units.frequency))
+    setup = set_up(problem, Spice(seed=seed, dt=h / problem.units.frequency))
     begin = time.perf_counter()
-    whole = math.lcm(ready.device.stride, 2)
-    kicks = math.ceil(2.0 * ready.burn_in / h / whole) * whole  # short: a grazing impact parts the paths for good
-    tolerances = (Spice.reltol,) if ready.device.load.linear else TOLERANCES
+    whole = math.lcm(setup.device.stride, 2)
+    n_steps = math.ceil(2.0 * setup.burn_in / h / whole) * whole  # short: a grazing impact parts the paths for good
+    tolerances = (Spice.reltol,) if setup.device.load.linear else TOLERANCES
     runs = [
         Runs(
-            replace(ready, device=replace(ready.device, reltol=r)), True, kicks, np.random.SeedSequence([seed, 2]), None
+            setup=replace(setup, device=replace(setup.device, reltol=r)),
+            paired=True,
+            n_steps=n_steps,
+            seed=np.random.SeedSequence([seed, 2]),
         )
         for r in tolerances
     ]
     rounds = 0
     while not rounds or (time.perf_counter() - begin) * (rounds + 1) < seconds * rounds:
         for one in runs:
-            one.more(FEWEST)
+            one.run_batch(FEWEST)
         rounds += 1
     high = [_high(one, model) for one in runs]
     exact = high[0] if len(high) == 1 else high[0] + (high[0] - high[1]) / (10.0**ORDER - 1.0)
@@ -78,7 +81,7 @@ def _high(runs: "Runs", model: Model) -> Floats:
     """The moment that the power is made of, as ngspice has it, one entry a run."""
     if model.circuit is None:
         return np.array([one.moments.V2[0] for one in runs.done])
-    watts = runs.ready.device.scales.watts * model.factor
+    watts = runs.setup.device.scales.watts * model.factor
     return np.concatenate([one.load_power for one in runs.done]) / watts
 
 

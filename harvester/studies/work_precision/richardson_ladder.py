@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.model import Model
+from harvester.engines.sampling import Model
 from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.studies.work_precision.bias import Bias
 from harvester.uncertainty.value import Value

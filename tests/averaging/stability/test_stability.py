@@ -106,7 +106,7 @@ def test_averaged_without_noise(beta, mu, r):
     assert formula.averaged(eqs) == pytest.approx(exact, rel=0.01)
     if beta == 0.05 and mu == 0.1:
         assert abs(simple_exponent(eqs) / exact - 1) > 0.03
-    assert formula.doubts(eqs).texts == ()
+    assert formula.doubts(eqs).diagnostics == ()
 
 
 @pytest.mark.parametrize("m", [1e-3, 0.5, 1.0, 3.0])
@@ -283,7 +283,7 @@ def test_hard_scenes_stay_finite(change):
     eqs = changed(FIGURE7, **change)
     values = [formula.averaged(eqs), formula.published(eqs), lyapunov.exponent(eqs, SEED, 64, 100.0).value]
     assert np.isfinite(values).all()
-    assert formula.doubts(eqs).texts or "mu" in change or eqs.restitution is None
+    assert formula.doubts(eqs).diagnostics or "mu" in change or eqs.restitution is None
 
 
 @pytest.mark.statistics

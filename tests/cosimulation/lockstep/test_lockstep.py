@@ -11,7 +11,7 @@ from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.transitions import proposed_step
 from harvester.cosimulation.tolerance import tolerance_in_workers
 from harvester.cosimulation.worker_pool import map_in_workers
-from harvester.engines.spice.setup import prepare
+from harvester.engines.spice.setup import set_up
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
@@ -322,7 +322,7 @@ def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
 
     def examined(farad):
         load = hv.Load(netlist=str(own), parameters={"R": 1e6, "C": farad})
-        ready = prepare(Problem(scene.with_load(load)), hv.Spice())
+        ready = set_up(Problem(scene.with_load(load)), hv.Spice())
         return ready.burn_in, ready.warnings
 
     w0 = 20.0

@@ -12,11 +12,13 @@ import pytest
 import harvester as hv
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
+from harvester.engines.sampling import refine
 from harvester.engines.spice import spice
 from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, OutOfTimeError
+from harvester.presentation.diagnostic import warning
 from harvester.uncertainty.control_variate import Controlled, split
 from harvester.uncertainty.target import Target, further
 from harvester.uncertainty.value import Value
@@ -40,8 +42,9 @@ def made_up():
         duration=50.0,
         seconds_a_unit=0.02,
     )
-    ready = SpiceSetup(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
-    return Runs(ready, True, 100, np.random.SeedSequence(1), None, done, ngspice_seconds=4.0)
+    setup = SpiceSetup(SimpleNamespace(eqs=linear(BETA, MU)), 10.0, [], pair, 1.0)
+    seed = np.random.SeedSequence(1)
+    return Runs(setup=setup, paired=True, n_steps=100, seed=seed, done=done, ngspice_seconds=4.0)
 
 
 def test_power_of_a_resistor_is_the_voltage_scaled():
@@ -59,7 +62,7 @@ def test_more_runs_and_a_longer_ensemble_as_the_split_says():
     residual, error, variance = 0.04, 0.1, 2e-3
     spread = (error**2 - residual / 8) * 50.0
     count, duration = split(variance, residual, 0.5, spread, 0.02)
-    asked = runs.asked_for(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
+    asked = runs.effort(Controlled(Value(1.0, error), residual, 1.0, 0.9), variance)
     assert asked == pytest.approx((further(8.0, count), further(50.0, duration)), rel=1e-12)
     assert 8.0 < count < 64.0 and 50.0 < duration < 400.0  # no limit of `further` hides the numbers
 
@@ -72,7 +75,7 @@ def test_runs_alone_pay_for_all():
     high = np.array([one.moments.V2[0] for one in runs.done])
     assert found.value.stderr == pytest.approx(high.std(ddof=1) / math.sqrt(8), rel=1e-12)
     assert found.value.dof == 7.0
-    assert runs.asked_for(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)
+    assert runs.effort(found, found.residual / 20.0) == (further(8.0, 20.0), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +90,7 @@ def test_runs_alone_pay_for_all():
 def test_what_the_ledgers_tell(ledger, told):
     runs = made_up()
     runs.done = [SimpleNamespace(**vars(one), ledger=ledger) for one in runs.done]
-    assert [one[: len(word)] for one, word in zip(runs.doubts(), told, strict=True)] == told
+    assert [one[: len(word)] for one, word in zip(map(str, runs.doubts()), told, strict=True)] == told
 
 
 def ended(count):
@@ -103,19 +106,17 @@ def ended(count):
 def test_runs_that_ended_in_the_budget_are_used(monkeypatch):
     monkeypatch.setattr(worker, "measure_in_workers", ended(3))
     runs = made_up()
-    runs.more(16)
+    runs.run_batch(16)
     assert len(runs.done) == 11
-    assert runs.ready.warnings == ["11 of 24 ngspice runs had ended when the `budget` was spent"]
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=11, asked=24, paired=False)]
 
 
 def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
     monkeypatch.setattr(worker, "measure_in_workers", ended(7))
     runs = made_up()
     runs.done = []
-    runs.more(16)
-    said = "7 of 16 ngspice runs had ended when the `budget` was spent, too few to pair them with a cheap model"
-    said += ": give a shorter `duration` or a larger `budget`"
-    assert runs.ready.warnings == [said]
+    runs.run_batch(16)
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=7, asked=16, paired=True)]
     assert runs.power().value.dof == 6.0
 
 
@@ -126,7 +127,7 @@ def test_a_single_run_in_the_budget_is_an_error(monkeypatch):
     with pytest.raises(
         OutOfTimeError, match=r"^ngspice stopped at 1 s of 5 s; 1 of 16 ngspice runs had ended .*, and 2 "
     ):
-        runs.more(16)
+        runs.run_batch(16)
 
 
 @pytest.mark.ngspice
@@ -142,35 +143,32 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     monkeypatch.setattr(spice, "machine_code", iter(files).__next__)
     monkeypatch.setattr(worker, "warm_up_workers", lambda *_: warm)
     monkeypatch.setattr(worker, "measure_in_workers", measure)
-    ready = spice.prepare(Problem.of("examples/plate.toml"), hv.Spice())
-    monkeypatch.setattr(spice, "prepare", lambda *_, **__: dataclasses.replace(ready, seconds=0.0))
+    setup = spice.set_up(Problem.of("examples/plate.toml"), hv.Spice())
+    monkeypatch.setattr(spice, "set_up", lambda *_, **__: dataclasses.replace(setup, seconds=0.0))
     with pytest.raises(CircuitError):
         hv.Spice(budget=10.0).run("examples/plate.toml")
     assert found == [pytest.approx(left, abs=0.5)]
 
 
-@pytest.mark.parametrize(
-    ("tolerance", "budget", "said"), [(0.2, None, "smaller tolerance"), (0.0, None, "smaller `dt`")]
-)
-def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, budget, said):
+@pytest.mark.parametrize(("tolerance", "code"), [(0.2, "needs_smaller_tolerance"), (0.0, "needs_smaller_dt")])
+def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
     """No further run helps where ngspice's tolerance or the step alone is off by more than the target."""
     runs = made_up()
-    runs.ready.device.reltol = 1e-4
+    runs.setup.device.reltol = 1e-4
     runs.tolerance = {"V2": tolerance, "load": tolerance}
-    runs.ready.pair.bias = lambda name: (0.5, 0.0)
-    spice.sequential_sampling(runs, Target(0.05, budget), False)
-    assert said in runs.ready.warnings[-1]
+    runs.setup.pair.bias = lambda name: (0.5, 0.0)
+    assert refine(runs, Target(0.05)).code == code
     assert len(runs.done) == 8
 
 
 def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
     """The split may ask for less than a pair and for no longer ensemble, which once went round for ever."""
     runs, asked = made_up(), []
-    found = iter(Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025))
-    monkeypatch.setattr(runs, "power", lambda: next(found))
-    monkeypatch.setattr(runs, "asked_for", lambda found, variance: (0.8, 0.0))
-    monkeypatch.setattr(runs, "more", asked.append)
-    spice.sequential_sampling(runs, Target(0.05), False)
+    found = [Controlled(Value(1.0, error, 0.0), error**2 * 8, 1.0, 0.9) for error in (0.0256, 0.025)]
+    monkeypatch.setattr(runs, "power", lambda: found[len(asked)])
+    monkeypatch.setattr(runs, "effort", lambda found, variance: (0.8, 0.0))
+    monkeypatch.setattr(runs, "run_batch", asked.append)
+    assert refine(runs, Target(0.05)) is None
     assert asked == [2]
 
 
@@ -184,11 +182,11 @@ def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
 
     monkeypatch.setattr(tolerance, "tolerance_in_workers", refused)
     runs = made_up()
-    known = vars(runs.ready.device) | {"load": SimpleNamespace(linear=False), "h": 0.1, "stride": 4}
-    vars(runs.ready.device).update(known)
+    known = vars(runs.setup.device) | {"load": SimpleNamespace(linear=False), "h": 0.1, "stride": 4}
+    vars(runs.setup.device).update(known)
     runs.deadline = time.monotonic() + 1e6
     runs.measure_tolerance()
-    assert "did not converge" in runs.ready.warnings[-1]
+    assert runs.setup.diagnostics == [warning("tolerance_not_measured", error="it did not converge")]
     power = runs.power().value
     assert (power.error95, power.unknown) == (None, "ngspice's tolerance")
     assert power.known_error95 > 0.0
@@ -198,6 +196,6 @@ def test_the_note_says_whether_the_tolerance_was_measured():
     """It must not speak of a measurement for which no time was left."""
     device: Any = SimpleNamespace(eqs=SimpleNamespace(mu=None))
     pair: Any = object()
-    ready = SpiceSetup(device, 0.0, [], pair, 0.0)
-    assert "ngspice's tolerance was measured against a tenth of it" in ready.known({"V2": 0.0, "load": 0.0})
-    assert "ngspice's tolerance was not measured" in ready.known(None)
+    setup = SpiceSetup(device, 0.0, [], pair, 0.0)
+    assert "ngspice's tolerance was measured against a tenth of it" in str(setup.biases(True, 0))
+    assert "ngspice's tolerance was not measured" in str(setup.biases(False, 0))

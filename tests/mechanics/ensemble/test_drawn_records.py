@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harvester.engines.ensemble import mean_with_errors
+from harvester.engines.sampling import mean_with_errors
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories

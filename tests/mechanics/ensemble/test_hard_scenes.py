@@ -262,7 +262,8 @@ def test_slow_load_is_waited_for(h):
     """mu = 1e-4: the burn-in lasts 5/mu, and E[V^2] is that of the Lyapunov equation."""
     eqs = padded(linear(0.05, 1e-4, c=0.2))
     many = Trajectories(eqs, 64, SEED, h)
-    assert burn_in(many) == (["step 0.5 is coarse for a response of frequency 1.02"] if h == 0.5 else [])
+    said = ["step 0.5 is coarse for a response of frequency 1.02"] if h == 0.5 else []
+    assert [*map(str, burn_in(many))] == said
     assert many.time >= 5e4
     value, error = many.run(2e4).mean("V2")
     assert abs(value - linear_v2(eqs)) < 4 * error + 0.2 * h * h * value
@@ -273,7 +274,7 @@ def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e3)
     many = Trajectories(padded(linear(0.05, 1e-6)), 64, SEED, h)
     warnings = burn_in(many)
-    assert "of the load's memory, 1/mu = 1e+06" in warnings[0]
+    assert "of the load's memory, 1/mu = 1e+06" in str(warnings[0])
     assert many.time < 1e4
 
 

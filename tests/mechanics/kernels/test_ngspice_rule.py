@@ -8,7 +8,7 @@ import pytest
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.ngspice.deck import integration_options
 from harvester.engines import Spice
-from harvester.engines.spice.setup import prepare
+from harvester.engines.spice.setup import set_up
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -32,7 +32,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
     ngspice's first step is of first order; the load forgets that in time constants 1/mu.
     """
     scene = load(f"examples/{given}.toml")
-    device = prepare(Problem(scene), Spice()).device
+    device = set_up(Problem(scene), Spice()).device
     noise = three_point_grid(SEED, round(600.0 / device.h / device.stride) * device.stride // 2 * 2)
     theirs = worker.path_in_worker(device, noise)
     ours = trace_by_ngspice_rule(device.eqs, noise, device.h, device.stride)

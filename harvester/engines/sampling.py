@@ -1,0 +1,178 @@
+"""What the engines of trajectories share: the model, how many and how long, their burn-in, and what a mean is worth."""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from harvester.averaging.kramers import hopping_rates
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.uncertainty.target import Target
+from harvester.uncertainty.value import Value, amount
+
+if TYPE_CHECKING:
+    from harvester.answers.responses import SteadyResponse
+    from harvester.mechanics.ensemble.hopping import Hopping
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.moments import Moments
+    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+
+KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
+TRAJECTORIES, FEWEST = 4096, 256
+PURSUING = 512  # trajectories at first towards a target above `FINE`: the effort grows by their duration
+FINE = 1e-3
+DRAWN, FEWEST_DRAWN = 1024, 128  # trajectories on records of tabulated noise: 64 of them are one independent entry
+LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
+LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
+CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
+ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
+SHOCK_STEPS = 8  # of a shock, at least
+SHORTER = 64  # times shorter than the step of the response: a shock that is shorter is a blow, whatever its shape
+ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells stationary
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is simulated: the equations, the circuit if it is not a resistor, and what its power is made of.
+
+    Nondimensional, the power is ``factor`` times the moment ``name``.
+    """
+
+    eqs: Equations
+    circuit: "IdealCircuit | None"
+    name: str
+    factor: float
+
+
+class Sampler(Protocol):
+    """What samples a mean power, and can go on."""
+
+    def power_so_far(self) -> Value:
+        """The mean power with its errors, or what is in proportion to it."""
+        ...
+
+    def improve(self, target: Target) -> Diagnostic | None:
+        """Add the effort that the target asks for; or add none, and say why it cannot be reached."""
+        ...
+
+
+def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
+    """Sequential sampling: go on until the target is reached; or say why it cannot be."""
+    while not target.reached(sampler.power_so_far()):
+        if (obstacle := sampler.improve(target)) is not None:
+            return obstacle
+    return None
+
+
+def affordable(steady: bool, circuit: "IdealCircuit | None", within: float | None = None) -> int:
+    """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
+
+    Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an
+    error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
+    """
+    if steady or (within is not None and within >= LOOSE):
+        return FEWEST if steady else LEAST
+    share = 1.0 if circuit is None else min(CHARGING / circuit.memory, 1.0)
+    if within is not None:
+        share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
+    return max(round(share * TRAJECTORIES), FEWEST)
+
+
+def run_burn_in(trajectories: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
+    """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
+
+    Under shocks the step is made shorter before, unless it is fixed: what a grid of steps cannot carry of a shock is
+    left out, and beside a stop that moves the impacts.  The bias that is measured at twice the step sees that only
+    where both steps carry nearly all of it.  Hops between unlike wells that are too rare for their shares to become
+    stationary are a warning of their own.
+    """
+    from harvester.mechanics.ensemble.burn_in import burn_in
+
+    shocks, h = problem.events, trajectories.h
+    if shocks is not None and shocks.briefest is not None and not trajectories.step_is_fixed:
+        shorter = max(shocks.briefest * problem.units.frequency / SHOCK_STEPS, h / SHORTER)
+        if shorter < h:
+            trajectories.restart(shorter)
+    diagnostics = burn_in(trajectories, budget)
+    if trajectories.hopping is not None:
+        diagnostics.append(_rare_hops(trajectories.hopping, trajectories.h, problem))
+    return diagnostics
+
+
+def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
+    """The warning that hops are rare, how rare, and what an answer would take at a step of ``h``."""
+    eqs, unit = problem.equations, problem.units
+    metre = "m" if problem.physical else ""
+    rates = None if problem.netlist is not None else hopping_rates(eqs)
+    rate = hops.rate if hops.hops or rates is None else sum(rates)
+    return warning(
+        "rare_hops",
+        places=" and ".join(f"x = {amount(x * unit.length, metre)}" for x in eqs.resting_places),
+        hops=hops.hops,
+        time=hops.count * hops.time / unit.frequency,
+        formula_time=None if rates is None else 1.0 / max(rates) / unit.frequency,
+        burn_in=ENOUGH / rate / unit.frequency,
+        steps=ENOUGH / rate / h * hops.count,
+        at_least=rates is None and not hops.hops,
+        physical=problem.physical,
+    )
+
+
+def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
+    """The time of the first averages: that of the burn-in, or less where the budget does not leave so much.
+
+    Beside them go trajectories of twice the step, which have the burn-in to make up for.
+    """
+    if budget is None:
+        return burn_in
+    left = ((budget - spent) / spent - 0.5) / 1.5
+    return burn_in * min(max(left, LEAST_SHARE), 1.0)
+
+
+def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
+    """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
+    hops, bias = pair.trajectories.hopping, abs(pair.bias(name)[0])
+    if hops is not None:
+        every, together = getattr(pair.moments, name), pair.trajectories.together
+        return dataclasses.replace(hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias)
+    mean, error = pair.mean(name)
+    dof = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
+    return Value(mean, None if exact else error, bias, dof=dof)
+
+
+def step_and_effort(pair: "RichardsonPair", name: str, within: float, unit: float, physical: bool) -> Diagnostic:
+    """What was chosen for a target, and why."""
+    bias, error = pair.relative_bias(name)
+    return note(
+        "effort",
+        within=within,
+        step=pair.trajectories.h / unit,
+        bias=bias,
+        bias_error=error,
+        duration=pair.duration / unit,
+        trajectories=pair.trajectories.count,
+        physical=physical,
+    )
+
+
+def agreement(moments: "Moments", name: str = "V2", responses: "tuple[SteadyResponse, ...]" = ()) -> Diagnostic | None:
+    """Whether the trajectories of a response to a steady drive agree: a note, or a warning where they differ.
+
+    They are compared by V^2 and by the moment ``name``, which the power is made of, whichever differs more.  None where
+    they differ a little, or where all starts are known to come to one periodic response: then they differ only by where
+    in a step impacts and switchings lie.
+    """
+    of = {"V2": "E[V^2]", "load": "the load's power"}
+    name = max(("V2", name), key=lambda one: np.ptp(getattr(moments, one)) / (getattr(moments, one).max() or 1.0))
+    values = getattr(moments, name)
+    low, high = values.min(), values.max()
+    if high - low <= UNLIKE * high:
+        return note("starts_agree") if high - low <= ALIKE * high else None
+    if len(responses) == 1 and responses[0].periods:
+        return None
+    low, high = (float(one / values.mean()) for one in (low, high))
+    return warning("starts_differ", of=of[name], low=low, high=high)

@@ -1,0 +1,172 @@
+"""Runs of ngspice that have ended, and what is concluded from them: means with their whole errors."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
+from harvester.engines.spice.setup import SpiceSetup
+from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.messages.unknown_parts import STEP, TOLERANCE
+from harvester.uncertainty.control_variate import Controlled, controlled, explained_and_controlled
+from harvester.uncertainty.controls import controlled_entries, scaled_least_squares
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.cosimulation.runs import TrajectoryMeans
+    from harvester.mechanics.kernels.moments import Moments
+
+FEWEST = 8  # runs that tell the bias of the step, and pairs of which each half weighs the other
+
+
+@dataclass(kw_only=True)
+class RunMeans:
+    """Trajectories that ngspice has run; ``paired`` ones also know the cheap model's means on the same noise.
+
+    ``coarse`` are the first of ``done`` again, at twice the step; a trajectory of more than one of the ``blocks`` has
+    controls.  ``tolerance`` has the relative errors of moments by ngspice's tolerance, once they are measured, and
+    ``probed_tolerance`` those of probes (`harvester.cosimulation.tolerance.sizes_of_probes`).
+    """
+
+    setup: SpiceSetup
+    paired: bool
+    blocks: int = 1
+    done: "list[TrajectoryMeans]" = field(default_factory=list)
+    coarse: "list[TrajectoryMeans]" = field(default_factory=list)
+    tolerance: dict[str, float] | None = None
+    probed_tolerance: Floats | float | None = None
+
+    @property
+    def followed(self) -> int:
+        """Runs at twice the step; 0 where they are too few to tell the bias of the step."""
+        return len(self.coarse) if len(self.coarse) >= FEWEST else 0
+
+    def mean_square_voltage(self) -> Controlled:
+        """E[V^2], nondimensional."""
+        return self._estimate("V2", np.concatenate([one.moments.V2 for one in self.done]), 1.0)
+
+    def power(self) -> Controlled:
+        """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
+        device = self.setup.device
+        beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
+        if self.setup.resistive:
+            found, size = self.mean_square_voltage(), beta * mu
+            return dataclasses.replace(found, value=found.value.scaled(size), residual=found.residual * size**2)
+        high = np.concatenate([one.load_power for one in self.done]) / device.scales.watts
+        return self._estimate("load", high, beta)
+
+    def _estimate(self, name: str, high: Floats, factor: float) -> Controlled:
+        """The mean of ``high``, whose cheap model is ``factor`` times a moment."""
+        pair, (controls, explained) = self.setup.pair, self._controls(name)
+        if not self.paired or pair is None:
+            high = high if explained is None else high - factor * explained
+            entries = controlled_entries(high, controls, self.blocks)
+            mean, variance = float(entries.mean()), float(entries.var(ddof=1))
+            value = Value(mean, math.sqrt(variance / len(entries)), self._step_bias(name, mean), dof=len(entries) - 1.0)
+            return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
+        low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
+        mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
+        if explained is None:
+            found = controlled(high, low, mean_of_low, controls, self.blocks)
+        else:
+            found = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
+        return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
+
+    def _step_bias(self, name: str, mean: float) -> float | None:
+        """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""
+        relative = self.setup.relative_bias(name)
+        if relative is not None:
+            return abs(relative * mean)
+        if not self.followed:
+            return None
+        return largest_step_bias(name, self.done, self.coarse, self.setup.device.scales.watts)
+
+    def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
+        """The controls of the runs' blocks, shape (n, columns), where they have any, or what they explain, shape (n,).
+
+        With a circuit of ideal elements, which has the same ones, that is their sum with the weights that explain that
+        circuit's moment: its many trajectories know them better than the runs' few blocks.
+        """
+        known = [one.moments.controls for one in self.done if one.moments.controls is not None]
+        if not known:
+            return None, None
+        controls, pair = np.vstack(known), self.setup.pair
+        cheap = None if pair is None or self.setup.device.ideal is None else pair.moments.controls
+        if pair is None or cheap is None:
+            return controls, None
+        return None, controls @ scaled_least_squares(getattr(pair.moments, name), cheap)
+
+    def _with_tolerance(self, value: Value, name: str) -> Value:
+        """A value with ngspice's part in its error, and the names of parts that are not known."""
+        bias = value.bias
+        if bias is not None and self.tolerance is not None:
+            bias += abs(self.tolerance[name] * value.value)
+        value = dataclasses.replace(value, bias=bias).with_unknown(STEP if bias is None else "")
+        return value.with_unknown(TOLERANCE if self.tolerance is None else "")
+
+    def moments(self) -> "Moments":
+        """Of all ngspice runs, one entry each."""
+        first, *others = (one.moments for one in self.done)
+        return sum(others, first).averaged(self.blocks)
+
+    def details(self) -> dict[str, float]:
+        """What the pairing did."""
+        pair = self.setup.pair
+        if not self.paired or pair is None:
+            return {}
+        found = self.power()
+        return {
+            "control_weight": found.weight,
+            "control_correlation": found.correlation,
+            "ensemble_trajectories": float(pair.trajectories.count),
+            "ensemble_steps": float(pair.steps),
+        }
+
+    def doubts(self) -> list[Diagnostic]:
+        """Warnings of a netlist that gives energy, or goes on storing it.
+
+        Raises SimulationError where the load gives power, beyond its error.
+        """
+        power = self.power().value
+        if power.value + power.known_error95 < 0.0:
+            raise gives_power(-power.value * self.setup.device.scales.watts)
+        return ledger_doubts([one.ledger for one in self.done])
+
+    def ledger(self, watts: float) -> dict[str, float]:
+        """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""
+        return ledger_entries([one.ledger for one in self.done], watts)
+
+
+def largest_step_bias(
+    name: str, fine: "Sequence[TrajectoryMeans]", coarse: "Sequence[TrajectoryMeans]", watts: float
+) -> float:
+    """The largest bias of a mean at the step of ``fine`` that ``coarse``, of twice the step, leaves at 95 %.
+
+    It is a third of the difference of the means (`harvester.uncertainty.richardson`) and of the half-width of that
+    one's 95 % together.  Each coarse run is on the noise of the fine one of its index; their controls weigh side by
+    side.  ``name`` is "V2" or "load", whose unit is ``watts``.
+    """
+    fine = fine[: len(coarse)]
+    blocks = len(fine[0].load_power)
+    rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
+    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / 3.0
+    found = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
+    return abs(found.value) + found.sampling95
+
+
+def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> Floats:
+    """One entry a block of every run, nondimensional."""
+    if name == "load":
+        return np.concatenate([one.load_power for one in several]) / watts
+    return np.concatenate([one.moments.V2 for one in several])
+
+
+def _side_by_side(*both: "Sequence[TrajectoryMeans]") -> Floats | None:
+    """The controls of all, those of each member in columns of its own; None where there are none."""
+    columns = [[one.moments.controls for one in several if one.moments.controls is not None] for several in both]
+    return np.hstack([np.vstack(several) for several in columns]) if all(columns) else None

@@ -1,0 +1,107 @@
+"""What engine `spice` says of its answers: of runs of ngspice, periodic responses, and what time did not allow.
+
+``physical`` says whether times are in seconds, else in 1/w0.
+"""
+
+from collections.abc import Callable
+
+
+def _runs_ended(ended: int, asked: int, paired: bool) -> str:
+    said = f"{ended} of {asked} ngspice runs had ended when the `budget` was spent"
+    alone = ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
+    return said + (alone if paired else "")
+
+
+def _step_chosen(within: float, step: float, physical: bool) -> str:
+    return f"`within` {within:.3g} chose a step of {step:.3g}{' s' if physical else ''}"
+
+
+def _biases(followed: int, cheap_model: bool, tolerance_measured: bool) -> str:
+    if not cheap_model and not followed:
+        return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
+    measured = "was measured against a tenth of it on the same motion"
+    if not tolerance_measured:
+        measured = "was not measured (for want of time, or as a warning says)"
+    step = f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
+    if cheap_model:
+        step = "that of the ideal circuit"
+    return (
+        f"the bias of the step is {step}, that of ngspice's tolerance {measured}; the ledger is of the ngspice runs "
+        "alone"
+    )
+
+
+def _returns(periods: int, from_before: bool) -> str:
+    whence = "from that of the point before" if from_before else "from rest"
+    again = f"after {periods} periods of the drive: subharmonic"
+    if periods == 1:
+        again = "after each period of the drive"
+    return f"no sampling error: nothing is random, and the response {whence} comes back {again}"
+
+
+def _steady_within(within: float, error: float | None) -> str:
+    return f"`within` {within:.3g} was not reached: the error {'is not known' if error is None else f'is {error:.2g}'}"
+
+
+def _precision_unknown(why: str, steps: int, error: str) -> str:
+    return {
+        "lost": "the error is not known, as the response is not there at another step or tolerance",
+        "budget": "the error is not known, as the `budget` was spent before",
+        "circuit": f"the error is not known: at another step or tolerance {error}",
+        "step": f"the error is not known, as `dt` leaves fewer than {steps} steps to a period",
+    }[why]
+
+
+def _mean_while_settling(covered: float, why: str, steady: bool) -> str:
+    several = "; a periodic response takes several such runs" if steady else ""
+    return f"the mean is over {covered:.3g} s of ngspice, while still settling: {why}{several}"
+
+
+def _ngspice_left_out(resistive: bool, why: str) -> str:
+    model = "its circuit made of ideal diodes and switches, as of engine 'ideal'"
+    if resistive:
+        model = "the same equations, as of engine 'ensemble'"
+    return f"ngspice gave no answer in the `budget`, and the mean is that of {model}, without it: {why}"
+
+
+def _several_responses(responses: int, from_rest: bool, engine: str) -> str:
+    this = "this is the one from rest" if from_rest else "the mean is that of runs from rest"
+    others = f"the others are found by engine {engine!r} from many starts"
+    return f"the drive has {responses} response{'s' * (responses > 1)}, and {this}; {others}"
+
+
+MESSAGES: dict[str, str | Callable[..., str]] = {
+    "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
+    "{coupling:.4g} N/V; results are nondimensional",
+    "charging_cut_short": "burn-in stopped at {time:g} before the load's capacitor was charged: Rload Csmooth = "
+    "{storage:g} s",
+    "step_chosen": _step_chosen,
+    "biases": _biases,
+    "netlist_gives": "the netlist gives {share:.0%} of what its load takes: that share is not harvested",
+    "netlist_stores": "not stationary: mass, piezo and Csmooth still store {share:.0%} of what the load takes",
+    # what the time did not allow
+    "runs_ended": _runs_ended,
+    "step_bias_not_measured": "the bias of the step could not be measured: {error}",
+    "tolerance_not_measured": "what ngspice's tolerance does could not be measured: {error}",
+    "mean_while_settling": _mean_while_settling,
+    "ngspice_left_out": _ngspice_left_out,
+    # towards a target
+    "needs_smaller_tolerance": "`within` {within:.3g} needs a smaller tolerance of ngspice, which makes {error:.2g}: "
+    "in Python, Spice(reltol={reltol:.0e})",
+    "needs_smaller_dt": "`within` {within:.3g} needs a smaller `dt`: the bias of the step alone is too large",
+    "steady_within": _steady_within,
+    # responses to a steady drive
+    "not_periodic": "no response was found that comes back within 8 periods of the drive, so that runs are sampled",
+    "comes_back": _returns,
+    "precision_unknown": _precision_unknown,
+    "steady_errors": "its error is that of the step, of ngspice's tolerance and of settling",
+    "tolerance_reused": "that of the tolerance, which is next to nothing, was measured at a point before",
+    "others_not_sought": "other responses to the drive are not looked for",
+    "search_not_settled": "a search for other responses to the drive, from other starts, did not settle",
+    "no_other_response": "engine {engine!r} from many starts finds no other response to the drive",
+    "several_responses": _several_responses,
+    "only_from_rest": "only from rest",
+    "lead_together": "{responses} responses without ngspice lead there",
+    "not_followed": "ngspice does not follow it: {error}",
+    "does_not_come_back": "ngspice finds none near it that comes back",
+}

@@ -1,0 +1,13 @@
+"""Short names for the parts of an error that are not known: what `harvester.uncertainty.value.Value.unknown` says.
+
+They go on after "the error of".
+"""
+
+STEP = "the step"
+TOLERANCE = "ngspice's tolerance"
+STEP_AND_TOLERANCE = f"{STEP} and {TOLERANCE}"
+IDEAL_ELEMENTS = "ideal diodes and switches"
+RARE_MOTIONS = "motions too large and rare for a sample"
+WELLS = "the share of each well"
+WITHOUT_NGSPICE = "leaving ngspice out"
+CUT_SHORT = "a response that was cut short"
