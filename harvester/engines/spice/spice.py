@@ -7,33 +7,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, served
 from harvester.engines.sampling import refine
 from harvester.engines.spice.coexisting_responses import with_others
-from harvester.engines.spice.means import FEWEST
+from harvester.engines.spice.first_batch import TRAJECTORIES, first_batch
 from harvester.engines.spice.partial_answer import partial_answer
 from harvester.engines.spice.probes import Watch, watch_of, with_steady_probes
-from harvester.engines.spice.runs import Runs, fewest_pairs
+from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.sampled_answer import sampled_estimate
 from harvester.engines.spice.setup import SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import is_the_only_one, steady_response
 from harvester.equations.problem import Problem
-from harvester.errors import (
-    CircuitError,
-    HarvesterError,
-    MissingProgramError,
-    OutOfTimeError,
-    SimulationError,
-    invalid,
-    names_arguments,
-)
+from harvester.errors import CircuitError, HarvesterError, MissingProgramError, OutOfTimeError, invalid, names_arguments
 from harvester.machine.folders import machine_code
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import EngineLook
@@ -42,7 +32,6 @@ from harvester.uncertainty.target import Target
 if TYPE_CHECKING:
     from harvester.cosimulation.responses import Neighbour
 
-BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 
@@ -98,13 +87,7 @@ class Spice(MonteCarloOptions, Engine):
     runs_ngspice: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
     share_of_time: ClassVar[float] = 2.0
-    TRAJECTORIES: ClassVar[int] = 16
-    KICKS: ClassVar[int] = 2_000_000  # of all trajectories alone, unless a duration is given
-    PATIENCE: ClassVar[float] = 3e7  # steps of all ngspice runs together: a minute to some minutes
-    SHORTEST: ClassVar[float] = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
-    STEPS_A_SECOND: ClassVar[float] = 1e5  # that a --budget counts for: of a netlist on a slow machine
-    WINDOWS: ClassVar[float] = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
-    BLOCKS: ClassVar[float] = 5.0  # that it goes on for at least from settled states, where the burn-in is short
+    TRAJECTORIES: ClassVar[int] = TRAJECTORIES
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -126,12 +109,9 @@ class Spice(MonteCarloOptions, Engine):
         Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
         trajectories or a duration are given.
         """
-        begin, problem = time.perf_counter(), Problem.of(scene)
-        try:
-            answer, steady = self.run_near(problem, None, progress)
-            return with_others(self, answer, problem, self.reltol, steady) if problem.equations.is_steady else answer
-        except OutOfTimeError as error:
-            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin)
+        problem = Problem.of(scene)
+        answer, steady = self._run(problem, None, progress)
+        return with_others(self, answer, problem, self.reltol, steady) if problem.equations.is_steady else answer
 
     def continues(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
@@ -144,20 +124,26 @@ class Spice(MonteCarloOptions, Engine):
         """
         found, near = list[Estimate | HarvesterError](), None
         for scene in scenes:
-            begin = time.perf_counter()
             try:
                 problem = Problem.of(scene)
-                answer, near = self.run_near(problem, near if self.continues(problem) else None)
+                answer, near = self._run(problem, near if self.continues(problem) else None)
                 found.append(answer)
             except MissingProgramError:
                 raise
-            except OutOfTimeError as error:
-                found.append(partial_answer(self.NAME, problem, error, time.perf_counter() - begin))
-                near = None
             except HarvesterError as error:
                 found.append(error)
                 near = None
         return found
+
+    def _run(
+        self, problem: Problem, near: Steady | None, progress: Progress | None = None
+    ) -> tuple[Estimate, Steady | None]:
+        """`run_near`, or what is known where the time was over before."""
+        begin = time.perf_counter()
+        try:
+            return self.run_near(problem, near, progress)
+        except OutOfTimeError as error:
+            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin), None
 
     def run_near(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
@@ -176,8 +162,7 @@ class Spice(MonteCarloOptions, Engine):
                 return with_steady_probes(found, problem, watch, steady) if watch.all else found, steady
             said.append(note("not_periodic"))
         searched, code = time.perf_counter() - begin, machine_code()
-        settled = self.SETTLED and not self.alone
-        setup = set_up(problem, self, self.reltol, self.gaussian, settled, watch.all)
+        setup = set_up(problem, self, self.reltol, self.gaussian, self.SETTLED and not self.alone, watch.all)
         setup = dataclasses.replace(setup, seconds=setup.seconds + searched)
         try:
             runs, target = self._first_runs(problem, setup, code, progress)
@@ -208,60 +193,14 @@ class Spice(MonteCarloOptions, Engine):
         if budget is not None:
             left = max(GRACE * budget - setup.seconds, 0.0) + SLACK
             deadline = time.monotonic() + max(left - start, RUNNING * left)
+        given = paired, self.CONTROLS and not self.alone, deadline, progress
         try:
-            runs = self._first_batch(problem, setup, paired, deadline, progress)
+            runs = first_batch(self, problem, setup, *given)
         except OutOfTimeError:
             raise
         except CircuitError:
             if setup.starts is None:
                 raise
-            runs = self._first_batch(problem, setup.from_rest(), paired, deadline, progress)
+            runs = first_batch(self, problem, setup.from_rest(), *given)
         runs.warm_up_seconds = warm
         return runs, target
-
-    def _first_batch(
-        self, problem: Problem, setup: SpiceSetup, paired: bool, deadline: float, progress: Progress | None
-    ) -> Runs:
-        """As many runs as the target is likely to need at least; those of a later batch are as long."""
-        n_steps = setup.n_steps(self._duration(problem, setup, paired))
-        blocks = 1
-        if setup.has_controls and self.CONTROLS and not self.alone:
-            blocks = max(round((n_steps * setup.device.h - setup.burn_in) / BLOCK), 1)
-        fewest = fewest_pairs(number(self.within), blocks) if paired else FEWEST
-        count = self.trajectories or (self.TRAJECTORIES if self.within is None else fewest)
-        count = max(count, fewest) if paired else count
-        # A duration is the user's own: its steps do not count.
-        self._check_patience(problem, setup, count, n_steps if self.duration is None else None)
-        runs = Runs(
-            setup=setup,
-            paired=paired,
-            blocks=blocks,
-            n_steps=n_steps,
-            seed=np.random.SeedSequence(self.seed),
-            progress=progress,
-            step_is_fixed=self.dt is not None,
-            deadline=deadline,
-        )
-        runs.run_batch(count)
-        return runs
-
-    def _duration(self, problem: Problem, setup: SpiceSetup, paired: bool) -> float:
-        """The nondimensional duration of a trajectory after its burn-in."""
-        if self.duration is not None:
-            return (number(self.duration) or 0.0) * problem.units.frequency
-        if paired or not problem.equations.is_random or self.within is not None:
-            return max(self.WINDOWS * setup.burn_in, 0.0 if setup.starts is None else self.BLOCKS * BLOCK)
-        return max(self.KICKS / self.TRAJECTORIES * setup.device.h, 4.0 * setup.burn_in)
-
-    def _check_patience(self, problem: Problem, setup: SpiceSetup, count: int, n_steps: int | None) -> None:
-        """Refuse runs that nobody would wait for, mostly for their burn-in, in a SimulationError."""
-        steps = count * (setup.burn_in / setup.device.h if n_steps is None else n_steps)
-        budget = number(self.budget)
-        most = self.PATIENCE if budget is None else self.STEPS_A_SECOND * max(budget, self.SHORTEST)
-        if steps > most:
-            instead = "use engine 'ensemble', or " if problem.netlist is None else ""
-            last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
-            raise SimulationError(
-                f"the ngspice runs would take {steps:.1e} steps, as transients last {last}: {instead}give fewer "
-                f"`trajectories`, a longer `dt` or a `budget` above {steps / self.STEPS_A_SECOND:.2g}s"
-            )
