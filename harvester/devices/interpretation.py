@@ -14,7 +14,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.presentation.columns import columns
-from harvester.presentation.diagnostic import Diagnostic, note, warning, worded
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import RESISTANCE
 from harvester.scene.plausibility import unusual, unusual_values
 from harvester.uncertainty.value import Value
@@ -45,7 +45,7 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    unusual = [worded(doubt).of("values") for doubt in unusual_values(problem.scene)]
+    unusual = [one.of("values") for one in unusual_values(problem.scene)]
     topics: list[Finding] = [(unusual, {}), off_resonance(problem), _coupling(problem.equations), _load(problem)]
     topics += [stop_hits(problem), _engines(problem)]
     facts = {name: fact for _, found in topics for name, fact in found.items()}

@@ -21,7 +21,7 @@ _PRINTED = (("+-", "±"), (" uW", " µW"), (" um", " µm"), (" uV", " µV"), ("^
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 
 
-ENGINES = ("engines_that_serve", "no_engine_yet")  # which the page shows elsewhere
+SERVING = ("engines_that_serve", "no_engine_yet")  # which the page shows elsewhere
 
 
 def plain(text: str) -> str:
@@ -124,7 +124,7 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
     found = meaning(problem)
     rows = [(name, Value(value).format(unit), what) for name, value, unit, what in found.numbers]
     doubts = [str(one) for one in found.remarks if one.severity == "warning"]
-    told = [one.line for one in found.remarks if one.severity == "note" and one.code not in ENGINES]
+    told = [one.line for one in found.remarks if one.severity == "note" and one.code not in SERVING]
     paragraphs = "".join(f"<p>{escape(plain(one[:1].upper() + one[1:]))}</p>" for one in told)
     return paragraphs + table((), rows, "numbers"), doubts
 
