@@ -66,7 +66,7 @@ def run(
         check_asked(scene, lifetime)
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar:
         answer = chosen.run(scene, bar.tell)
-    largest = None if lifetime is None else extremes(scene, lifetime, options["seed"])
+    largest = None if lifetime is None else extremes(scene, lifetime=lifetime, seed=options["seed"])
     if largest is None:
         echo_answer(answer, as_json)
     elif as_json:

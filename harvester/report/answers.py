@@ -1,12 +1,14 @@
 """The reports of `run` and `compare`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
 from harvester.report import engines
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Page, Section, TextTable, drawing
+from harvester.report.result import text_table
 from harvester.report.scenes import scene_page
 from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
@@ -38,9 +40,8 @@ def _largest(found: Extremes | None) -> list[TextTable]:
     """The table of the largest values over a lifetime; none where they were not asked for."""
     if found is None:
         return []
-    rows = [[signs(cell) for cell in row] for row in found.rows()]
     caption = f"Largest over a lifetime of {amount(found.lifetime, found.unit_names.time)}"
-    return [TextTable(caption, rows[0], rows[1:], range(1, len(rows[0])), signs(found.method))]
+    return [replace(text_table(found.table), caption=caption, note=signs(found.method))]
 
 
 def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()) -> Page:

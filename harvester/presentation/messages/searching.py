@@ -22,6 +22,11 @@ def _alike_designs(count: int) -> str:
     )
 
 
+def _by_blocks(blocks: int, time: float, unit: str, times: float) -> str:
+    longer = f", {times:.3g} times what was counted" if times > 1.0 else ""
+    return f"extrapolated from the largest values of {blocks} blocks of a path of {time:.3g}{unit}{longer}"
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # The surface of the power, and the interval of its highest place.
     "no_power": "the load takes no power",
@@ -60,6 +65,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "limits_broken": "no place in the range meets all limits: this one breaks them by {broken:.2g} relatively",
     "limit_not_told": "whether {limit} is met cannot be told: the long path's interval holds the bound",
     "limit_broken_on_path": "{limit} is not met, by the long path",
+    # Largest values over a lifetime.
+    "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",
+    "by_blocks": _by_blocks,
     # Fronts.
     "two_aims": "{quantity} is to be {aim}, the power large",
     "alike_designs": _alike_designs,

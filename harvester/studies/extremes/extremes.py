@@ -1,23 +1,26 @@
 """The largest displacement, voltage and impact over a lifetime, and how that was found."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, names_arguments, shown
-from harvester.presentation.answer_units import AnswerUnits
-from harvester.presentation.columns import columns
+from harvester.machine.execution import as_in_version_0_1
+from harvester.presentation.diagnostic import Diagnostic, has, note
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
 from harvester.quantities.units import Seconds, time
 from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
-from harvester.uncertainty.value import Value, number
+from harvester.uncertainty.value import Value, amount
 
-RICE = "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone"
+Levels = dict[float, Value] | None
+QUANTITIES = ("peak_displacement", "peak_voltage", "peak_impact_speed", STRAIN)
 
 
 @names_arguments
-@dataclass(frozen=True)
-class Extremes:
+@dataclass(frozen=True, repr=False)
+class Extremes(TableResult):
     """The levels that a device's displacement, voltage and impacts stay below over a ``lifetime``, in `unit_names`.
 
     ``levels`` map a quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where the scene has
@@ -26,63 +29,75 @@ class Extremes:
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.extremes(scene, 1e6)
+    >>> found = hv.extremes(scene, lifetime=1e6)
     >>> f"{found.levels['peak_displacement'][0.5].value:.2f}"
     '1.82'
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = (*QUANTITIES, "method", "table")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"levels"})
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset(QUANTITIES)
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"lifetime", "method", *QUANTITIES})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
+    SHORT: ClassVar[tuple[str, ...]] = ("lifetime", "levels", "impact_rate")
+
     lifetime: float
     levels: dict[str, dict[float, Value]]
     impact_rate: Value | None
-    method: str
     physical: bool
+    diagnostics: tuple[Diagnostic, ...] = ()
 
     @property
-    def unit_names(self) -> AnswerUnits:
-        """The units of its numbers."""
-        return AnswerUnits.of(self.physical)
+    def peak_displacement(self) -> Levels:
+        """The levels of the displacement; None where it has none."""
+        return self.levels.get("peak_displacement")
 
-    def _unit(self, name: str) -> str:
-        units = self.unit_names
-        known = {"peak_displacement": units.length, "peak_voltage": units.voltage, STRAIN: ""}
-        return known.get(name, units.speed)
+    @property
+    def peak_voltage(self) -> Levels:
+        """The levels of the voltage; None where it has none."""
+        return self.levels.get("peak_voltage")
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        return {
-            "lifetime": self.lifetime,
-            **{name: {f"{p:g}": number(one) for p, one in of.items()} for name, of in self.levels.items()},
-            "impact_rate": None if self.impact_rate is None else number(self.impact_rate),
-            "method": self.method,
-        }
+    @property
+    def peak_impact_speed(self) -> Levels:
+        """The levels of the impact speed; None without a stop."""
+        return self.levels.get("peak_impact_speed")
 
-    def rows(self) -> list[list[str]]:
-        """A table: its heads, then the levels of each quantity, and the impacts where there is a stop."""
-        rows = [["largest in the lifetime", *(f"below this in {p:.0%} of devices" for p in SHARES)]]
-        for name, of in self.levels.items():
-            rows.append([name, *(of[p].format(self._unit(name)) for p in SHARES)])
-        if self.impact_rate is not None:
-            rows.append(["impacts, mean rate", self.impact_rate.format(self.unit_names.rate), ""])
-        return rows
+    @property
+    def peak_strain(self) -> Levels:
+        """The levels of the piezo's strain; None where the scene does not have its factor."""
+        return self.levels.get(STRAIN)
 
-    def __str__(self) -> str:
-        lines = [f"over {Value(self.lifetime).format('')} {self.unit_names.time}".rstrip() + ":"]
-        return "\n".join([*lines, *(f"  {row}" for row in columns(self.rows())), f"  note: {self.method}"])
+    @property
+    def method(self) -> str:
+        """How it was found."""
+        return "; ".join(map(str, self.notes))
+
+    @property
+    def table(self) -> Table:
+        """A row a quantity, and the levels for each of `SHARES`."""
+        of = self.unit_names
+        known = {"peak_displacement": of.length, "peak_voltage": of.voltage, STRAIN: ""}
+        units = [known.get(name, of.speed) for name in self.levels]
+        columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
+        for share in SHARES:
+            levels, label = [one[share] for one in self.levels.values()], f"below this in {share:.0%} of devices"
+            columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
+        return Table(tuple(columns), f"over {amount(self.lifetime, of.time)}", ("largest",))
 
 
+@as_in_version_0_1("lifetime", "seed", executes=False)
 @names_arguments
-def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0, *, counted: bool = False) -> Extremes:
+def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: bool = False) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
     ``lifetime`` is in seconds (nondimensional scene: 1/w0) or a text such as "5 years".  A linear scene under white
     noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.level_crossings`); else the largest
-    values of
-    blocks of a long path are extrapolated (`harvester.studies.extremes.extreme_value_fit`): everywhere, where
+    values of blocks of a long path are extrapolated (`harvester.studies.extremes.extreme_value_fit`): everywhere, where
     ``counted``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> hv.extremes(scene, 1e6).impact_rate is None
+    >>> hv.extremes(scene, lifetime=1e6).impact_rate is None
     True
 
     Raises
@@ -95,28 +110,25 @@ def extremes(scene: AnyScene, lifetime: float | str, seed: int = 0, *, counted: 
         where no stationary response exists.
     """
     problem = Problem.of(scene)
-    seconds = read_lifetime(lifetime, problem.physical)
+    span = read_lifetime(lifetime, problem.physical)
     check_served(problem)
-    levels: dict[str, dict[float, Value]] = {}
     if rice_holds(problem) and not counted:
-        for share in SHARES:
-            for name, level in linear_peaks(problem, seconds, share).items():
-                levels.setdefault(name, {})[share] = level
-        return Extremes(seconds, levels, None, RICE, problem.physical)
-    found = counted_levels(problem, seconds, seed)
-    path, many = found.path, len(found.path.x)
-    longer = f", {found.blocks / many:.3g} times what was counted" if found.blocks > many else ""
-    method = (
-        f"extrapolated from the largest values of {many} blocks of a path of "
-        f"{path.time / problem.units.frequency:.3g}{' s' if problem.physical else ''}{longer}"
-    )
-    return Extremes(seconds, found.levels, found.rate, method, problem.physical)
+        of_share = {share: linear_peaks(problem, span, share) for share in SHARES}
+        levels = {name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]}
+        return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
+    found = counted_levels(problem, span, seed)
+    path, many, unit = found.path, len(found.path.x), " s" * problem.physical
+    counted_time = path.time / problem.units.frequency
+    said = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=found.blocks / many)
+    return Extremes(span, found.levels, found.rate, problem.physical, (said,))
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
     """The largest values by Rice's formula, where it holds, and counted on a path; else as `extremes`."""
-    found = [extremes(scene, lifetime, seed)]
-    return [*found, extremes(scene, lifetime, seed, counted=True)] if found[0].method == RICE else found
+    found = extremes(scene, lifetime=lifetime, seed=seed)
+    if not has(found.diagnostics, "by_rice"):
+        return [found]
+    return [found, extremes(scene, lifetime=lifetime, seed=seed, counted=True)]
 
 
 def check_asked(scene: AnyScene, lifetime: float | str) -> None:

@@ -40,7 +40,7 @@ def test_tail_of_a_known_law():
 
 def test_a_stop_is_hit():
     """The mass hits its stop at rest once in each half of a free period, about w0/pi times a second."""
-    found = hv.extremes(STOP, "30 days")
+    found = hv.extremes(STOP, lifetime="30 days")
     assert found.impact_rate.value == pytest.approx(20.0 / np.pi, rel=0.05)
     assert {*found.levels} == {"peak_displacement", "peak_voltage", "peak_impact_speed"}
     for of in found.levels.values():

@@ -84,7 +84,7 @@ def test_limit_of_a_peak():
     over = {"load.resistance": ("100 kohm", "10 Mohm")}
     best = hv.optimise(PLATE, vary=over, constraints=["peak_voltage < 12 V"], lifetime="5 years", budget=20)
     load = best.keys[0].value
-    there = hv.extremes(hv.load(PLATE).with_load(load), "5 years").levels["peak_voltage"][0.95]
+    there = hv.extremes(hv.load(PLATE).with_load(load), lifetime="5 years").levels["peak_voltage"][0.95]
     assert there.value + there.known_error95 == pytest.approx(12.0, rel=0.01)
     assert [one.quantity for one in best.binds] == ["peak_voltage"]
     assert load < 0.9 * hv.optimise(PLATE, vary=over, engine="exact").keys[0].value
@@ -98,7 +98,7 @@ def test_limit_of_a_peak_behind_a_stop(monkeypatch):
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 256)
     monkeypatch.setattr("harvester.studies.optimum.under_limits.LONG", 1)
     over = {"load.resistance": ("100 kohm", "1 Mohm")}
-    most = hv.extremes(hv.load(STOP).with_load("250 kohm"), "1 h").levels["peak_voltage"][0.95].value
+    most = hv.extremes(hv.load(STOP).with_load("250 kohm"), lifetime="1 h").levels["peak_voltage"][0.95].value
     best = hv.optimise(STOP, vary=over, constraints=[f"peak_voltage < {most} V"], lifetime="1 h", budget=40)
     load, own = best.keys[0].value, best.limited_peaks["peak_voltage"]
     assert [one.quantity for one in best.binds] == ["peak_voltage"] and best.met

@@ -39,7 +39,7 @@ def test_surfaces_agree_with_a_long_path(monkeypatch):
     surfaces = peak_surfaces([scene.vary("stop.restitution", r) for r in x[:, 0]], x, 12, 3600.0, told=told.append)
     assert told == [*range(1, 13)]
     levels, off = surfaces(np.array([[0.96]]))
-    there = hv.extremes(scene.vary("stop.restitution", 0.96), "1 h")
+    there = hv.extremes(scene.vary("stop.restitution", 0.96), lifetime="1 h")
     wanted_levels = {name: of[0.95] for name, of in there.levels.items()} | {"impact_rate": there.impact_rate}
     assert {*levels} == {*wanted_levels}
     for name, one in wanted_levels.items():
@@ -58,7 +58,7 @@ def test_how_many_are_computed():
 def test_the_share_that_keeps_a_limit(harvester, monkeypatch):
     """A limit far above all levels, one below all, and one amid them, whose interval is wide for its error."""
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 128)
-    far = hv.extremes(STOP, "1 h").levels["peak_displacement"][0.95].value
+    far = hv.extremes(STOP, lifetime="1 h").levels["peak_displacement"][0.95].value
     words = [
         "--vary",
         "piezo.capacitance=10%",

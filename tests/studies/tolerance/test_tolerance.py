@@ -145,7 +145,9 @@ def test_limits_of_peaks():
         PLATE, vary, ["peak_displacement < 1.51 mm"], runs=64, samples=1024, lifetime="5 years", workers=1
     )
     levels = [
-        hv.extremes(hv.load(PLATE).vary("oscillator.damping", float(damping)), "5 years").levels["peak_displacement"]
+        hv.extremes(hv.load(PLATE).vary("oscillator.damping", float(damping)), lifetime="5 years").levels[
+            "peak_displacement"
+        ]
         for damping in np.linspace(3.2e-3, 9.6e-3, 200)
     ]
     expected = np.mean([one[0.95].value < 1.51e-3 for one in levels])
