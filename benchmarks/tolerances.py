@@ -45,7 +45,9 @@ def main():
     for path, engine, vary, limit in DESIGNS:
         scene = hv.load(path)
         begin = time.perf_counter()
-        found = hv.tolerance(scene, vary, [limit], engine, checks=0, workers=1)
+        found = hv.tolerance(
+            scene, vary=vary, limits=[limit], engine=engine, checks=0, execution=hv.Execution(workers=1)
+        )
         seconds = time.perf_counter() - begin
         begin = time.perf_counter()
         power = brute(scene, vary, engine)

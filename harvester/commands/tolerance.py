@@ -1,5 +1,6 @@
 """The command `harvester tolerance`."""
 
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import cloup
@@ -107,23 +108,30 @@ def tolerance(
     varied: tuple[str, ...],
     out: str | None,
     vector: tuple[str, ...],
+    workers: int | None,
+    scheduler: str | None,
+    resume: bool,
     report: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
     """How power and voltage scatter over devices whose parts have tolerances: quantiles, yield, what matters."""
     from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
     from harvester.scene.toml import load
+    from harvester.studies.sweep.cluster import dask_client
     from harvester.studies.tolerance.tolerance import tolerance as study
 
     scene, file = load(path), report_file(report, out)
     stated = None if varied else _stated(path, scene)
     if stated is not None and not options["correlate"]:
         options["correlate"] = stated.correlate
-    with Bar("tolerance", shorter="fewer --runs, fewer --checks or a larger --within", enough=0.02) as bar:
-        answer = study(
-            scene, varied if stated is None else stated.vary, out=out, vector=vector, tick=bar.tell, **options
-        )
+    shorter = "fewer --runs, fewer --checks or a larger --within"
+    with ExitStack() as stack:
+        bar = stack.enter_context(Bar("tolerance", shorter=shorter, enough=0.02))
+        executor = None if scheduler is None else stack.enter_context(dask_client(scheduler))
+        execution = Execution(workers, executor, resume, out, vector, bar)
+        answer = study(scene, vary=varied if stated is None else stated.vary, execution=execution, **options)
     echo_answer(answer, as_json)
     if stated is not None and not as_json:
         echo(str(stated))

@@ -5,7 +5,8 @@ also where that is an error.  Work is measured in one of two ways: by the fracti
 it, or in rows of one or several kinds, such as the points of each engine of a sweep.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
@@ -48,6 +49,16 @@ class NoProgress:
 
 
 NO_PROGRESS = NoProgress()
+
+
+@contextmanager
+def working(progress: Progress) -> Iterator[Progress]:
+    """A progress that is begun, and ended whatever happens."""
+    progress.start()
+    try:
+        yield progress
+    finally:
+        progress.close()
 
 
 class CallingBack(NoProgress):

@@ -11,6 +11,7 @@ from tests.support.paths import EXAMPLES
 SCENE = hv.load(EXAMPLES / "plate_with_stop.toml")
 REQUIRED = {
     "compare": (SCENE,),
+    "extremes": (SCENE,),
     "identify": ("a.csv",),
     "linspace": (1.0, 2.0, 3),
     "load": (EXAMPLES / "plate.toml",),
@@ -22,6 +23,7 @@ REQUIRED = {
     "run": (SCENE,),
     "stability": (SCENE,),
     "sweep": (SCENE,),
+    "tolerance": (SCENE,),
 }
 ANY = {"Netlist"}  # whose keywords are the parameters of the circuit
 # A keyword as it is misspelt, of those that the signature hides behind **options.

@@ -203,7 +203,7 @@ OPTIMUM = ("optimise", PLATE, "--engine", "averaged", "--vary", "load.resistance
     [
         (("response", PLATE_HARMONIC, "--sweep", "3Hz:6Hz:7", "--out", "."), ["half-power bandwidth", "4.5 Hz", "up"]),
         (("motion", PLATE_HARMONIC, "--duration", "2", "--out", "."), ["One path is no mean", "largest", " mm/s"]),
-        (OPTIMUM, ["load.resistance: ", "The highest of what averaged evaluated", "(model, estimated) µW"]),
+        (OPTIMUM, ["The largest power is at", "The highest of what averaged evaluated", "(model, estimated) µW"]),
         (
             ("charge", ROOT / "examples" / "plate_bridge.toml", "--to", "2V", "--trajectories", "64"),
             ["mean time: ", "On the way", "2 V"],

@@ -65,6 +65,21 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "limits_broken": "no place in the range meets all limits: this one breaks them by {broken:.2g} relatively",
     "limit_not_told": "whether {limit} is met cannot be told: the long path's interval holds the bound",
     "limit_broken_on_path": "{limit} is not met, by the long path",
+    # Tolerances.
+    "error_by_engine": "the error of a power is the engine's own estimate",
+    "no_error_stated": "the error of a power is not known: the engine states none",
+    "checked_by_runs": "the error of a power is from {runs} runs of {by!r}, whose powers are {ratio:.4g} times those of "
+    "{engine!r}",
+    "polynomial_stands_for_others": "a polynomial through {runs} runs, and {ends} at the ends, stands for the others",
+    "intervals_of_samples_alone": "the error of the engine is not known: intervals hold that of the samples alone",
+    "intervals_are_wide": "the error of {engine!r} is not small against the spread of the powers: intervals are wide",
+    "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give more `samples`",
+    "samples_outside": "{share:.1%} of the samples lie beyond those with an answer, and count as at their edge: the outer "
+    "quantiles are those of that edge; give more `runs`",
+    "samples_failed": "{failed} of {count} samples have no answer, the first: {first}",
+    "samples_warned": "at {warned} of {count} samples: {first}",
+    "no_shares_correlated": "no sensitivity: keys that are correlated have no shares of the variance that add up to it",
+    "no_shares_constant": "no sensitivity: the power does not change over the spreads",
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",
     "by_blocks": _by_blocks,

@@ -1,7 +1,6 @@
 """The one search for the largest mean power: over loads, circuits and other keys, for most devices, or as a front."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, overload
 
 from harvester.engines.protocol import AnyScene
@@ -10,7 +9,7 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
-from harvester.machine.progress import Progress
+from harvester.machine.progress import Progress, working
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.circuits import best_circuit, circuits_of
 from harvester.studies.optimum.front import front
@@ -92,7 +91,7 @@ def optimise(
         raise InputError("`points` must go with a second quantity in `objective`, but there is none")
     if points is not None and not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
-    with _working(execution.progress) as progress:
+    with working(execution.progress) as progress:
         if kind == "circuits":
             return best_circuit(scene, circuits, found, engine, within, budget, execution)
         folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
@@ -129,16 +128,6 @@ def kind_of_search(
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
         raise InputError(f"{names} must be left out where circuits are compared, but one is given")
     return "circuits" if circuits else "devices" if special else "plain"
-
-
-@contextmanager
-def _working(progress: Progress) -> Iterator[Progress]:
-    """The progress, begun, and ended whatever happens."""
-    progress.start()
-    try:
-        yield progress
-    finally:
-        progress.close()
 
 
 def _samples(engine: Named | None) -> bool:

@@ -1,23 +1,27 @@
-"""The answer of a study of tolerances: distribution, yield, sensitivity and tornado, as text, JSON and a table."""
+"""The answer of a study of tolerances: distribution, yield, sensitivity and tornado."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.errors import names_arguments
-from harvester.presentation.answer_units import AnswerUnits
-from harvester.presentation.columns import columns
+from harvester.errors import SimulationError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
-from harvester.studies.output_folder import csv_text, named
-from harvester.studies.tolerance.distribution import Interval, Quantile
+from harvester.studies.tolerance import design
+from harvester.studies.tolerance.distribution import QUANTILES, Interval, quantile, share_met
 from harvester.studies.tolerance.limits import Limit
-from harvester.studies.tolerance.sensitivity import Sensitivity
+from harvester.studies.tolerance.runs import Found, ToleranceRequest
+from harvester.studies.tolerance.sensitivity import Sensitivity, indices
 from harvester.studies.tolerance.spreads import PartSpread
-from harvester.uncertainty.value import amount, percent
+
+UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
+CHECKS = ("error_by_engine", "no_error_stated", "checked_by_runs", "polynomial_stands_for_others")
+NO_SHARES = ("no_shares_correlated", "no_shares_constant")
 
 
 @dataclass(frozen=True)
@@ -38,23 +42,47 @@ class TornadoBar:
 
 
 @names_arguments
-@dataclass(frozen=True)
-class ToleranceResult:
+@dataclass(frozen=True, repr=False)
+class ToleranceResult(TableResult):
     """How mean power and RMS voltage scatter over devices whose parts have tolerances.
 
     ``samples`` are the keys' values, shape (n, keys), and ``power`` and ``voltage`` what the engine finds there, shape
-    (n,), in `unit_names`.  ``off`` is the relative error of each power at 95 %, None where it is not known, and
-    ``check`` says where it is from.  ``quantiles`` map a share to the power that this share of devices is below,
-    ``voltages`` the same of the RMS voltage.  ``met`` is the share that meets all ``limits``, ``met_each`` of each
-    alone; None without a limit.  ``peaks_off`` is the relative error at 95 % of each limited peak, in the median.
-    ``sensitivity`` is empty where there is none, for the reason ``why``.
+    (n,), in `unit_names`; the ``table`` has all three.  ``off`` is the relative error of each power at 95 %, None where
+    it is not known, and ``check`` says where it is from.  ``quantiles`` map a share to the power that this share of
+    devices is below, ``voltages`` the same of the RMS voltage.  ``met`` is the share that meets all ``limits``,
+    ``met_each`` of each alone; None without a limit.  ``peaks_off`` is the relative error at 95 % of each limited peak,
+    in the median.  ``sensitivity`` is empty where there is none, for the reason ``why``.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.tolerance(scene, {"nondimensional.mu": "5%", "nondimensional.c1": "20%"}, samples=256)
+    >>> found = hv.tolerance(scene, vary={"nondimensional.mu": "5%", "nondimensional.c1": "20%"}, samples=256)
     >>> found.engine, max(found.sensitivity, key=lambda key: found.sensitivity[key].total)
     ('exact', 'nondimensional.c1')
     """
+
+    DERIVED: ClassVar[tuple[str, ...]] = (
+        *("mean", "standard_deviation", "quantile_values", "quantile_intervals", "voltage_quantiles"),
+        *("voltage_quantile_intervals", "limit_shares", "bars", "error_from", "no_sensitivity", "sample_count"),
+        *("distribution", "limit_table", "key_table"),
+    )
+    INTERNAL: ClassVar[frozenset[str]] = frozenset(
+        {"spreads", "samples", "power", "voltage", "quantiles", "voltages", "limits", "met_each", "tornado"}
+        | {"nominal", "peaks_off"}
+    )
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+        {"met", "sensitivity", "unexplained", *DERIVED[2:10], "failed", "mean", "standard_deviation"}
+    )
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset(DERIVED[-3:])
+    JSON_NAMES: ClassVar[dict[str, str]] = {
+        "off": "relative_error95",
+        "met": "yield",
+        "unexplained": "surface_unexplained",
+        "quantile_values": "quantiles",
+        "limit_shares": "limits",
+        "bars": "tornado",
+        "sample_count": "samples",
+    }
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean", "standard_deviation", "sample_count")
 
     engine: str
     spreads: tuple[PartSpread, ...]
@@ -62,136 +90,205 @@ class ToleranceResult:
     power: Floats
     voltage: Floats
     off: float | None
-    check: str
-    quantiles: dict[float, Quantile]
-    voltages: dict[float, Quantile]
+    quantiles: dict[float, Interval]
+    voltages: dict[float, Interval]
     limits: tuple[Limit, ...]
     met: Interval | None
     met_each: tuple[Interval, ...]
     sensitivity: dict[str, Sensitivity]
-    why: str
     tornado: tuple[TornadoBar, ...]
     nominal: float | None
     unexplained: float
     failed: int
     physical: bool
     seconds: float
-    warnings: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
     peaks_off: dict[str, float] = field(default_factory=dict)
-    about: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    @classmethod
+    def of(cls, asked: ToleranceRequest, found: Found, seconds: float) -> "ToleranceResult":
+        """The answer that the runs of a study give; SimulationError where fewer than two samples have one."""
+        some = found.samples
+        if len(some.values["mean_power"]) < 2:
+            raise SimulationError("fewer than two samples have an answer")
+        values = some.values | {"voltage_rms": np.sqrt(some.values["mean_square_voltage"])} | found.peaks
+        off: dict[str, Any] = {name: value or 0.0 for name, value in some.off.items()} | found.peaks_off
+        off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
+        power, voltage, failed = values["mean_power"], values["voltage_rms"], found.failed
+        unexplained, correlated = found.surface.unexplained, asked.matrix is not None
+        shares = {} if correlated else indices(found.surface, asked.spreads, unexplained, asked.seed)
+        remarks = [*found.warnings, *_doubts(found), *some.checks]
+        if not shares:
+            remarks.append(note("no_shares_correlated" if correlated else "no_shares_constant"))
+        nominal = float(found.alone[0])
+        return cls(
+            engine=some.engine,
+            spreads=asked.spreads,
+            samples=found.x,
+            power=power,
+            voltage=voltage,
+            off=some.off["mean_power"],
+            quantiles={share: quantile(power, share, off["mean_power"]) for share in QUANTILES},
+            voltages={share: quantile(voltage, share, off["voltage_rms"]) for share in QUANTILES},
+            limits=asked.limits,
+            met=share_met(asked.limits, values, off, failed) if asked.limits else None,
+            met_each=tuple(share_met([one], values, off, failed) for one in asked.limits),
+            sensitivity=shares,
+            tornado=_bars(asked, found.alone),
+            nominal=nominal if np.isfinite(nominal) else None,
+            unexplained=unexplained,
+            failed=failed,
+            physical=asked.scene.physical,
+            seconds=seconds,
+            diagnostics=tuple(dict.fromkeys(remarks)),
+            peaks_off={name: float(np.median(one)) for name, one in found.peaks_off.items()},
+        )
 
     @property
-    def unit_names(self) -> AnswerUnits:
-        """The units of powers and voltages."""
-        return AnswerUnits.of(self.physical)
+    def unit(self) -> str:
+        """The unit of the powers."""
+        return self.unit_names.power
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        return {
-            "engine": self.engine,
-            "quantiles": {f"{share:g}": one.value for share, one in self.quantiles.items()},
-            "quantile_intervals": {f"{share:g}": [one.low, one.high] for share, one in self.quantiles.items()},
-            "voltage_quantiles": {f"{share:g}": one.value for share, one in self.voltages.items()},
-            "voltage_quantile_intervals": {f"{share:g}": [one.low, one.high] for share, one in self.voltages.items()},
-            "mean": float(self.power.mean()),
-            "standard_deviation": float(self.power.std()),
-            "yield": None if self.met is None else self.met.as_json(),
-            "limits": [
-                {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity), **one.as_json()}
-                for limit, one in zip(self.limits, self.met_each, strict=True)
-            ],
-            "sensitivity": {key: one.as_json() for key, one in self.sensitivity.items()},
-            "no_sensitivity": self.why,
-            "tornado": {bar.key: {"ends": bar.ends, "mean_power": bar.powers} for bar in self.tornado},
-            "relative_error95": self.off,
-            "error_from": self.check,
-            "samples": len(self.power) + self.failed,
-            "failed": self.failed,
-            "surface_unexplained": self.unexplained,
-            "seconds": self.seconds,
-            "warnings": list(self.warnings),
-        }
+    @property
+    def mean(self) -> float:
+        """The mean of the powers."""
+        return float(self.power.mean())
 
-    def __str__(self) -> str:
-        unit, volt = self.unit_names.power, self.unit_names.voltage
-        lines = [f"{self.engine}: {self.seconds:.2g} s, {len(self.power) + self.failed} samples"]
-        error = "is not known" if self.off is None else f"is {self.off:.2%} of it"
-        lines.append(f"  the error of a sample's power {error} ({self.check})")
-        lines += [f"  {line}" for line in self._distribution(unit, volt)]
-        for limit, one in zip(self.limits, self.met_each, strict=True):
-            known = self.peaks_off.get(limit.quantity)
-            told = "" if known is None else f"; the level of a device is known within {percent(known, 1.0)}"
-            lines.append(f"  {limit.written}: met by {_shares(one)}{told}")
-        if self.met is not None:
-            lines.append(f"  yield, all limits: {_shares(self.met)}")
-        lines += [f"  {line}" for line in self._keys(unit)]
-        if self.why:
-            lines.append(f"  no sensitivity: {self.why}")
-        return "\n".join(lines + [f"  warning: {one}" for one in self.warnings])
+    @property
+    def standard_deviation(self) -> float:
+        """The standard deviation of the powers."""
+        return float(self.power.std())
 
-    def _distribution(self, unit: str, volt: str) -> list[str]:
-        """The lines of the quantiles, with their intervals."""
-        rows = [["devices below", "mean power", "95 %", "RMS voltage", "95 %"]]
-        for share, power in self.quantiles.items():
-            voltage = self.voltages[share]
-            rows.append([f"{share:.0%}", amount(power.value, unit), _range(power, unit)])
-            rows[-1] += [amount(voltage.value, volt), _range(voltage, volt)]
-        return columns(rows, right=True)
+    @property
+    def check(self) -> str:
+        """Where the error of a sample's power is from."""
+        return "; ".join(str(one) for one in self.diagnostics if one.code in CHECKS)
 
-    def _keys(self, unit: str) -> list[str]:
-        """The lines of the keys, the one with the widest bar first."""
-        rows = [["key", "5 to 95 % of it", "power, it alone", "variance share (95 %)", "with others (95 %)"]]
-        for bar in self.tornado:
-            own = unit_of(bar.key)
-            one = self.sensitivity.get(bar.key)
-            shares = ["-", "-"]
-            if one is not None:
-                shares = [_part(one.first, one.first_error95), _part(one.total, one.total_error95)]
-            ends = " to ".join(amount(end, own) for end in bar.ends)
-            rows.append([bar.key, ends, " to ".join(amount(power, unit) for power in bar.powers), *shares])
-        return columns(rows)
+    error_from = check
 
-    def _repr_html_(self) -> str:
-        from harvester.presentation import html
+    @property
+    def why(self) -> str:
+        """Why there is no sensitivity; empty where there is."""
+        return "; ".join(str(one) for one in self.diagnostics if one.code in NO_SHARES)
 
-        return html.table(f"tolerances by {self.engine}", (), self.rows(), html.warnings(self.warnings))
+    no_sensitivity = why
 
-    def rows(self) -> list[tuple[str, str]]:
-        """What a table of two columns shows of it: names, and numbers with their intervals."""
-        unit = self.unit_names.power
-        found = [
-            (f"{share:.0%} of devices are below", f"{amount(one.value, unit)} ({_range(one, unit)})")
-            for share, one in self.quantiles.items()
+    @property
+    def sample_count(self) -> int:
+        """The number of devices, those without an answer too."""
+        return len(self.power) + self.failed
+
+    @property
+    def quantile_values(self) -> dict[float, float]:
+        """The quantiles of the power without their intervals."""
+        return {share: one.value for share, one in self.quantiles.items()}
+
+    @property
+    def quantile_intervals(self) -> dict[float, list[float | None]]:
+        """The intervals of the quantiles of the power."""
+        return {share: [one.low, one.high] for share, one in self.quantiles.items()}
+
+    @property
+    def voltage_quantiles(self) -> dict[float, float]:
+        """The quantiles of the RMS voltage without their intervals."""
+        return {share: one.value for share, one in self.voltages.items()}
+
+    @property
+    def voltage_quantile_intervals(self) -> dict[float, list[float | None]]:
+        """The intervals of the quantiles of the RMS voltage."""
+        return {share: [one.low, one.high] for share, one in self.voltages.items()}
+
+    @property
+    def limit_shares(self) -> list[dict[str, Any]]:
+        """Each limit with the share of devices that meets it."""
+        return [
+            {"limit": limit, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(one)
+            for limit, one in zip(self.limits, self.met_each, strict=True)
         ]
-        for limit, one in zip(self.limits, self.met_each, strict=True):
-            found.append((limit.written, _shares(one)))
-        return [*found, *([] if self.met is None else [("yield, all limits", _shares(self.met))])]
+
+    @property
+    def bars(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """The tornado by keys."""
+        return {bar.key: {"ends": bar.ends, "mean_power": bar.powers} for bar in self.tornado}
+
+    @property
+    def distribution(self) -> Table:
+        """The quantiles of power and voltage with their intervals."""
+        of, shares = self.unit_names, [100.0 * share for share in self.quantiles]
+        columns = [Column("below", shares, "%", "devices below")]
+        columns += _interval("mean_power", [*self.quantiles.values()], of.power)
+        columns += _interval("voltage_rms", [*self.voltages.values()], of.voltage)
+        return Table(tuple(columns), "distribution")
+
+    @property
+    def limit_table(self) -> Table | None:
+        """The share of devices that meets each limit, and all of them; None without limits."""
+        if self.met is None:
+            return None
+        names = [*(one.written for one in self.limits), "all limits"]
+        columns = [Column("limit", names), *_interval("yield", [*self.met_each, self.met], "%", 100.0)]
+        if self.peaks_off:
+            known = [self.peaks_off.get(one.quantity) for one in self.limits]
+            levels = [None if one is None else 100.0 * one for one in known]
+            columns.append(Column("level_error95", [*levels, None], "%", "error of a device's level, 95 %"))
+        return Table(tuple(columns), "share of the devices within a limit")
+
+    @property
+    def key_table(self) -> Table:
+        """The keys, the one with the widest bar first, and their shares of the variance."""
+        bars, units = self.tornado, [unit_of(bar.key) for bar in self.tornado]
+        columns = [Column("key", [bar.key for bar in bars])]
+        for k, share in enumerate((5, 95)):
+            columns.append(Column(f"value_{share}", [bar.ends[k] for bar in bars], "", f"{share} % point", units))
+            powers = [bar.powers[k] for bar in bars]
+            columns.append(Column(f"power_{share}", powers, self.unit_names.power, "power there"))
+        names = ("first", "first_error95", "total", "total_error95") if self.sensitivity else ()
+        shares = [self.sensitivity.get(bar.key) for bar in bars]
+        columns += [Column(name, [getattr(one, name, None) for one in shares]) for name in names]
+        return Table(tuple(columns), "each key alone, and its share of the variance")
+
+    @property
+    def table(self) -> Table:
+        """All samples: the keys' values, mean power and RMS voltage."""
+        of = self.unit_names
+        columns = [Column(one.key, self.samples[:, k]) for k, one in enumerate(self.spreads)]
+        columns += [Column("mean_power", self.power, of.power), Column("voltage_rms", self.voltage, of.voltage)]
+        return Table(tuple(columns), "samples")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""
         return figures.tolerance(self, title)
 
-    def text(self) -> str:
-        """The CSV file of all samples: the keys' values, mean power, RMS voltage, and whether all limits are met."""
-        units = self.unit_names
-        heads = [one.key for one in self.spreads]
-        heads += [named("mean_power", units.power), named("voltage_rms", units.voltage)]
-        body: Sequence[Sequence[object]] = np.column_stack([self.samples, self.power, self.voltage]).tolist()
-        return csv_text(heads, body)
+
+def _interval(name: str, some: list[Interval], unit: str, times: float = 1.0) -> list[Column]:
+    """Columns of numbers and of the ends of their intervals."""
+
+    def cells(part: str) -> list[float | None]:
+        found = [getattr(one, part) for one in some]
+        return [None if value is None else times * value for value in found]
+
+    ends = [Column(f"{name}_{part}95", cells(part), unit, label) for part, label in (("low", "from"), ("high", "to"))]
+    return [Column(name, cells("value"), unit), *ends]
 
 
-def _range(one: Quantile, unit: str) -> str:
-    """The interval in words; an end for which there are too few samples is not given."""
-    if one.low is None or one.high is None:
-        below = "" if one.high is None else f"below {amount(one.high, unit)}"
-        return below or ("not known" if one.low is None else f"above {amount(one.low, unit)}")
-    return f"{amount(one.low, unit)} to {amount(one.high, unit)}"
+def _doubts(found: Found) -> list[Diagnostic]:
+    """What the errors of the engine and of the surface make doubtful."""
+    some, missed = found.samples, found.surface.unexplained
+    doubts = []
+    if some.off["mean_power"] is None:
+        doubts.append(warning("intervals_of_samples_alone"))
+    elif not some.small and np.ptp(some.values["mean_power"]) > 0.0:
+        doubts.append(warning("intervals_are_wide", engine=some.engine))
+    return doubts + ([warning("surface_misses", share=missed)] if missed > UNEXPLAINED else [])
 
 
-def _part(share: float, error95: float) -> str:
-    """A share of the variance and its interval, which ends at 0 and 1."""
-    return f"{share:.3f} ({max(share - error95, 0.0):.3f} to {min(share + error95, 1.0):.3f})"
-
-
-def _shares(one: Interval) -> str:
-    return f"{one.value:.2%} (95 %: {one.low:.2%} to {one.high:.2%})"
+def _bars(asked: ToleranceRequest, alone: Floats) -> tuple[TornadoBar, ...]:
+    """The bars of the keys whose ends have an answer, the widest first."""
+    ends = design.values_at(asked.spreads, design.one_by_one(len(asked.spreads)))
+    bars = []
+    for k, one in enumerate(asked.spreads):
+        low, high = 1 + 2 * k, 2 + 2 * k
+        if np.isfinite(alone[[low, high]]).all():
+            powers = float(alone[low]), float(alone[high])
+            bars.append(TornadoBar(one.key, (float(ends[low, k]), float(ends[high, k])), powers))
+    return tuple(sorted(bars, key=lambda bar: -bar.swing))

@@ -19,27 +19,14 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 @dataclass(frozen=True)
 class Interval:
-    """A number and the ends of its 95 % interval, in one unit."""
-
-    value: float
-    low: float
-    high: float
-
-    def as_json(self) -> dict[str, float]:
-        """The object that ``--json`` prints."""
-        return dict(vars(self))
-
-
-@dataclass(frozen=True)
-class Quantile:
-    """A quantile and the ends of its 95 % interval, in one unit; None where samples are too few for an end."""
+    """A number and the ends of its 95 % interval, in one unit; None where samples are too few for an end."""
 
     value: float
     low: float | None
     high: float | None
 
 
-def quantile(values: Floats, share: float, off: float = 0.0) -> Quantile:
+def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
     """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
     from scipy.stats import binom
 
@@ -49,7 +36,7 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> Quantile:
         float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
         for rank, side in ((int(low) - 1, -1.0), (int(high), 1.0))
     ]
-    return Quantile(float(np.quantile(ordered, share)), *ends)
+    return Interval(float(np.quantile(ordered, share)), *ends)
 
 
 def wilson(met: float, count: int) -> tuple[float, float]:

@@ -1,8 +1,8 @@
 """The runs of a study of tolerances: which samples an engine computes, which a dearer one, which a polynomial."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
@@ -10,12 +10,15 @@ from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.machine.execution import Execution
-from harvester.machine.progress import CallingBack, PartOfProgress
+from harvester.machine.progress import PartOfProgress
+from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampled
+from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
 
@@ -25,7 +28,41 @@ SWEPT = 0.2  # of the progress, where peaks come after the sweeps
 OUTSIDE = 0.005  # of the samples, that may lie beyond those computed without a warning
 ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
 
-Tick = Callable[[float], None]  # called with the fraction that is done
+
+@dataclass(frozen=True)
+class ToleranceRequest:
+    """What a study of tolerances is asked, checked.
+
+    ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in all, ``runs`` of them
+    that the engine computes (None: what it takes) and ``checks`` that a dearer one computes again (None: as usual),
+    with the relative error ``within``; ``lifetime`` is that of limited peaks, in seconds or 1/w0.
+    """
+
+    scene: Scene
+    spreads: tuple[PartSpread, ...]
+    matrix: Floats | None
+    limits: tuple[Limit, ...]
+    lifetime: float | None
+    samples: int
+    runs: int | None
+    checks: int | None
+    within: float | None
+    seed: int
+
+    @property
+    def keys(self) -> list[str]:
+        """The keys that scatter."""
+        return [one.key for one in self.spreads]
+
+    @cached_property
+    def u(self) -> Floats:
+        """The places of all samples in the unit cube."""
+        return design.tied(design.places(self.samples, len(self.spreads), self.seed), self.matrix)
+
+    @property
+    def outer(self) -> Floats:
+        """The places of the outer ends of each spread."""
+        return design.outer(len(self.spreads), self.matrix)
 
 
 @dataclass(frozen=True)
@@ -37,7 +74,7 @@ class Found:
     surface: Polynomial
     alone: Floats
     failed: int
-    warnings: tuple[str, ...]
+    warnings: tuple[Diagnostic, ...]
     peaks: dict[str, Floats]
     peaks_off: dict[str, Floats]
 
@@ -46,26 +83,20 @@ class Found:
 class Study:
     """The runs of a study: sweeps over lists of points, each in a folder of its own."""
 
-    scene: Any
+    request: ToleranceRequest
     folder: OutputFolder | None
-    tick: Tick
-    options: dict[str, Any]
-    spreads: tuple[PartSpread, ...]
-    u: Floats
-    outer: Floats
-    seed: int
-    runs: int | None
-    lifetime: float | None = None
+    execution: Execution
 
-    def run(self, engine: Engine, checks: int | None, within: float | None) -> Found:
+    def run(self, engine: Engine) -> Found:
         """Compute samples by an engine, and some of them by a dearer one where there is one."""
-        runs = (FORMULAS if sampled.formulas(engine) else RUNS * (len(self.spreads) + 1)) if self.runs is None else 0
-        runs = min(self.runs or runs, len(self.u))
-        check = sampled.checker(engine, within, self.seed) if checks != 0 else None
-        number = 0 if check is None else min(checks or check[0], runs)
-        alone_to = runs + 1 + 2 * len(self.spreads)
-        outer = self.outer if runs < len(self.u) else self.outer[:0]
-        x = design.values_at(self.spreads, np.vstack([self.u[:runs], design.one_by_one(len(self.spreads)), outer]))
+        asked = self.request
+        all_of_them, spreads = len(asked.u), asked.spreads
+        runs = min(asked.runs or (FORMULAS if engine.is_formula else RUNS * (len(spreads) + 1)), all_of_them)
+        check = sampled.checker(engine, asked.within, asked.seed) if asked.checks != 0 else None
+        number = 0 if check is None else min(asked.checks or check[0], runs)
+        alone_to = runs + 1 + 2 * len(spreads)
+        outer = asked.outer if runs < all_of_them else asked.outer[:0]
+        x = design.values_at(spreads, np.vstack([asked.u[:runs], design.one_by_one(len(spreads)), outer]))
         whole = len(x) + number
         table = self._sweep(engine, x, engine.NAME, 0, whole)
         found = sampled.direct(engine, _part(table, 0, runs))
@@ -76,61 +107,58 @@ class Study:
             dearer = self._sweep(check[1], x[served], "checks", len(x), whole)
             ratio = sampled.compared(table, served.tolist(), dearer, engine, check[1])
             found, ends = sampled.corrected(found, ratio), sampled.corrected(ends, ratio)
-        alone, warnings = sampled.column(table, "mean_power")[runs:alone_to] * found.ratio, _told(table)
+        alone, warnings = sampled.column(table, "mean_power")[runs:alone_to] * found.ratio, [*_failures(table)]
         own = x[:runs][found.served]
         held = np.vstack([own, x[alone_to:][ends.served]])
-        powers = np.append(found.values["mean_power"], ends.values["mean_power"])
-        surface = fit(held, powers, len(own))
+        surface = fit(held, np.append(found.values["mean_power"], ends.values["mean_power"]), len(own))
         rough = surface.scatter > ROUGH * found.values["mean_power"].std()
-        if rough and runs < len(self.u) and sampled.formulas(engine) and self.runs is None:
-            every, runs = design.values_at(self.spreads, self.u), len(self.u)
+        if rough and runs < all_of_them and engine.is_formula and asked.runs is None:
+            every, runs = design.values_at(spreads, asked.u), all_of_them
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
             found = sampled.direct(engine, table)
             found = found if ratio is None else sampled.corrected(found, ratio)
-            own, warnings = every[found.served], _told(table)
+            own, warnings = every[found.served], [*_failures(table)]
             surface = fit(own, found.values["mean_power"])
-        failed = int((~found.served).sum())
-        if runs < len(self.u):
-            failed = round(failed / runs * len(self.u))  # as many of the samples in all as of those computed
-            many = design.values_at(self.spreads, self.u[: len(self.u) - failed])
-            found, _ = sampled.interpolated(found, ends, held, many)
+        failed, many = int((~found.served).sum()), own
+        if runs < all_of_them:
+            failed = round(failed / runs * all_of_them)  # as many of the samples in all as of those computed
+            many, own = design.values_at(spreads, asked.u[: all_of_them - failed]), held
+            inner = int(found.served.sum())
+            found = sampled.interpolated(found, ends, held, many)
             warnings += _outside(held, many)
-            return Found(found, many, surface, alone, failed, warnings, *self._peaks(held, len(own), many))
-        return Found(found, own, surface, alone, failed, warnings, *self._peaks(own, len(own), own))
+        else:
+            inner = len(own)
+        return Found(found, many, surface, alone, failed, tuple(warnings), *self._peaks(own, inner, many))
 
     @property
     def _swept(self) -> float:
         """The share of the progress that the sweeps are: paths that are counted take most of the time."""
-        return 1.0 if self.lifetime is None else SWEPT
-
-    @property
-    def _counted(self) -> int:
-        """How many devices the peaks over a lifetime are computed of, beside the outer ends."""
-        return 0 if self.lifetime is None else peaks.wanted(Problem(self.scene), len(self.spreads))
+        return 1.0 if self.request.lifetime is None else SWEPT
 
     def _peaks(self, x: Floats, inner: int, many: Floats) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Peaks over the lifetime at keys' values ``many``, and their relative errors, by those computed at ``x``.
 
         The first ``inner`` of ``x`` are samples, of which `peaks.wanted` are computed, the others their outer ends.
         """
-        if self.lifetime is None:
+        asked, progress = self.request, self.execution.progress
+        if asked.lifetime is None:
             return {}, {}
-        keys, first = [one.key for one in self.spreads], min(inner, self._counted)
+        first = min(inner, peaks.wanted(Problem(asked.scene), len(asked.spreads)))
         x = np.vstack([x[:first], x[inner:]])
-        scenes = [self.scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x]
+        scenes = [asked.scene.varied(dict(zip(asked.keys, map(float, row), strict=True))) for row in x]
 
         def told(done: int) -> None:
-            self.tick(self._swept + (1.0 - self._swept) * done / len(x))
+            progress.step(self._swept + (1.0 - self._swept) * done / len(x))
 
-        return peaks.peak_surfaces(scenes, x, first, self.lifetime, self.seed, told)(many)
+        return peaks.peak_surfaces(scenes, x, first, asked.lifetime, asked.seed, told)(many)
 
     def _sweep(self, engine: Engine, x: Floats, name: str, done: int, whole: int) -> SweepTable:
         """Run an engine at keys' values, shape (n, keys), as a sweep in a folder ``name``."""
-        listening = CallingBack(lambda fraction, _: self.tick(fraction))
-        part = PartOfProgress(listening, self._swept * done / whole, self._swept * len(x) / whole)
+        part = PartOfProgress(self.execution.progress, self._swept * done / whole, self._swept * len(x) / whole)
         out = None if self.folder is None else self.folder.path / name
-        points = design.points(self.spreads, x)
-        return compute_table(self.scene, points, [engine], Execution(out=out, progress=part, **self.options))
+        points = design.points(self.request.spreads, x)
+        execution = replace(self.execution, out=out, formats=(), progress=part)
+        return compute_table(self.request.scene, points, [engine], execution)
 
 
 def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
@@ -138,22 +166,18 @@ def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
     return replace(table, rows=table.rows[begin:end], points=table.points[begin:end])
 
 
-def _outside(computed: Floats, many: Floats) -> tuple[str, ...]:
+def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:
     """A warning where many samples lie beyond all that were computed, where a polynomial knows nothing."""
     beyond = ((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1)
     share = float(beyond.mean())
-    if share <= OUTSIDE * computed.shape[1]:
-        return ()
-    return (
-        f"{share:.1%} of the samples lie beyond those with an answer, and count as at their edge: the outer quantiles "
-        "are those of that edge; give more `runs`",
-    )
+    return [warning("samples_outside", share=share)] if share > OUTSIDE * computed.shape[1] else []
 
 
-def _told(table: SweepTable) -> tuple[str, ...]:
+def _failures(table: SweepTable) -> Iterator[Diagnostic]:
     """What went wrong at samples, and the first warning of the engine, with how many it concerns."""
     failed = [row.error for row in table.rows if row.error]
     warned = ["; ".join(map(str, row.warnings)) for row in table.rows if row.warnings]
-    found = [f"{len(failed)} of {len(table.rows)} samples have no answer, the first: {failed[0]}"] if failed else []
-    found += [f"at {len(warned)} of {len(table.rows)} samples: {warned[0]}"] if warned else []
-    return tuple(found)
+    if failed:
+        yield warning("samples_failed", failed=len(failed), count=len(table.rows), first=failed[0])
+    if warned:
+        yield warning("samples_warned", warned=len(warned), count=len(table.rows), first=warned[0])

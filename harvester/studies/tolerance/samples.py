@@ -18,16 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harvester.arrays import Floats
-from harvester.engines import Averaged, Ensemble, Exact, Ideal, Published, Spice
+from harvester.engines import ENGINES
 from harvester.engines.protocol import Engine
+from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.studies.sweep.table import SweepTable
-from harvester.studies.tolerance.surface import Polynomial, fit
+from harvester.studies.tolerance.surface import fit
+from harvester.uncertainty.value import NORMAL_QUANTILE
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
-DEARER: dict[type, type[Ensemble] | type[Spice]] = {Published: Ensemble, Averaged: Ensemble, Ideal: Spice}
-CHECKS: dict[type, tuple[int, float]] = {Ensemble: (8, 0.005), Spice: (4, 0.02)}  # runs, and their error
+CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "spice")  # whose own error can be measured, or is none
+CHECKS, CHECKS_BY_NGSPICE = (8, 0.005), (4, 0.02)  # runs, and their error
 SMALL = 0.5  # of the standard deviation of the powers: an error below is small against their spread
 
 
@@ -36,15 +39,15 @@ class Samples:
     """What the samples of one engine are: their values, which of them have an answer, and the relative error.
 
     ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative error at 95 % that
-    is common to all or within which each lies, None where it is not known; ``check`` says in words where it is
-    from; ``ratio`` is what the powers were multiplied by.
+    is common to all or within which each lies, None where it is not known; ``checks`` say where it is from; ``ratio``
+    is what the powers were multiplied by.
     """
 
     engine: str
     values: dict[str, Floats]
     served: NDArray[np.bool_]
     off: dict[str, float | None]
-    check: str
+    checks: tuple[Diagnostic, ...]
     ratio: float = 1.0
 
     @property
@@ -56,28 +59,30 @@ class Samples:
 
 def cheapest(problem: Problem) -> type[Any]:
     """The kind of engine that serves a scene and costs least, whose own error can be measured or is none."""
-    kinds: list[type[Any]] = [Exact, Averaged, Ideal, Ensemble, Spice]
-    if problem.netlist is None:
-        kinds.remove(Ideal)
-    for kind in kinds:
-        if kind.refusal(problem):
+    for kind in (ENGINES[name] for name in CHEAPEST_FIRST):
+        if kind.refusal(problem) or (kind.needs_netlist and problem.netlist is None):
             continue
         try:
-            if issubclass(kind, Exact | Averaged):
+            if kind.is_formula:
                 kind().run(problem)
         except HarvesterError:  # of a formula that has no answer here
             continue
         return kind
-    raise InputError(f"`engine` must serve the scene, but none does: {Ensemble.refusal(problem)}")
+    raise InputError(f"`engine` must serve the scene, but none does: {ENGINES['ensemble'].refusal(problem)}")
+
+
+def dearer(engine: Engine, **options: Any) -> Engine | None:
+    """The engine that leaves less out of the model, with its options; None where there is none."""
+    return None if engine.next_fidelity is None else engine_of(engine.next_fidelity, **options)
 
 
 def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engine] | None:
     """How many runs check an engine, and of which dearer engine; None where none is dearer and knows more."""
-    kind = DEARER.get(type(engine))
+    kind = dearer(engine)
     if kind is None:
         return None
-    count, target = CHECKS[kind]
-    return count, kind(within=target if within is None else within, seed=seed)
+    count, target = CHECKS_BY_NGSPICE if kind.runs_ngspice else CHECKS
+    return count, engine_of(kind, within=target if within is None else within, seed=seed)
 
 
 def column(table: SweepTable, name: str) -> Floats:
@@ -91,7 +96,7 @@ def stated(table: SweepTable, name: str) -> Floats | None:
     bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
     if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
         return None
-    return np.asarray(np.nan_to_num(1.96 * stderr / np.abs(value)) + np.nan_to_num(bias))
+    return np.asarray(np.nan_to_num(NORMAL_QUANTILE * stderr / np.abs(value)) + np.nan_to_num(bias))
 
 
 def direct(engine: Engine, table: SweepTable) -> Samples:
@@ -102,8 +107,8 @@ def direct(engine: Engine, table: SweepTable) -> Samples:
     for name in QUANTITIES:
         errors = stated(table, name)
         off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
-    check = "the engine's own estimate" if off["mean_power"] is not None else "the engine states no error"
-    return Samples(engine.NAME, {name: v[served] for name, v in found.items()}, served, off, check)
+    check = note("error_by_engine" if off["mean_power"] is not None else "no_error_stated")
+    return Samples(engine.NAME, {name: v[served] for name, v in found.items()}, served, off, (check,))
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,7 @@ class Ratio:
 
     ratio: dict[str, float]
     off: dict[str, float]
-    check: str
+    check: Diagnostic
 
 
 def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine) -> Ratio:
@@ -134,20 +139,18 @@ def compared(table: SweepTable, checked: Sequence[int], dearer: SweepTable, engi
         bias = np.nan_to_num(column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power")))[good]
         width = float(stdtrit(count - 1, 0.975)) * float(ratios.std(ddof=1)) * math.sqrt(1.0 + 1.0 / count)
         ratio[name], off[name] = float(ratios.mean()), width + float(np.median(bias))
-    power = ratio["mean_power"]
-    return Ratio(
-        ratio, off, f"{count} runs of {by.NAME!r}, whose powers are {power:.4g} times those of {engine.NAME!r}"
-    )
+    said = note("checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME)
+    return Ratio(ratio, off, said)
 
 
 def corrected(samples: Samples, ratio: Ratio) -> Samples:
     """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
     values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
     off: dict[str, float | None] = dict(ratio.off)
-    return Samples(samples.engine, values, samples.served, off, ratio.check, ratio.ratio["mean_power"])
+    return Samples(samples.engine, values, samples.served, off, (ratio.check,), ratio.ratio["mean_power"])
 
 
-def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> tuple[Samples, dict[str, Polynomial]]:
+def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> Samples:
     """The samples at keys' values ``many``, (m, keys), by polynomials through those ``computed`` and the ``outer``.
 
     ``x`` are the keys' values of both, (n + n', keys).  Two standard deviations of what a polynomial does not predict
@@ -160,11 +163,5 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
         known = computed.off[name]
         off[name] = None if known is None else known + 2.0 * surface.scatter / abs(float(computed.values[name].mean()))
     values = {name: np.maximum(surface(many), 0.0) for name, surface in surfaces.items()}  # no power is below 0
-    ends = len(x) - count
-    check = f"{computed.check}; a polynomial through {count} runs, and {ends} at the ends, stands for the others"
-    return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, check, computed.ratio), surfaces
-
-
-def formulas(engine: Engine) -> bool:
-    """Whether the engine computes each sample itself."""
-    return engine.is_formula
+    checks = (*computed.checks, note("polynomial_stands_for_others", runs=count, ends=len(x) - count))
+    return Samples(computed.engine, values, np.ones(len(many), dtype=bool), off, checks, computed.ratio)

@@ -17,7 +17,6 @@ from harvester.arrays import Floats
 from harvester.studies.tolerance.spreads import PartSpread
 
 BASE = 8192  # places of each of the two designs that SALib combines
-CORRELATED = "keys that are correlated have no shares of the variance that add up to it"
 
 
 @dataclass(frozen=True)
@@ -28,10 +27,6 @@ class Sensitivity:
     total: float
     first_error95: float
     total_error95: float
-
-    def as_json(self) -> dict[str, float]:
-        """The object that ``--json`` prints."""
-        return dict(vars(self))
 
 
 def indices(

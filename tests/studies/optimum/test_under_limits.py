@@ -63,7 +63,7 @@ def test_the_plate_with_a_stop():
     quantiles, means = [], []
     for load in loads:
         scene = hv.load(STOP).with_load(load)
-        found = hv.tolerance(scene, spread, engine="averaged", checks=0, runs=32, samples=4096)
+        found = hv.tolerance(scene, vary=spread, engine="averaged", checks=0, runs=32, samples=4096)
         quantiles.append(found.quantiles[0.05].value)
         means.append(found.power.mean())
     assert quantiles[0] > quantiles[1]

@@ -10,6 +10,7 @@ import pytest
 import harvester as hv
 from harvester.engines import selection
 from harvester.equations.problem import Problem
+from harvester.presentation.diagnostic import has
 from harvester.studies.sweep.points import Axis, Points
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.distribution import quantile, share_met, wilson
@@ -20,6 +21,7 @@ PLATE = ROOT / "examples" / "plate.toml"
 STOP = ROOT / "examples" / "plate_with_stop.toml"
 VARY = {"piezo.capacitance": "10%", "oscillator.damping": "normal:20%", "load.resistance": "E24:5%"}
 COUNT = 20_000
+ALONE = hv.Execution(workers=1)
 
 
 def closed_form(capacitance, damping, resistance):
@@ -47,7 +49,7 @@ def test_quantiles_and_yield_against_random_devices(damping):
     power = brute(damping)
     limit = float(np.quantile(power, 0.2))
     scene = hv.load(PLATE).vary("oscillator.damping", damping)
-    found = hv.tolerance(scene, VARY, [f"mean_power > {limit} W"], samples=4096, runs=256)
+    found = hv.tolerance(scene, vary=VARY, limits=[f"mean_power > {limit} W"], samples=4096, runs=256)
     assert found.engine == "exact" and found.off < 0.01
     for share, one in found.quantiles.items():
         z = ((power < one.value).mean() - share) / np.sqrt(share * (1.0 - share) * (1.0 / COUNT + 1.0 / 4096))
@@ -63,8 +65,8 @@ def test_quantiles_and_yield_against_random_devices(damping):
 def test_checks_by_the_ensemble_narrow_what_averaged_says():
     """The plate with a stop: the error left by 8 dearer runs is below what `averaged` states, and names the key."""
     vary = {"piezo.capacitance": "10%", "stop.restitution": ".94:.98"}
-    plain = hv.tolerance(STOP, vary, samples=1024, runs=64, checks=0, engine="averaged")
-    checked = hv.tolerance(STOP, vary, ["mean_power > 8 uW"], samples=1024, runs=64, workers=1)
+    plain = hv.tolerance(STOP, vary=vary, samples=1024, runs=64, checks=0, engine="averaged")
+    checked = hv.tolerance(STOP, vary=vary, limits=["mean_power > 8 uW"], samples=1024, runs=64, execution=ALONE)
     assert (checked.engine, plain.off > 0.02, checked.off < 0.015) == ("averaged", True, True)
     assert "8 runs of 'ensemble'" in checked.check
     assert checked.tornado[0].key == "stop.restitution"
@@ -82,15 +84,15 @@ def test_checks_by_the_ensemble_narrow_what_averaged_says():
 def test_an_engine_that_samples():
     """A few runs with the same noise, and a polynomial: `ensemble` agrees with `exact` on the linear plate."""
     vary = {"piezo.capacitance": "20%"}
-    exact = hv.tolerance(PLATE, vary, samples=2048)
-    noisy = hv.tolerance(PLATE, vary, samples=2048, runs=16, engine=hv.Ensemble(trajectories=256), workers=1)
+    exact = hv.tolerance(PLATE, vary=vary, samples=2048)
+    noisy = hv.tolerance(PLATE, vary=vary, samples=2048, runs=16, engine=hv.Ensemble(trajectories=256), execution=ALONE)
     assert "16 runs" in noisy.check and noisy.off < 0.05
     for share in (0.05, 0.5, 0.95):
         assert noisy.quantiles[share].low < exact.quantiles[share].value < noisy.quantiles[share].high
 
 
 def test_correlated_keys_have_no_shares():
-    found = hv.tolerance(PLATE, VARY, correlate=["piezo.capacitance,load.resistance=.8"], samples=256, runs=128)
+    found = hv.tolerance(PLATE, vary=VARY, correlate=["piezo.capacitance,load.resistance=.8"], samples=256, runs=128)
     assert found.sensitivity == {} and "correlated" in found.why
     assert np.corrcoef(found.samples[:, [0, 2]].T)[0, 1] == pytest.approx(0.8, abs=0.06)
 
@@ -98,15 +100,15 @@ def test_correlated_keys_have_no_shares():
 def test_devices_without_an_answer_do_not_meet_a_limit():
     """Damping from below to above zero: about half the devices never come to rest in a stationary law."""
     vary = {"oscillator.damping": "-.5:.5"}
-    found = hv.tolerance(PLATE, vary, ["mean_power > 0 W"], samples=256, runs=256, engine="exact")
+    found = hv.tolerance(PLATE, vary=vary, limits=["mean_power > 0 W"], samples=256, runs=256, engine="exact")
     assert 0.1 < found.failed / 256 < 0.9
     assert found.met.value == pytest.approx(1.0 - found.failed / 256)
-    assert "have no answer" in found.warnings[0]
+    assert has(found.warnings, "samples_failed")
 
 
 def test_outer_quantiles_of_few_runs():
     """A normal spread by 16 runs: its 1 % and 99 % are those of the closed form, not of the outermost run."""
-    found = hv.tolerance(PLATE, {"oscillator.damping": "normal:10%"}, samples=4096, runs=16)
+    found = hv.tolerance(PLATE, vary={"oscillator.damping": "normal:10%"}, samples=4096, runs=16)
     power = closed_form(50.2e-9, found.samples[:, 0], 1e6)
     for share in (0.01, 0.99):
         assert found.quantiles[share].value / found.quantiles[0.5].value == pytest.approx(
@@ -117,11 +119,11 @@ def test_outer_quantiles_of_few_runs():
 def test_a_polynomial_knows_of_failed_devices():
     """Half the computed devices have no answer: so have half of all samples, which counts in the yield."""
     vary = {"oscillator.damping": "-.5:.5"}
-    found = hv.tolerance(PLATE, vary, ["mean_power < 1 kW"], samples=1024, runs=64, engine="exact")
-    whole = hv.tolerance(PLATE, vary, ["mean_power < 1 kW"], samples=64, runs=64, engine="exact")
+    found = hv.tolerance(PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=1024, runs=64, engine="exact")
+    whole = hv.tolerance(PLATE, vary=vary, limits=["mean_power < 1 kW"], samples=64, runs=64, engine="exact")
     assert len(found.power) + found.failed == 1024
     assert found.met.value == pytest.approx(whole.met.value, abs=0.02)
-    assert "lie beyond those with an answer" in " ".join(found.warnings)
+    assert has(found.warnings, "samples_outside")
 
 
 @pytest.mark.parametrize(
@@ -142,7 +144,13 @@ def test_limits_of_peaks():
     """The share of devices within a limit of the largest displacement, against Rice's level of each of 200 of them."""
     vary = {"oscillator.damping": "50%"}
     found = hv.tolerance(
-        PLATE, vary, ["peak_displacement < 1.51 mm"], runs=64, samples=1024, lifetime="5 years", workers=1
+        PLATE,
+        vary=vary,
+        limits="peak_displacement < 1.51 mm",
+        runs=64,
+        samples=1024,
+        lifetime="5 years",
+        execution=ALONE,
     )
     levels = [
         hv.extremes(hv.load(PLATE).vary("oscillator.damping", float(damping)), lifetime="5 years").levels[
@@ -230,8 +238,7 @@ def test_command(harvester, tmp_path):
 def test_command_says_it_in_words(harvester):
     status, out, _ = harvester("tolerance", PLATE, "--vary", "piezo.capacitance=10%", "--runs", "64", "--samples", "64")
     assert status == 0
-    assert "devices below" in out and "variance share (95 %)" in out and "5 to 95 % of it" in out
-    assert " 1.000) " in out or out.rstrip().endswith(" to 1.000)")  # one key has it all, and no interval goes above 1
+    assert "devices below" in out and "variance share" in out and "5 % point" in out
 
 
 @pytest.mark.parametrize(
