@@ -24,12 +24,12 @@ from harvester.commands.reports import report_file, report_option, save_report
 @sampling
 @cloup.option_group(
     "Output",
-    cloup.option("--out", help="Folder for compare.png: the engines, and V of one path with and without the stop."),
+    cloup.option("--out", help="Folder for compare.csv, compare.png and provenance.json."),
     vector_option,
     report_option,
     json_option,
 )
-@vector_needs_out("as_json")
+@vector_needs_out()
 def compare(
     path: str,
     lifetime: str | None,
@@ -41,7 +41,7 @@ def compare(
 ) -> None:
     """Every engine that can serve SCENE, side by side, with z-scores; one path of V drawn from three sources."""
     from harvester.commands.progress import EFFORT, Bar
-    from harvester.machine import files
+    from harvester.machine.execution import Execution
     from harvester.scene.toml import load
     from harvester.studies import compare as study
     from harvester.studies.extremes.extremes import check_asked, extremes_both_ways
@@ -49,19 +49,15 @@ def compare(
     scene = load(path)
     if lifetime is not None:
         check_asked(scene, lifetime)
-    folder = files.folder(out or ".") if out or not as_json else None
     file = report_file(report, out)
     with Bar("compare", shorter=EFFORT) as bar:
-        result = study.compare(scene, tick=bar.tell, **options)
-    if folder is not None:
-        from harvester import figures
-
-        figures.save(result.plot(scene.title), folder, "compare", vector)
+        result = study.compare(scene, execution=Execution(out=out, formats=vector, progress=bar), **options)
     largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, options["seed"])
     if as_json:
         echo_json(result.as_json() | ({"extremes": [one.as_json() for one in largest]} if largest else {}))
     else:
         echo("\n".join(map(str, (result, *largest))))
-        echo_written(out or ".", *figure("compare", vector))
+        if out is not None:
+            echo_written(out, "compare.csv", *figure("compare", vector), "provenance.json")
     seed = options["seed"]
     save_report(file, lambda report: report.of_comparison(scene, result, seed, largest), quiet=as_json, scene=path)

@@ -105,7 +105,7 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
                 label="exact RC update",
             )
             panel.plot(t, path.spice[shown] / volt.factor, color=spice, linewidth=1, label="ngspice")
-            text = f"RMS error of published {path.decoupled_error:.0%}, of ngspice {path.spice_error:.1g}"
+            text = f"RMS error of published {path.decoupled_rms_error:.0%}, of ngspice {path.spice_rms_error:.1g}"
             panel.set_title(f"One path {path.title}: {text}")
             panel.set_ylabel(volt.label.replace(" (", "\n("))
             panel.set_xlim(t[0], t[-1])

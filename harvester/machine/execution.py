@@ -1,5 +1,6 @@
 """How a study is carried out, apart from what it computes: by whom, into which folder, and who is told of it."""
 
+import dataclasses
 import functools
 import warnings
 from collections.abc import Callable, Sequence
@@ -54,6 +55,13 @@ class Execution:
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
                 raise InputError(f"`{name}` must go with `out`, the folder of the study, but there is none")
+
+    def only(self, study: str, *names: str) -> None:
+        """Raise InputError for what is given, but would do nothing for a study that takes no more than these."""
+        for one in dataclasses.fields(self):
+            if one.name not in names and getattr(self, one.name) != one.default:
+                takes = ", ".join(f"`{name}`" for name in names)
+                raise InputError(f"the execution of {study} must have {takes} only, but has `{one.name}`")
 
 
 DEFAULT = Execution()

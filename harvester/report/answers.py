@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
+from harvester.presentation.sheet import sheet
 from harvester.report import engines
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Page, Section, TextTable, drawing
@@ -14,6 +15,11 @@ from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
 from harvester.studies.extremes.extremes import Extremes
 from harvester.studies.output_folder import provenance
+
+Z = (
+    "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
+    " off by more than |z| < 4 allows, and rightly so."
+)
 
 
 def of_run(scene: Scene | Problem, answer: Estimate, seed: int, largest: Extremes | None = None) -> Page:
@@ -61,10 +67,10 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
         drawings=[figure],
         tables=[
             engines.table(result.estimates),
-            _differences(result),
+            replace(text_table(result.table), note=Z),
             engines.reasons(result.estimates),
             *engines.refusals(result.refused),
-            *_paths(result),
+            *map(text_table, sheet(result).tables[1:]),
             *(table for one in largest for table in _largest(one)),
         ],
         warnings=engines.warnings(result.estimates),
@@ -72,29 +78,6 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
     lead = [f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]]
     about = provenance(problem)
     return scene_page(problem, "compare", lead, found, about, seed=seed, reference=result.reference.engine)
-
-
-def _differences(result: Comparison) -> TextTable:
-    """The table of each engine's ratio and z-score against the reference."""
-    rows = []
-    for estimate in result.estimates:
-        ratio, z = result.ratio(estimate), result.z(estimate)
-        if estimate is result.reference:
-            rows.append([estimate.engine, "1", "the reference"])
-        else:
-            score = "neither samples" if z is None else f"{z:.2f}"
-            rows.append([estimate.engine, "-" if ratio is None else f"{ratio:.5g}", score])
-    note = (
-        "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
-        " off by more than |z| < 4 allows, and rightly so."
-    )
-    return TextTable(f"Against {result.reference.engine}", ["engine", "power over its", "z"], rows, (1, 2), note)
-
-
-def _paths(result: Comparison) -> list[TextTable]:
-    rows = [[p.title, f"{p.spice_error:.1e}", f"{p.decoupled_error:.2g}"] for p in result.paths]
-    heads = ["one path", "ngspice against the exact update", "decoupled against ngspice"]
-    return [TextTable("Relative RMS error of the voltage", heads, rows, (1, 2))] if rows else []
 
 
 def _spoken(answer: Estimate) -> str:

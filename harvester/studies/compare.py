@@ -1,19 +1,18 @@
 """Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import Exact, Ideal, Published, Spice
+from harvester.engines import Published, Spice
 from harvester.engines.protocol import AnyScene
-from harvester.engines.selection import Named, refusals
+from harvester.engines.selection import ENGINES, Named, refusals
 from harvester.engines.selection import engines as engines_of
 from harvester.engines.spice.setup import READING, set_up
 from harvester.equations.problem import Problem
@@ -25,23 +24,32 @@ from harvester.errors import (
     UnboundedResponseError,
     names_arguments,
 )
-from harvester.presentation.answer_units import AnswerUnits
+from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1
+from harvester.machine.progress import PartOfProgress
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.plain import plain
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.table import Column, Table
+from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.uncertainty.value import z_score
 
-# Of time.
-WEIGHTS = {**dict.fromkeys(("exact", "published", "averaged"), 0.02), "ensemble": 1.0, "ideal": 1.0, "spice": 2.0}
-WEIGHTS["paths"] = 0.1
+PATHS = 0.1  # of the time that an engine of share 1 takes: the paths that are drawn
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
-@dataclass(frozen=True)
-class PathComparison:
+@dataclass(frozen=True, repr=False)
+class PathComparison(Result):
     """V on one noise path from three sources, in the scene's units (`unit_names`), arrays of shape (n,).
 
     ``spice`` from ngspice, ``exact`` from the exact RC update, ``decoupled`` from the x and x' of
     the ngspice path by V = (w^2 x + mu x')/(mu^2 + w^2) (paper, Eq. 6), w^2 at the amplitude
-    of the moment.
+    of the moment.  Their errors are relative differences in the RMS.
     """
+
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "x", "spice", "exact", "decoupled"})
+    DERIVED: ClassVar[tuple[str, ...]] = ("spice_rms_error", "decoupled_rms_error")
+    JSON_NAMES: ClassVar[dict[str, str]] = {"title": "scene"}
+    SHORT: ClassVar[tuple[str, ...]] = ("title", *DERIVED)
 
     title: str
     t: Floats
@@ -52,24 +60,19 @@ class PathComparison:
     physical: bool = False
 
     @property
-    def unit_names(self) -> AnswerUnits:
-        """The units of its numbers."""
-        return AnswerUnits.of(self.physical)
-
-    @property
-    def spice_error(self) -> float:
+    def spice_rms_error(self) -> float:
         """The relative RMS difference of ngspice and the exact update."""
         return _relative_rms(self.spice, self.exact)
 
     @property
-    def decoupled_error(self) -> float:
+    def decoupled_rms_error(self) -> float:
         """The relative RMS error of the decoupled V against ngspice."""
         return _relative_rms(self.decoupled, self.spice)
 
 
 @names_arguments
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(TableResult):
     """Estimates of the engines that served, why the others did not, and paths with and without the stop: of `compare`.
 
     ``found.ratio(estimate)`` is its power over that of ``found.reference``, ``found.z(estimate)`` their z-score.
@@ -81,16 +84,34 @@ class Comparison:
     (True, 1.0)
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("answers", "table", "reference_engine", "engines")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimates"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"refused", "reference_engine", "engines"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"answers", "table"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"reference_engine": "reference"}
+    SHORT: ClassVar[tuple[str, ...]] = ("reference_engine", "estimates", "refused")
+
     estimates: tuple[Estimate, ...]
     refused: dict[str, str]
     paths: tuple[PathComparison, ...]
 
     @property
     def reference(self) -> Estimate:
-        """The estimate that the others are compared with: `Exact`, or the smallest standard error without a model."""
-        sampled = [e for e in self.estimates if e.mean_power.stderr is not None and e.engine != Ideal.NAME]
-        closed = [e for e in self.estimates if e.engine == Exact.NAME]
+        """The estimate to compare with: a closed form, or that of the least standard error without a model."""
+        closed = [one for one in self.estimates if ENGINES[one.engine].is_exact]
+        whole = [one for one in self.estimates if ENGINES[one.engine].next_fidelity is None]
+        sampled = [one for one in whole if one.mean_power.stderr is not None]
         return min(closed or sampled or self.estimates, key=lambda e: e.mean_power.stderr or 0.0)
+
+    @property
+    def physical(self) -> bool:
+        """Whether its numbers have SI units."""
+        return self.reference.physical
+
+    @property
+    def reference_engine(self) -> str:
+        """The engine of the reference."""
+        return self.reference.engine
 
     def z(self, estimate: Estimate) -> float | None:
         """The z-score of an estimate's power against the reference; None for the reference itself."""
@@ -103,60 +124,53 @@ class Comparison:
         reference = self.reference.mean_power.value
         return estimate.mean_power.value / reference if reference else None
 
+    @property
+    def answers(self) -> dict[str, Estimate]:
+        """The estimates by their engines."""
+        return {one.engine: one for one in self.estimates}
+
+    @property
+    def engines(self) -> list[dict[str, Any]]:
+        """The estimates as data, each with its ratio and its z-score."""
+        return [{**plain(one), "ratio": self.ratio(one), "z": self.z(one)} for one in self.estimates]
+
+    @property
+    def table(self) -> Table:
+        """A row for each engine: its power, how far that is from the reference's, and what it took."""
+        ratios = [self.ratio(one) for one in self.estimates]
+        columns = (
+            Column("engine", [one.engine for one in self.estimates]),
+            Column("mean_power", [one.mean_power for one in self.estimates], self.unit_names.power),
+            Column("difference", [None if one is None else 100.0 * (one - 1.0) for one in ratios], "%"),
+            Column("z", [self.z(one) for one in self.estimates]),
+            Column("seconds", [one.seconds for one in self.estimates], "s"),
+        )
+        return Table(columns, f"against {self.reference_engine}")
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Why engines did not run."""
+        return tuple(note("did_not_run", engine, why=why) for engine, why in self.refused.items())
+
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The engines, and the paths, as a matplotlib figure."""
         return figures.comparison(self.estimates, self.paths, title)
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        rows = [e.as_json() | {"ratio": self.ratio(e), "z": self.z(e)} for e in self.estimates]
-        paths = [
-            {"scene": p.title, "spice_rms_error": p.spice_error, "decoupled_rms_error": p.decoupled_error}
-            for p in self.paths
-        ]
-        return {"reference": self.reference.engine, "engines": rows, "refused": self.refused, "paths": paths}
 
-    def __str__(self) -> str:
-        lines = [str(estimate) for estimate in self.estimates]
-        lines.append(f"against {self.reference.engine}:")
-        for estimate in self.estimates:
-            if estimate is not self.reference:
-                ratio, z = self.ratio(estimate), self.z(estimate)
-                text = "" if ratio is None else f"power times {ratio:.4g}"
-                lines.append(f"  {estimate.engine:<10} {text}" + ("" if z is None else f", z = {z:.2f}"))
-        lines += [
-            f"one path {path.title}: relative RMS error of V, ngspice against exact {path.spice_error:.1e}, "
-            f"published (V decoupled from x and x') against ngspice {path.decoupled_error:.2g}"
-            for path in self.paths
-        ]
-        return "\n".join(lines + [f"{name} did not run: {why}" for name, why in self.refused.items()])
-
-    def _repr_html_(self) -> str:
-        from harvester.presentation import html
-
-        rows = []
-        for one in self.estimates:
-            ratio, z = self.ratio(one), self.z(one)
-            cells = ("" if ratio is None else f"{ratio:.4g}", "" if z is None else f"{z:.2f}", f"{one.seconds:.2g}")
-            rows.append((one.engine, one.mean_power.format(one.unit_names.power), *cells))
-        notes = [f"{name} did not run: {why}" for name, why in self.refused.items()]
-        notes += [f"warning, {one.engine}: {word}" for one in self.estimates for word in one.warnings]
-        head = ("engine", "mean power", f"over {self.reference.engine}", "z", "seconds")
-        return html.table("engines side by side", head, rows, notes)
-
-
+@as_in_version_0_1("seed")
 def compare(
     scene: AnyScene,
-    seed: int = 0,
     *,
+    seed: int = 0,
     engines: Sequence[Named] | None = None,
-    tick: Callable[[float, str], None] | None = None,
+    execution: Execution = DEFAULT,
     **options: Any,
 ) -> Comparison:
     """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
 
     ``engines`` (or their names) stand for every engine.  ``options`` go to those that sample (see
-    `harvester.engines.Ensemble`).  ``tick`` is called with the fraction done and what is at work.
+    `harvester.engines.Ensemble`).  Into the folder of its `Execution` it writes compare.csv, compare.png and
+    provenance.json.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
@@ -166,44 +180,56 @@ def compare(
 
     Raises
     ------
+    InputError
+        for an engine or option that there is not, a folder that cannot be written, and what `Execution` has for other
+        studies.
     HarvesterError
         when no engine can serve the scene, the error of the last.
     """
+    execution.only("compare", "out", "formats", "progress")
     problem = Problem.of(scene)
-    estimates: list[Estimate] = []
-    refused: dict[str, str] = {}
-    drawn = True  # the paths are, unless the published decoupled V, one of the three, has no meaning
-    last: HarvesterError | None = None
+    folder = OutputFolder.of(execution)
     chosen = engines_of(list(refusals(problem)) if engines is None else engines, seed=seed, **options)
-    names = [one.NAME for one in chosen]
-    total, done = sum(WEIGHTS[name] for name in names) + WEIGHTS["paths"], 0.0
+    estimates: list[Estimate] = []
+    refused: dict[str, HarvesterError] = {}
+    total, done = sum(one.share_of_time for one in chosen) + PATHS, 0.0
+    with contextlib.closing(execution.progress) as progress:
+        progress.start()
+        for engine in chosen:
+            part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
+            part.step(0.0)
+            try:
+                estimates.append(engine.run(problem, part.step))
+            except (CannotServeError, MissingProgramError, SimulationError) as error:
+                refused[engine.NAME] = error
+            done += engine.share_of_time
+        if not estimates:
+            raise list(refused.values())[-1]
+        progress.step(done / total, "paths")
+        drawn = _has_paths([engine.NAME for engine in chosen], refused)
+        paths = tuple(_paths(problem, seed)) if drawn else ()
+    found = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
+    if folder is not None:
+        folder.save("compare", found.table.csv(), found.plot(problem.scene.title), provenance(problem, seed=seed))
+    return found
 
-    def tell(fraction: float, what: str) -> None:
-        if tick is not None:
-            tick((done + WEIGHTS[what] * fraction) / total, what)
 
-    for name, engine in zip(names, chosen, strict=True):
-        tell(0.0, name)
-        try:
-            estimates.append(engine.run(problem, partial(tell, what=name)))
-        except (CannotServeError, MissingProgramError, SimulationError) as error:
-            refused[name], last = str(error), error
-            drawn = drawn and not (name == Published.NAME and isinstance(error, CannotServeError))
-        done += WEIGHTS[name]
-    if not estimates:
-        assert last is not None
-        raise last
-    paths: list[PathComparison] = []
-    tell(0.0, "paths")
-    if drawn and Spice.NAME in names and Spice.NAME not in refused:
-        bare = Problem(problem.scene.without_stop())
-        pairs = [("without the stop", bare)]
-        if bare.scene != problem.scene:
-            pairs.insert(0, ("with the stop", problem))
-        for title, one in pairs:
-            with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
-                paths.append(one_path(one, title, seed))
-    return Comparison(tuple(estimates), refused, tuple(paths))
+def _has_paths(names: Sequence[str], refused: dict[str, HarvesterError]) -> bool:
+    """Whether paths are drawn: ngspice ran, and the published decoupled V, one of the three, has a meaning."""
+    meaningless = isinstance(refused.get(Published.NAME), CannotServeError)
+    return Spice.NAME in names and Spice.NAME not in refused and not meaningless
+
+
+def _paths(problem: Problem, seed: int) -> list[PathComparison]:
+    """One path with the stop, where there is one, and one without."""
+    found, bare = [], Problem(problem.scene.without_stop())
+    pairs = [("without the stop", bare)]
+    if bare.scene != problem.scene:
+        pairs.insert(0, ("with the stop", problem))
+    for title, one in pairs:
+        with contextlib.suppress(UnboundedResponseError):  # the stop may be all that bounds the response
+            found.append(one_path(one, title, seed))
+    return found
 
 
 def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:

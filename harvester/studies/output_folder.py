@@ -10,6 +10,7 @@ from typing import Any
 from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine import files
+from harvester.machine.execution import Execution
 from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
 
@@ -59,6 +60,11 @@ class OutputFolder:
     def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:
         files.check_vector(vector)
         self.path, self.vector = files.folder(out), vector
+
+    @staticmethod
+    def of(execution: Execution) -> "OutputFolder | None":
+        """The folder of an execution; None where nothing is to be written."""
+        return None if execution.out is None else OutputFolder(execution.out, execution.formats)
 
     def table(self, name: str, lines: str | Iterable[str]) -> None:
         """Write ``name``.csv from its text or lines."""

@@ -185,7 +185,7 @@ def test_notebook():
         (answer, ["averaged", answer.mean_power.format("W"), "note: a < b"]),
         (table, ["load.resistance", "mean power", "error, 95 %", "published", "1 Mohm"]),
         (best, ["load.resistance", best.mean_power.format("W")]),
-        (comparison, ["averaged", "published", "spice did not run: no <ngspice>"]),
+        (comparison, ["averaged", "published", "note: spice: did not run: no <ngspice>"]),
     ):
         page = Html(thing._repr_html_())
         assert page.tags <= {"div", "table", "caption", "thead", "tbody", "tr", "th", "td"}

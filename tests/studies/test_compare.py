@@ -7,6 +7,7 @@ import harvester as hv
 from harvester import figures
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.machine.progress import CallingBack
 from harvester.studies.compare import compare, one_path
 from tests.support.systems import PAPER, scene
 
@@ -17,10 +18,10 @@ def test_path_with_and_without_the_stop():
     """The decoupled V follows within 10 % without the stop, and misses by more than half with it."""
     stop = one_path(Problem(scene(PAPER)), "with", dt=0.05)
     bare = one_path(Problem(scene(PAPER).without_stop()), "without", dt=0.05)
-    assert stop.spice_error < 1e-5
-    assert bare.spice_error < 1e-5
-    assert bare.decoupled_error < 0.1
-    assert stop.decoupled_error > 0.5
+    assert stop.spice_rms_error < 1e-5
+    assert bare.spice_rms_error < 1e-5
+    assert bare.decoupled_rms_error < 0.1
+    assert stop.decoupled_rms_error > 0.5
     assert stop.t[-1] == pytest.approx(100.0, abs=1.0)
     assert (stop.x >= 0).all()
     # What is wrong with it: a mean that the true voltage does not have
@@ -60,3 +61,20 @@ def test_a_stop_that_is_all_that_bounds_the_response():
     )
     assert {"ensemble", "spice"} <= {e.engine for e in result.estimates}
     assert [p.title for p in result.paths] == ["with the stop"]
+
+
+def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
+    """Nothing without a folder; with one the table of the text, its figure, and where they are from."""
+    monkeypatch.chdir(tmp_path)
+    told = []
+    progress = CallingBack(lambda done, what: told.append((round(done, 6), what)))
+    found = compare(scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(progress=progress))
+    assert list(tmp_path.iterdir()) == []
+    assert [what for _, what in told] == ["published", "averaged", "paths"] and told == sorted(told)
+    again = compare(scene(PAPER), engines=["published", "averaged"], execution=hv.Execution(out="out"))
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"compare.csv", "compare.png", "provenance.json"}
+    rows = (tmp_path / "out" / "compare.csv").read_text().splitlines()
+    assert rows[1].split(",")[1] == f"{again.estimates[0].mean_power.value:.9g}"
+    assert str(found).splitlines()[1].strip() == "against averaged" and "%" in str(found)
+    with pytest.raises(hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"):
+        compare(scene(PAPER), execution=hv.Execution(workers=2))

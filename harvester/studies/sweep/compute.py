@@ -57,7 +57,7 @@ def compute_table(
             raise InputError(f"`engine` must name each only once, but names {name!r} twice")
     points.check(scene)
     about = _provenance(scene, points, engines)
-    folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+    folder = OutputFolder.of(execution)
     with (
         contextlib.closing(execution.progress),
         contextlib.closing(Journal(None if folder is None else folder.path)) as journal,
