@@ -44,21 +44,25 @@ def take(values: dict[str, Any]) -> Any:
     """
     bimorph, unimorph, parallel = (values.pop(name) for name in ("bimorph", "unimorph", "parallel"))
     texts = {name: values.pop(name) for name in (*SIZES, *TEXTS)}
-    given = [name for name, text in texts.items() if text is not None]
-    if bimorph and unimorph:
-        raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
+    given = [name for name, text in texts.items() if text is not None] + ["parallel"] * bool(parallel)
     if not (bimorph or unimorph):
-        if given or parallel:
-            name = given[0] if given else "parallel"
-            raise InputError(f"`bimorph` or `unimorph` must be given with `{name}`, but neither is")
+        if given:
+            raise InputError(f"`bimorph` or `unimorph` must be given with `{given[0]}`, but neither is")
         return None
-    if parallel and unimorph:
-        raise InputError("`parallel` must go with `bimorph`, for a unimorph has one layer, but is given")
+    _check_layers(bimorph, unimorph, parallel)
     missing = [name for name in (*NEEDED, *TEXTS) if texts[name] is None]
     if missing:
         names = ", ".join(f"`{name}`" for name in missing)
         raise InputError(f"these must be given for the geometry: {names}, but are left out")
     return _beam(texts, bimorph, parallel)
+
+
+def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:
+    """Refuse both kinds of beam at once, and two layers in parallel where there is one."""
+    if bimorph and unimorph:
+        raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
+    if parallel and unimorph:
+        raise InputError("`parallel` must go with `bimorph`, for a unimorph has one layer, but is given")
 
 
 def _beam(texts: dict[str, str | None], bimorph: bool, parallel: bool) -> Any:

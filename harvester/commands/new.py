@@ -19,7 +19,10 @@ from harvester.devices.datasheet import FIELDS, LOAD
 from harvester.errors import InputError, invalid
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from harvester.equations.problem import Problem
+    from harvester.presentation.diagnostic import Diagnostic
 
 
 MOST_POINTS = 301  # of a sweep of frequencies that is proposed
@@ -82,14 +85,7 @@ def new(
     check(path, force)  # before anybody answers questions
     beam = take(values)
     texts = {name: value for name, value in values.items() if value is not None}
-    made = None
-    if beam is not None:
-        from harvester.devices.beam import check_alone, lumped
-
-        check_alone(texts)
-        made = lumped(beam)
-        texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
-        texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
+    made = None if beam is None else _from_geometry(beam, texts)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -99,16 +95,7 @@ def new(
         netlist = _netlist(netlist, path)
     problem = write(path, scene_tables(texts, title or "", netlist, _parameters(parameters)), force)
     found = meaning(problem)
-    remarks = list(found.remarks)
-    if made is not None:
-        from harvester.devices.beam import remarks_on
-        from harvester.studies.extremes.extremes import has_lifetime
-
-        remarks = remarks_on(beam, made, has_lifetime(problem)) + remarks
-    words = [typed(f"warning: {one}" if one.severity == "warning" else one.line) for one in remarks]
-    if not any(one.about in ("load", "best load") for one in remarks):
-        whose = "a netlist's is " if problem.netlist is not None else ""
-        words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
+    words = _words(problem, [*_on_geometry(beam, made, problem), *found.remarks], file)
     lines = next_lines(problem, file, found.facts)
     if as_json:
         numbers = {name: value for name, value, _, _ in found.numbers}
@@ -116,6 +103,36 @@ def new(
         click.echo(json.dumps({**answer, "words": words, "next": lines}, allow_nan=False))
         return
     echo("\n".join([f"written: {file}", "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
+
+
+def _from_geometry(beam: Any, texts: dict[str, str]) -> Any:
+    """The lumped values of a beam, which are put among the texts."""
+    from harvester.devices.beam import check_alone, lumped
+
+    check_alone(texts)
+    made = lumped(beam)
+    texts |= {name: f"{getattr(made, name):.7g}" for name in ("mass", "stiffness", "coupling", "capacitance")}
+    texts.setdefault("strain_per_displacement", f"{made.strain:.7g}")
+    return made
+
+
+def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]":
+    """What was made of the geometry, where there is one."""
+    if made is None:
+        return []
+    from harvester.devices.beam import remarks_on
+    from harvester.studies.extremes.extremes import has_lifetime
+
+    return remarks_on(beam, made, has_lifetime(problem))
+
+
+def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
+    """The remarks in sentences, and how the best load is found where they do not say it."""
+    words = [typed(f"warning: {one}" if one.severity == "warning" else one.line) for one in remarks]
+    if not any(one.about in ("load", "best load") for one in remarks):
+        whose = "a netlist's is " if problem.netlist is not None else ""
+        words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
+    return words
 
 
 def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:

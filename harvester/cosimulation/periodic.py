@@ -175,11 +175,8 @@ def periodic_response(
     stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
     if near and stays and (found := _settled(path, section, near.turns, linear, known, linear)):
         return found
-    section, drive = path.run(section, path.periods(FIRST if near is None else 1) * path.size, stride=1)
-    quiet, away = quiet_kick(drive.readings[-path.size :, 3])
-    if near is None or away < QUIET * path.size:
-        section, _ = path.run(section, quiet)
-        path.phase, known = (path.phase + quiet / path.size) % 1.0, None
+    section, moved = _to_a_quiet_phase(path, section, near is None)
+    known = None if moved else known
     longest = path.periods(LONGEST, 2 * MULTIPLES)
     for _ in range(0 if linear else WANDERS):
         again, section = path.wander(section, longest)
@@ -189,6 +186,17 @@ def periodic_response(
         return found
     again, section = path.wander(section, 2 * longest)
     return _settled(path, section, again, False) if again else None
+
+
+def _to_a_quiet_phase(path: _Path, section: CoupledState, from_rest: bool) -> tuple[CoupledState, bool]:
+    """Go on to a phase of the drive at which the motion is quiet: the section there, and whether it moved."""
+    section, drive = path.run(section, path.periods(FIRST if from_rest else 1) * path.size, stride=1)
+    quiet, away = quiet_kick(drive.readings[-path.size :, 3])
+    if not from_rest and away >= QUIET * path.size:
+        return section, False
+    section, _ = path.run(section, quiet)
+    path.phase = (path.phase + quiet / path.size) % 1.0
+    return section, True
 
 
 def same_response(

@@ -23,29 +23,7 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
     a new value every T/`POINTS` of root mean square sqrt(G/(2 dt)), so that the one-sided density at low frequencies is
     G.  Other noise is one draw of ``duration`` (s), point by point, from the ``seed``.
     """
-    excitation = problem.scene.excitation or Excitation()
-    spacing = 2.0 * math.pi / (problem.scales.frequency * POINTS)
-    sources = []
-    if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
-        amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
-        sources.append(f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite")
-        sources.append(f"Vharmonic {{}} SIN(0 {-amplitude:.10g} {frequency:.10g} 0 0 90)")
-    density = excitation.acceleration_psd
-    if density and not excitation.filtered:
-        size = math.sqrt(density / (2.0 * spacing))
-        sources.append(
-            f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {spacing:.10g} s"
-        )
-        sources.append(
-            "* (TRNOISE is known to ngspice and KiCad; ngspice draws other values in each run, whatever its seed)"
-        )
-        sources.append(f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {spacing:.10g} 0 0)")
-    if (record := problem.equations.record) is not None:
-        sources.append("* The record, once, from its beginning; between its points a straight line")
-        sources += _points("Vrecord", *_recorded(problem, record))
-    elif problem.equations.coloured is not None or problem.equations.density is not None:
-        sources.append(f"* One draw of {duration:g} s of the scene's noise, of seed {seed}")
-        sources += _points("Vdrawn", *_drawn(problem, duration, spacing, seed))
+    sources = [*_periodic_and_white(problem), *_from_points(problem, duration, seed)]
     count = sum("{}" in line for line in sources)
     if not count:
         return
@@ -59,6 +37,36 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
         else:
             yield line
     yield f".ends {name}_base"
+
+
+def _spacing(problem: Problem) -> float:
+    """The time between points of noise, in s."""
+    return 2.0 * math.pi / (problem.scales.frequency * POINTS)
+
+
+def _periodic_and_white(problem: Problem) -> Iterator[str]:
+    """The sources that a simulator draws itself: a harmonic drive, and white noise."""
+    excitation, spacing = problem.scene.excitation or Excitation(), _spacing(problem)
+    if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:
+        amplitude, frequency = excitation.acceleration_amplitude, excitation.frequency
+        yield f"* Harmonic: {amplitude:.10g} m/s^2, {frequency:.10g} Hz; the mass is pushed by its opposite"
+        yield f"Vharmonic {{}} SIN(0 {-amplitude:.10g} {frequency:.10g} 0 0 90)"
+    density = excitation.acceleration_psd
+    if density and not excitation.filtered:
+        size = math.sqrt(density / (2.0 * spacing))
+        yield f"* White noise of one-sided density {density:.10g} (m/s^2)^2/Hz, a value every {spacing:.10g} s"
+        yield "* (TRNOISE is known to ngspice and KiCad; ngspice draws other values in each run, whatever its seed)"
+        yield f"Vnoise {{}} DC 0 TRNOISE({size:.10g} {spacing:.10g} 0 0)"
+
+
+def _from_points(problem: Problem, duration: float, seed: int) -> Iterator[str]:
+    """The source that is written point by point: a record, or one draw of other noise."""
+    if (record := problem.equations.record) is not None:
+        yield "* The record, once, from its beginning; between its points a straight line"
+        yield from _points("Vrecord", *_recorded(problem, record))
+    elif problem.equations.coloured is not None or problem.equations.density is not None:
+        yield f"* One draw of {duration:g} s of the scene's noise, of seed {seed}"
+        yield from _points("Vdrawn", *_drawn(problem, duration, _spacing(problem), seed))
 
 
 def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:

@@ -109,17 +109,22 @@ def scene_tables(
     tables: Tables = {"": [Entry("title", title, "")] if title else []}
     tables |= {"oscillator": _oscillator(values, written), "piezo": _piezo(values, written)}
     tables |= {"stop": [], "excitation": [], "load": []}
-    for name, (table, key, comment) in _COPIED.items():
-        if name in texts:
-            value = [one.strip() for one in words[name].split(",")] if name == "harmonics" else None
-            whose = "of the profile" if key in SHARED and "profile" in texts else comment
-            tables[table].append(Entry(key, value or {**written, **words}[name], whose))
+    _copy(texts, {**written, **words}, tables)
     if netlist is not None:
         tables["load"].append(Entry("netlist", netlist, "a file of netlists/, or a path"))
     if parameters:
         numbers = {name: _parameter(name, text) for name, text in parameters.items()}
         tables["load"].append(Entry("parameters", numbers, "of the netlist"))
     return tables
+
+
+def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: Tables) -> None:
+    """Put what stands in the scene as it stands in the datasheet into its tables."""
+    for name, (table, key, comment) in _COPIED.items():
+        if name in texts:
+            value = [one.strip() for one in texts[name].split(",")] if name == "harmonics" else values[name]
+            whose = "of the profile" if key in SHARED and "profile" in texts else comment
+            tables[table].append(Entry(key, value, whose))
 
 
 def _oscillator(values: dict[str, float], written: dict[str, float | str]) -> list[Entry]:

@@ -175,25 +175,28 @@ class Draft:
         found: dict[str, Any] = {"title": self.title} if self.title else {}
         if not self.physical:
             found["nondimensional"] = {}
-        for effect in self.effects:
-            for key in effect.keys if self.has(effect) else ():
-                table, name = key.split(".", 1)
-                if name in FILES:
-                    if key not in self.files:
-                        raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
-                    found.setdefault(table, {})[name] = self.files[key]
-                elif key == HARMONICS:
-                    found.setdefault(table, {})[name] = [one.strip() for one in self.words[key].split(",")]
-                elif key in WORDS:
-                    found.setdefault(table, {})[name] = self.words[key]
-                elif key in self.texts:
-                    found.setdefault(table, {})[name] = in_file(key, self.texts[key])
+        for key in (key for effect in self.effects if self.has(effect) for key in effect.keys):
+            table, name = key.split(".", 1)
+            if (value := self._in_file(key)) is not None:
+                found.setdefault(table, {})[name] = value
         if self.netlist is not None:
             values = {key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self.parameters}
             found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
         return found
+
+    def _in_file(self, key: str) -> Any:
+        """What a scene file has for a key; None where it has no text."""
+        if key.partition(".")[2] in FILES:
+            if key not in self.files:
+                raise InputError(f"{key} must be a CSV file, but none is open: open one under 'Open and save'")
+            return self.files[key]
+        if key == HARMONICS:
+            return [one.strip() for one in self.words[key].split(",")]
+        if key in WORDS:
+            return self.words[key]
+        return in_file(key, self.texts[key]) if key in self.texts else None
 
     def scene(self) -> Scene:
         """The scene; InputError with the first thing that is wrong."""

@@ -138,28 +138,29 @@ class Knobs:
     def refresh(self) -> None:
         """Show what the draft says: values, switches, what is there to be seen, and the circuit."""
         self._quiet = True
-        for effect, block in self._blocks.items():
-            here = self.draft.has(effect)
-            block.visible = possible(effect, self.draft.on)
-            self._bodies[effect].visible = here
-            if here:
-                self._fill(effect)
-            if effect in self.switches:
-                self.switches[effect].value = here
-            for pane, key in zip(
-                [one for one in self._bodies[effect].objects if isinstance(one, pn.pane.HTML)],
-                [key for key in effect.keys if key.partition(".")[2] in FILES],
-                strict=False,
-            ):
-                path = self.draft.files.get(key, "")
-                told = path.rpartition("/")[2] or "none yet: open a CSV file above"
-                pane.object = f'<span style="font-size:13px">{escape(told)}</span>'
+        for effect in self._blocks:
+            self._refresh_effect(effect)
         for knob in (one for some in self.knobs.values() for one in some):
             knob.refresh()
         for name, button in self.pictures.items():
             chosen = name == (self.draft.netlist or ("resistor" if self.draft.loaded else ""))
             button.css_classes = ["circuit", f"circuit-{name}", *(["chosen"] if chosen else [])]
         self._quiet = False
+
+    def _refresh_effect(self, effect: Effect) -> None:
+        """Show whether an effect is there, its knobs, and the names of its files."""
+        here = self.draft.has(effect)
+        self._blocks[effect].visible = possible(effect, self.draft.on)
+        self._bodies[effect].visible = here
+        if here:
+            self._fill(effect)
+        if effect in self.switches:
+            self.switches[effect].value = here
+        panes = [one for one in self._bodies[effect].objects if isinstance(one, pn.pane.HTML)]
+        files = [key for key in effect.keys if key.partition(".")[2] in FILES]
+        for pane, key in zip(panes, files, strict=False):
+            name = self.draft.files.get(key, "").rpartition("/")[2] or "none yet: open a CSV file above"
+            pane.object = f'<span style="font-size:13px">{escape(name)}</span>'
 
     def slide_of(self, key: str) -> Slide:
         """The range of a key's slider."""

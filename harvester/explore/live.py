@@ -109,18 +109,22 @@ def live(
         answers = _answers(engine(), base, key_of_base, places, overtaken)
         if answers is None:
             return None
-        here, at_places = answers
-        if isinstance(here, Estimate):
-            found.here[name] = here
-        else:
-            found.refused[name] = str(here)
+        _take(found, name, *answers)
         if curves is not None:
             found.curves.update({name: curves[name]} if name in curves else {})
-        elif len(at_places) > 1:
-            found.curves[name] = _curve(at_places, slide)
+        elif len(answers[1]) > 1:
+            found.curves[name] = _curve(answers[1], slide)
         if first and found.here:
             return found
     return found
+
+
+def _take(found: Live, name: str, here: Estimate | HarvesterError, _: object) -> None:
+    """Put an engine's answer at the working point, or its error, where it belongs."""
+    if isinstance(here, Estimate):
+        found.here[name] = here
+    else:
+        found.refused[name] = str(here)
 
 
 def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:

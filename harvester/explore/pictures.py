@@ -112,11 +112,26 @@ class PowerPlot:
         scaled = 10.0**self.power
         digits = "" if live.problem.physical or self.power == 0 else f"10^{self.power}, "
         self.plot.yaxis.axis_label = f"mean power ({unit or digits + 'nondimensional'})"
+        self._show_curves(live, pinned, scaled)
+        self._show_runs(runs, scaled)
+        self.here.location = live.at
+        top = max((one for one in tops if math.isfinite(one)), default=0.0)
+        self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
+
+    def _show_curves(self, live: Live, pinned: Live | None, scaled: float) -> None:
+        """Draw the formulas' curves, and that of the pinned design, over ``scaled``."""
         for engine in FORMULAS:
             curve = live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(engine + ", with a resistor instead" * live.instead)
+        ghost = _main(pinned)
+        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        _put(self.ghost.data_source, drawn)
+        self.items["pinned"].visible = ghost is not None
+
+    def _show_runs(self, runs: list[dict[str, Any]], scaled: float) -> None:
+        """Draw the runs of each engine with their errors; paler those of another scene."""
         for engine in SAMPLERS:
             mine = [run for run in runs if run["engine"] == engine]
             y, error = (np.array([run[name] for run in mine], dtype=float) / scaled for name in ("y", "error"))
@@ -124,13 +139,6 @@ class PowerPlot:
             data = {"x": [run["x"] for run in mine], "y": y, "low": y - error, "high": y + error, "alpha": alpha}
             _put(self.curves[engine].data_source, data)
             self.items[engine].visible = bool(mine)
-        ghost = _main(pinned)
-        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
-        _put(self.ghost.data_source, drawn)
-        self.items["pinned"].visible = ghost is not None
-        self.here.location = live.at
-        top = max((one for one in tops if math.isfinite(one)), default=0.0)
-        self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
 
 
 def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:

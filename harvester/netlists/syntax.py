@@ -46,5 +46,9 @@ def _count_of_nodes(kind: str, tokens: list[str], models: Set[str]) -> int:
         return 4 if len(words) > 5 and words[4] not in models and words[5] in models else NODES[kind]
     if kind == "m":
         return 3 if len(words) > 4 and words[4] in models else 4
-    controlled = len(words) > 3 and not words[3].startswith(_NO_CONTROL_NODES) and "=" not in words[3]
-    return 4 if kind in "egs" and controlled else NODES.get(kind, 0)
+    return 4 if kind in "egs" and _names_a_node(words[3:4]) else NODES.get(kind, 0)
+
+
+def _names_a_node(word: list[str]) -> bool:
+    """Whether the fourth word of an E, G or S is a node that controls it, and no other form's beginning."""
+    return bool(word) and not word[0].startswith(_NO_CONTROL_NODES) and "=" not in word[0]

@@ -129,7 +129,9 @@ class Table:
         """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
         found = {name: map(repr, cells) if of[name].exact else cells for name, cells in self.plain().items()}
-        heads = [f"{name} ({unit})" if units and (unit := _unit(of[name], name)) else name for name in found]
+        heads = [
+            f"{name} ({of[name].unit})" if units and of[name].unit and name == of[name].name else name for name in found
+        ]
         return csv_lines(heads, zip(*found.values(), strict=True))
 
     def npz(self) -> bytes:

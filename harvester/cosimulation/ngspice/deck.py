@@ -64,13 +64,7 @@ def build_deck(
     across = open_circuit - (nodes or {}).get("p", terminals)
     piezo, current = [f"Cp drive p {capacitance!r} ic={across!r}"], "vdrive"
     if norton:
-        piezo = [
-            f"Ccopy drive 0 {capacitance!r} ic={open_circuit!r}",
-            "Fpiezo 0 m Vdrive -1",
-            f"Cp m 0 {capacitance!r} ic={terminals!r}",
-            "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
-        ]
-        current = "vmeter"
+        piezo, current = _norton(capacitance, open_circuit, terminals), "vmeter"
     elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
     time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing or 0.0)
@@ -82,7 +76,7 @@ def build_deck(
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
     if nodes is not None:
         saved = ["all", "@r.xload.rload[p]"]
-    saved += [one for name in probes if (one := name if name.startswith("@") else f"v({name})") not in saved]
+    saved = list(dict.fromkeys([*saved, *(name if name.startswith("@") else f"v({name})" for name in probes)]))
     text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
     cards = [
         text,
@@ -92,6 +86,16 @@ def build_deck(
         ".end",
     ]
     return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None, tuple(probes))
+
+
+def _norton(capacitance: float, open_circuit: float, terminals: float) -> list[str]:
+    """The piezo as a current in parallel with Cp: that of a copy of Cp on the source."""
+    return [
+        f"Ccopy drive 0 {capacitance!r} ic={open_circuit!r}",
+        "Fpiezo 0 m Vdrive -1",
+        f"Cp m 0 {capacitance!r} ic={terminals!r}",
+        "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
+    ]
 
 
 def integration_options(

@@ -172,20 +172,23 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         api = self._ngspice_shared
         lines = [ffi.new("char[]", line.encode()) for line in [*deck.text.splitlines(), ""]]
         self.loaded = not api.ngSpice_Circ(ffi.new("char *[]", [*lines, ffi.NULL]))
-        if self.loaded and not self.lost:
-            api.ngSpice_Command(b"run")
-        if self.loaded and not self.lost and deck.smoothing:
-            found = api.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
+        steps = [lambda: api.ngSpice_Command(b"run"), lambda: self._keep(deck)]
+        steps += [lambda: api.ngSpice_Command(b"destroy all"), lambda: api.ngSpice_Command(b"remcirc")]
+        for step in steps:
+            if self.loaded and not self.lost:  # a run that was given up, or a fatal error, ends all
+                step()
+
+    def _keep(self, deck: Deck) -> None:
+        """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes."""
+        if deck.smoothing:
+            found = self._ngspice_shared.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
             self.smoothing = float(found.v_realdata[0]) if found and found.v_length else 0.0
         last = float(self.state["noise_size"][0] * self.state["h"][0] / self.state["w0"][0])
-        if self.loaded and not self.lost and deck.keeps and self.state["t"][0] > last:
+        if deck.keeps and self.state["t"][0] > last:
             at = int(np.argmin(np.abs(self._vector("time") - last)))
             self.nodes = {name: float(self._vector(name)[at]) for name in self.names}
-        if self.loaded and not self.lost and deck.probes and self.state["t"][0] > 0.0:
+        if deck.probes and self.state["t"][0] > 0.0:
             self.series = {name: self._vector(name).copy() for name in ("time", *deck.probes)}
-        for command in (b"destroy all", b"remcirc"):
-            if self.loaded and not self.lost:
-                api.ngSpice_Command(command)
 
     def _vector(self, name: str) -> Floats:
         """A vector of the present run, which ngspice keeps until the run is forgotten."""
