@@ -2,6 +2,7 @@
 
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
+from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
@@ -9,4 +10,16 @@ from harvester.engines.published import Published
 from harvester.engines.selection import ENGINES, engine, serving
 from harvester.engines.spice.spice import Spice
 
-__all__ = ["ENGINES", "Averaged", "Cheapest", "Ensemble", "Exact", "Ideal", "Published", "Spice", "engine", "serving"]
+__all__ = [
+    "ENGINES",
+    "Averaged",
+    "Cheapest",
+    "Density",
+    "Ensemble",
+    "Exact",
+    "Ideal",
+    "Published",
+    "Spice",
+    "engine",
+    "serving",
+]

@@ -61,10 +61,12 @@ class Request:
     budget: NumberOrText = NumberOrText(seconds)
     seed: int = 0
 
+    FINEST: ClassVar[float] = 1e-5  # the least ``within`` that may be asked for
+
     def __post_init__(self) -> None:
         _check_positive(self, "within", "budget")
-        if self.within is not None and not 1e-5 <= self.within < 1.0:
-            raise invalid("`within`", "be between 0.001% and 100%", f"{self.within:.3g}")
+        if self.within is not None and not self.FINEST <= self.within < 1.0:
+            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", f"{self.within:.3g}")
         if self.seed < 0:
             raise invalid("`seed`", "be at least 0", self.seed)
 

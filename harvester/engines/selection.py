@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
+from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
@@ -19,7 +20,7 @@ from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
 ENGINES: dict[str, type[Engine]] = {
-    engine.NAME: engine for engine in (Exact, Published, Averaged, Ensemble, Ideal, Spice)
+    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Spice)
 }
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 

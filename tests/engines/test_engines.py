@@ -303,7 +303,7 @@ def test_the_default_engine():
     assert default_engine(BRIDGE) == default_engine(BRIDGE, dt=1e-3) == "spice"
     assert default_engine(PLATE, within=0.01, dt=1e-3) == "cheapest"
     assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["spice"])
-    assert default_engines(scene(PAPER)) == ["published", "averaged", "ensemble", "spice"]
+    assert default_engines(scene(PAPER)) == ["published", "averaged", "density", "ensemble", "spice"]
     chosen = hv.run(PLATE, within="1%")
     assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: the error that it states, ")
     assert chosen.mean_power == hv.run(PLATE).mean_power
@@ -313,8 +313,8 @@ def test_the_default_engine():
 
 def test_engines_that_serve_a_scene():
     """Formulas are not tried where they would refuse; the exact one comes first."""
-    assert hv.engines.serving(PLATE) == ["exact", "published", "averaged", "ensemble", "spice"]
-    assert hv.engines.serving(hv.load("examples/plate_preloaded.toml")) == ["averaged", "ensemble", "spice"]
+    assert hv.engines.serving(PLATE) == ["exact", "published", "averaged", "density", "ensemble", "spice"]
+    assert hv.engines.serving(hv.load("examples/plate_preloaded.toml")) == ["averaged", "density", "ensemble", "spice"]
     assert hv.engines.serving(hv.load("examples/plate_harmonic.toml")) == ["exact", "ensemble", "spice"]
 
 
@@ -351,7 +351,7 @@ def test_stability_is_that_of_rest_at_zero():
 @pytest.mark.ngspice
 def test_compare_draws_no_path_where_the_decoupled_voltage_has_no_meaning():
     compared = compare(scene(changed(PAPER, gap=0.3, c1=-0.3)), trajectories=4, duration=5.0)
-    assert {e.engine for e in compared.estimates} == {"averaged", "ensemble", "spice"}
+    assert {e.engine for e in compared.estimates} == {"averaged", "density", "ensemble", "spice"}
     assert set(compared.refused) == {"exact", "published"}
     assert compared.paths == ()
 

@@ -225,6 +225,7 @@ def test_engines_are_told_apart_without_colour():
         "exact": "#000000",
         "published": "#D55E00",
         "averaged": "#009E73",
+        "density": "#8C6D1F",
         "ensemble": "#888888",
         "ideal": "#CC79A7",
         "spice": "#0072B2",

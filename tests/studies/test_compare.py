@@ -30,7 +30,7 @@ def test_path_with_and_without_the_stop():
 
 def test_comparison_has_every_engine_and_its_z():
     result = compare(scene(PAPER), trajectories=32, duration=200.0)
-    assert [e.engine for e in result.estimates] == ["published", "averaged", "ensemble", "spice"]
+    assert [e.engine for e in result.estimates] == ["published", "averaged", "density", "ensemble", "spice"]
     told = result.as_json()
     rows = {row["engine"]: row for row in told["engines"]}
     reference = rows.pop(told["reference"])
@@ -47,7 +47,7 @@ def test_engines_that_cannot_serve_are_named():
     result = compare(bridge, trajectories=2, duration=10.0)
     assert [e.engine for e in result.estimates] == ["ideal", "spice"]
     assert result.reference.engine == "spice"
-    assert set(result.refused) == {"exact", "published", "averaged", "ensemble"}
+    assert set(result.refused) == {"exact", "published", "averaged", "density", "ensemble"}
     assert result.paths == ()
     assert result.reference.engine == "spice"
     assert np.isfinite(result.estimates[0].mean_power.value)

@@ -251,7 +251,7 @@ def test_table(measured):
         parts = [Bias(row.model_bias, row.model_bias_stderr).counted, row.sampling_error or 0.0]
         parts.append(0.0 if row.step is None else Bias(row.step_bias, row.step_bias_stderr).counted)
         assert row.total_error == pytest.approx(sum(parts))
-    complete = {"exact", "published", "averaged", "ensemble", "spice", "spice alone"}
+    complete = {"exact", "published", "averaged", "density", "ensemble", "spice", "spice alone"}
     assert {row.engine for row in answer.rows} - LACKING == complete
     assert {p.name for p in folder.iterdir()} == {"cost.csv", "cost.png", "provenance.json"}
     assert (folder / "cost.png").read_bytes().startswith(b"\x89PNG")
@@ -306,7 +306,7 @@ def test_front_is_marked_and_told(measured):
 @pytest.mark.statistics
 def test_progress_is_told(measured):
     told = measured[2]
-    complete = {"exact", "published", "averaged", "ensemble", "biases", "spice", "spice alone"}
+    complete = {"exact", "published", "averaged", "density", "ensemble", "biases", "spice", "spice alone"}
     assert {what for what, _ in told} - LACKING == complete
     fractions = [fraction for _, fraction in told]
     assert fractions == sorted(fractions)
@@ -319,7 +319,7 @@ def test_progress_is_told(measured):
 @pytest.mark.slow
 def test_budget_that_is_spent_leaves_one_setting_an_engine(spent):
     assert [(row.engine, row.error) for row in spent.rows] == [
-        (name, "") for name in ("exact", "published", "averaged", "ensemble", "spice", "spice alone")
+        (name, "") for name in ("exact", "published", "averaged", "density", "ensemble", "spice", "spice alone")
     ]
 
 

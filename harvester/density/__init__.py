@@ -1,0 +1,1 @@
+"""The stationary density of mass, stop and resistor, solved without sampling: pure Python on NumPy and SciPy."""

@@ -1,0 +1,163 @@
+"""The box and the frame of a density, from solutions on coarse meshes that are repeated until both stand still."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gamma
+
+from harvester.arrays import Floats
+from harvester.density.elements import quadrature
+from harvester.density.mesh import RESOLUTIONS, Box, mesh
+from harvester.density.moments import Moments, value
+from harvester.density.solve import Factors, integrals, pinned, stationary
+from harvester.density.weak_form import Frame, WeakForm, force, friction
+from harvester.equations.coefficients import Equations
+from harvester.errors import SimulationError
+
+ROUNDS = 25  # most coarse solutions
+STILL = 0.1  # relative change of the box and of the frame that counts as none
+MOMENT = 3  # degree of the moment of energy by which a tail is measured
+MODES = 4
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Where a density is solved: its box, its frame, and an x near which it has much of its mass."""
+
+    box: Box
+    frame: Frame
+    peak: float
+
+
+def potential(eqs: Equations, frame: Frame, x: Floats) -> Floats:
+    """The energy of the mean force on the mass, 0 at its lowest on a grid of x in ascending order."""
+    beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
+    pull = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
+    steps = np.diff(x)
+    energy = np.concatenate([[0.0], -np.cumsum(0.5 * steps * (pull[1:] + pull[:-1]))])
+    above: Floats = energy - energy.min()
+    return above
+
+
+def extent(eqs: Equations, frame: Frame, below: float, above: float, speed: float) -> Box:
+    """The box between the stops on which the potential is at most ``below`` on the left and ``above`` on the right.
+
+    Raises SimulationError where there is none.
+    """
+    low, high = eqs.rigid_stops
+    scale = math.sqrt(max(below, above))
+    for _ in range(200):
+        x = np.linspace(max(low, -scale), min(high, scale), 4001) if max(low, -scale) < min(high, scale) else None
+        scale *= 1.3
+        if x is None:  # the mass is pressed on a stop further away
+            continue
+        energy = potential(eqs, frame, x)
+        first, last = int(np.argmax(energy <= below)), len(x) - 1 - int(np.argmax(energy[::-1] <= above))
+        if (first == 0 and x[0] > low) or (last == len(x) - 1 and x[-1] < high):
+            continue
+        padded = np.concatenate([[np.inf], energy, [np.inf]])
+        rests = np.flatnonzero((energy <= padded[:-2]) & (energy < padded[2:]))
+        rests = rests[(first <= rests) & (rests <= last)]
+        reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
+        return Box(float(x[first]), float(x[last]), speed, float(reach), float(x[np.argmin(energy)]))
+    raise SimulationError("the spring holds the mass at no displacement: use engine 'ensemble'")
+
+
+def first_guess(eqs: Equations, tail: float) -> Setting:
+    """A box and a frame from the balance of power of a mass that moves harmonically, without impacts."""
+    beta, mu = (eqs.beta or 0.0), eqs.mu
+    n1, n2 = eqs.n1 or 0.0, eqs.n2 or 0.0
+    electrical = 0.0 if mu is None else beta * mu / (1.0 + mu**2)
+    warmth = math.sqrt(n1)
+    stiff = max(abs(eqs.spring[0]), 1e-3)
+    for _ in range(200):
+        loss = float(friction(eqs, np.array([math.sqrt(warmth / stiff)]))[0]) + electrical
+        aim = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
+        warmth = warmth**0.7 * aim**0.3
+    frame = Frame(0.0, 0.0, 1.0) if mu is None else Frame(mu**2 / (1.0 + mu**2), 0.0, math.sqrt(warmth) / (1.0 + mu))
+    box = extent(eqs, frame, tail * warmth, tail * warmth, math.sqrt(2.0 * tail * warmth))
+    return Setting(box, frame, box.rest)
+
+
+def settled(eqs: Equations, tail: float) -> Setting:
+    """The box beyond which a marginal density is less than exp(-tail), and the frame of the voltage's regression.
+
+    Raises SimulationError where they do not come to stand still.
+    """
+    setting = first_guess(eqs, tail)
+    modes = 1 if eqs.mu is None else MODES
+    for _ in range(ROUNDS):
+        form = WeakForm(eqs, mesh(eqs, setting.box, RESOLUTIONS[0]), setting.frame, modes)
+        p = stationary(Factors(form, pinned(form, setting.peak)))
+        after = Setting(_box(eqs, form, p, tail), regression(form, p), _peak(form, p))
+        if _alike(setting, after):
+            return after
+        setting = after
+    raise SimulationError("the box of the density does not come to stand still: use engine 'ensemble'")
+
+
+def regression(form: WeakForm, p: Floats) -> Frame:
+    """The frame in which z has no mean, no correlation with x, and the variance 1."""
+    if form.modes == 1:
+        return form.frame
+    moments = Moments(form)
+    x, y, xx, xy, yy = (value(moments.mean(i, 0, j), p) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
+    slope = (xy - x * y) / (xx - x * x)
+    left = yy - y * y - slope**2 * (xx - x * x)
+    return Frame(slope, y - slope * x, math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale)
+
+
+def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
+    """The box at which the marginals, continued as exp(-energy/warmth) from moments of the energy, reach exp(-tail).
+
+    Moments are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n + 1/2)/Gamma(1/2).
+    """
+    mesh = form.mesh
+    along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+    across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
+    of_x = along.weights * ((p[0] @ form.v_mass.sum(axis=0)) @ along.values.T)
+    line = np.einsum("eij,ei->j", p[0], form.x_mass.sum(axis=1))
+    of_v = across.weights * (_by_element(line, mesh.degree) @ across.values.T)
+    energy = potential(eqs, form.frame, along.points.ravel()).reshape(along.points.shape)
+    rest = along.points.ravel()[np.argmin(energy)]
+    sides = (along.points <= rest, along.points >= rest)
+    whole = _warmth(energy, of_x)
+    below, above = (
+        _warmth(energy[side], of_x[side]) if math.isinf(stop) and of_x[side].sum() > 0.1 else whole
+        for side, stop in zip(sides, eqs.rigid_stops, strict=True)
+    )
+    speeds = _warmth(0.5 * across.points**2, of_v)
+    below = max(below, speeds) if eqs.stop_stiffness is not None else below
+    return extent(eqs, form.frame, tail * below, tail * above, math.sqrt(2.0 * tail * speeds))
+
+
+def _peak(form: WeakForm, p: Floats) -> float:
+    """The middle of the element that has the most mass."""
+    most = int(np.argmax(np.einsum("eij,eij->e", p[0], integrals(form))))
+    return float(form.mesh.x_breaks[most : most + 2].mean())
+
+
+def _by_element(line: Floats, degree: int) -> Floats:
+    """The values of a continuous line at the nodes of each of its elements."""
+    return np.lib.stride_tricks.sliding_window_view(line, degree + 1)[::degree]
+
+
+def _warmth(energy: Floats, density: Floats) -> float:
+    """The T of exp(-energy/T) that has the moment of degree `MOMENT` of the energy under a density."""
+    for n in range(MOMENT, 0, -1):
+        moment = float((energy**n * density).sum() / density.sum())
+        if moment > 0.0:
+            return float((moment * gamma(0.5) / gamma(n + 0.5)) ** (1.0 / n))
+    raise SimulationError("the density could not be solved on a coarse mesh: use engine 'ensemble'")
+
+
+def _alike(before: Setting, after: Setting) -> bool:
+    old, new = before.box, after.box
+    length = new.high - new.low
+    ends = abs(old.low - new.low) + abs(old.high - new.high) < STILL * length
+    scale = after.frame.scale
+    frame = abs(math.log(before.frame.scale / scale)) < STILL
+    tilt = abs(before.frame.slope - after.frame.slope) * math.sqrt(new.speed**2 / 50.0) < STILL * scale
+    shift = abs(before.frame.offset - after.frame.offset) < 3.0 * STILL * scale
+    return ends and abs(old.speed / new.speed - 1.0) < STILL and frame and tilt and shift

@@ -1,0 +1,79 @@
+"""The solution of all modes: from the lowest to the highest, again and again where the voltage acts on the mass."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from harvester.arrays import Floats
+from harvester.density.chain import Chain
+from harvester.density.weak_form import WeakForm
+
+SWEEPS = 200  # most iterations
+RESIDUAL = 1e-13  # of the equations, against the flux that normalises them
+
+
+@dataclass
+class Factors:
+    """The factors of every mode, that solve the form for any right side.
+
+    ``pin`` is the element in which the density has its mass while the equations are solved.
+    """
+
+    form: WeakForm
+    pin: int
+
+    def __post_init__(self) -> None:
+        blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
+        self.chains = [Chain(self.form, k, blocks, self.pin) for k in range(self.form.modes)]
+        self.sweeps = 0
+
+    def without_higher(self, right: Floats) -> Floats:
+        """The solution in which no mode acts on a lower one."""
+        p, y = np.zeros(right.shape), right.copy()
+        for k, chain in enumerate(self.chains):
+            if k:
+                y[k] -= self.form.from_lower(p, k)
+            p[k] = chain.solve(y[k])
+        return p
+
+    def solve(self, right: Floats) -> Floats:
+        """The solution of (form + pin) p = right."""
+        if not self.form.back_coupled:
+            return self.without_higher(right)
+
+        def preconditioned(q: Floats) -> Floats:
+            p = self.without_higher(q.reshape(self.form.shape))
+            self.sweeps += 1
+            return q + self.form.from_higher(p).ravel()
+
+        n = right.size
+        q, _ = gmres(
+            LinearOperator((n, n), matvec=preconditioned, dtype=np.float64),
+            right.ravel(),
+            rtol=RESIDUAL,
+            restart=SWEEPS,
+            maxiter=1,
+        )
+        return self.without_higher(q.reshape(self.form.shape))
+
+
+def stationary(factors: Factors) -> Floats:
+    """The stationary density of mass 1."""
+    form = factors.form
+    right = np.zeros(form.shape)
+    right[0, factors.pin] = factors.chains[0].integrals(factors.pin)
+    p = factors.solve(right)
+    mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
+    return p / mass
+
+
+def integrals(form: WeakForm) -> Floats:
+    """The integral of each shape function: shape (x-elements, nodes in x, nodes in v)."""
+    whole: Floats = form.x_mass.sum(axis=1)[:, :, None] * form.v_mass.sum(axis=0)
+    return whole
+
+
+def pinned(form: WeakForm, x: float) -> int:
+    """The element around a place where the density is large."""
+    return int(np.clip(np.searchsorted(form.mesh.x_breaks, x + 1e-9) - 1, 0, form.shape[1] - 1))

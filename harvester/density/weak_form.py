@@ -1,0 +1,186 @@
+"""The stationary Fokker-Planck equation of mass, stop and resistor in weak form, on a mesh in x and v and modes in y.
+
+With y = x - V the equations of motion are
+
+    x' = v,   v' = F(x, y) - c(x) v + noise of intensity N(x),   y' = mu (x - y)
+
+so that y neither jumps at an impact nor feels the noise.  A density p is stationary where for every test function g
+
+    int p [v g_x + (F - c v) g_v + mu (x - y) g_y] - N p_v g_v + impacts = 0
+
+The impacts at a stop at x = s carry the flux of speed w from -w to r w, as a density of its own:
+
+    int_{w > 0} w p(s, -w) [g(s, r w) - g(s, -w)] dw
+
+In y the density is a sum of modes, with z = (y - a x - m)/s of the frame,
+
+    p(x, v, y) = sum_k p_k(x, v) He_k(z)/sqrt(k!) exp(-z^2/2)/sqrt(2 pi),   tested by He_j(z)/sqrt(j!)
+
+of which z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, makes, for the test function f(x, v) of mode j,
+
+    A_j p_j + sqrt(j) int b p_{j-1} f - mu sqrt(j (j - 1)) int p_{j-2} f
+        + beta s int [sqrt(j) p_{j-1} + sqrt(j + 1) p_{j+1}] f_v = 0
+
+where A_j is the operator of (x, v) at z = 0, less mu j.  In x elements are joined by the upwind flux of v, in v they
+are continuous.  With g = 1 mass is conserved to rounding, with the lowest polynomials E[x V] = E[V^2], E[x' V] = mu
+E[V^2] and the balance of power hold on every mesh.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.density.elements import products, quadrature
+from harvester.density.impact_flux import impact_flux
+from harvester.density.mesh import Mesh
+from harvester.equations.coefficients import Equations
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The change of variable y = a x + m + s z in which the modes are taken."""
+
+    slope: float
+    offset: float
+    scale: float
+
+
+def force(eqs: Equations, x: Floats) -> Floats:
+    """The acceleration by the spring, and by a compliant stop while in contact, at v = 0 and without voltage."""
+    linear, alpha2, alpha = eqs.spring
+    total = -x * (linear + x * (alpha2 + x * alpha))
+    if eqs.stop_stiffness is not None:
+        total -= eqs.stop_stiffness * np.minimum(x + (eqs.gap or 0.0), 0.0)
+    if eqs.mu is None and eqs.beta is not None:
+        total -= eqs.beta * x  # V = x: the capacitance is one more spring
+    return total
+
+
+def friction(eqs: Equations, x: Floats) -> Floats:
+    """The friction c(x) = c3 x^4 - c2 x^2 - c1, and that of a compliant stop while in contact."""
+    c1, c2, c3 = eqs.friction
+    total: Floats = -c1 - c2 * x**2 + c3 * x**4
+    if eqs.stop_stiffness is not None and eqs.stop_damping is not None:
+        total = total + np.where(x + (eqs.gap or 0.0) < 0.0, eqs.stop_damping, 0.0)
+    return total
+
+
+def noise(eqs: Equations, x: Floats) -> Floats:
+    """The intensity N(x) = N1 + 2 N12 x + N2 x^2 of the noise on the velocity."""
+    return (eqs.n1 or 0.0) + 2.0 * (eqs.n12 or 0.0) * x + (eqs.n2 or 0.0) * x**2
+
+
+class WeakForm:
+    """The bilinear form on densities of the shape (modes, x-elements, nodes in x, nodes in v).
+
+    ``back_coupled``: whether mode j + 1 acts on mode j.
+    """
+
+    def __init__(self, eqs: Equations, mesh: Mesh, frame: Frame, modes: int) -> None:
+        self.mesh, self.frame, self.modes, self.mu = mesh, frame, modes, eqs.mu or 0.0
+        beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
+        self.lift = beta * frame.scale
+        self.back_coupled = self.lift != 0.0 and modes > 1
+        along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+        x, values = along.points, along.values
+        mean_force = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
+        weights = along.weights
+        self.x_mass = products(weights, values, values)
+        self.x_slope = products(weights, along.slopes, values[None])
+        self.x_force = products(weights * mean_force, values, values)
+        self.x_friction = products(weights * friction(eqs, x), values, values)
+        self.x_noise = products(weights * noise(eqs, x), values, values)
+        drift = self.mu * ((1.0 - frame.slope) * x - frame.offset) / frame.scale
+        self.x_drift = products(weights * drift, values, values)
+        self.tilt = frame.slope / frame.scale
+        self._across(eqs)
+
+    def _across(self, eqs: Equations) -> None:
+        mesh = self.mesh
+        across = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 2)
+        v, w, values = across.points, across.weights, across.values
+        up = joined(products(w * np.maximum(v, 0.0), values, values))
+        down = joined(products(w * np.minimum(v, 0.0), values, values))
+        self.v_mass = joined(products(w, values, values))
+        self.v_up, self.v_down = up, down
+        self.v_slope = joined(products(w, across.slopes, values[None]))
+        self.v_friction = joined(products(w * v, across.slopes, values[None]))
+        self.v_noise = joined(products(w, across.slopes, across.slopes))
+        at_low = 1.0 if eqs.restitution is None else eqs.restitution
+        at_high = 1.0 if eqs.opposite_restitution is None else eqs.opposite_restitution
+        # The end of a box where no stop is gives back what leaves it, with the speed turned round.
+        self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
+        self.high_end = -up + impact_flux(mesh.v_breaks, mesh.degree, at_high, 1.0)
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """The shape of a density."""
+        return (self.modes, *self.x_mass.shape[:2], len(self.v_mass))
+
+    def diagonal_block(self, element: int) -> Floats:
+        """The matrix of one x-element of mode 0, with its own part of the fluxes: rows are test functions."""
+        up_down = self.v_up + self.v_down
+        nx, nv = self.shape[2:]
+        block = np.einsum("ab,ij->aibj", self.x_slope[element], up_down)
+        for along, across, sign in (
+            (self.x_force, self.v_slope, 1.0),
+            (self.x_friction, self.v_friction, -1.0),
+            (self.x_noise, self.v_noise, -1.0),
+        ):
+            block += np.einsum("ab,ij->aibj", sign * along[element], across)
+        block[0, :, 0, :] += self.low_end if element == 0 else self.v_down
+        block[-1, :, -1, :] += self.high_end if element == self.shape[1] - 1 else -self.v_up
+        whole: Floats = block.reshape(nx * nv, nx * nv)
+        return whole
+
+    def mass_block(self, element: int) -> Floats:
+        """The integrals of products of shape functions of one x-element."""
+        return np.kron(self.x_mass[element], self.v_mass)
+
+    def apply(self, p: Floats) -> Floats:
+        """The form with every test function, for a density."""
+        k = np.arange(self.modes)[:, None, None, None]
+        total = self.x_slope @ p @ (self.v_up + self.v_down).T
+        total += self.x_force @ p @ self.v_slope.T
+        total -= self.x_friction @ p @ self.v_friction.T
+        total -= self.x_noise @ p @ self.v_noise.T
+        total[:, 0, 0] += p[:, 0, 0] @ self.low_end.T
+        total[:, 1:, 0] += p[:, 1:, 0] @ self.v_down.T + p[:, :-1, -1] @ self.v_up.T
+        total[:, -1, -1] += p[:, -1, -1] @ self.high_end.T
+        total[:, :-1, -1] -= p[:, :-1, -1] @ self.v_up.T + p[:, 1:, 0] @ self.v_down.T
+        if self.modes > 1:
+            total -= self.mu * k * (self.x_mass @ p @ self.v_mass.T)
+            total += self.from_higher(p)
+            for j in range(1, self.modes):
+                total[j] += self.from_lower(p, j)
+        return total
+
+    def from_lower(self, p: Floats, j: int) -> Floats:
+        """What the modes below make in mode j."""
+        root, before = np.sqrt(j), p[j - 1]
+        made: Floats = root * (self.x_drift @ before @ self.v_mass.T)
+        made -= root * self.tilt * (self.x_mass @ before @ (self.v_up + self.v_down).T)
+        if self.lift:
+            made += root * self.lift * (self.x_mass @ before @ self.v_slope.T)
+        if j > 1:
+            made -= self.mu * np.sqrt(j * (j - 1.0)) * (self.x_mass @ p[j - 2] @ self.v_mass.T)
+        return made
+
+    def from_higher(self, p: Floats) -> Floats:
+        """What the mode above makes in each mode: the voltage's force on the mass."""
+        made = np.zeros(p.shape)
+        if self.back_coupled:
+            root = np.sqrt(np.arange(1.0, self.modes))[:, None, None, None]
+            made[:-1] = self.lift * root * (self.x_mass @ p[1:] @ self.v_slope.T)
+        return made
+
+
+def joined(blocks: Floats) -> Floats:
+    """The matrix of a continuous line from those of its elements, which share the nodes at the breaks."""
+    count, size = blocks.shape[:2]
+    whole = np.zeros((count * (size - 1) + 1,) * 2)
+    for e, block in enumerate(blocks):
+        here = slice(e * (size - 1), e * (size - 1) + size)
+        whole[here, here] += block
+    return whole

@@ -1,0 +1,122 @@
+"""Engine `density`: the stationary density of mass, stop and resistor, solved directly, without sampling."""
+
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.formula import NOT_LINEAR
+from harvester.engines.moment_existence import existence
+from harvester.engines.options import Request, number
+from harvester.engines.protocol import (
+    NOT_WHITE,
+    OPEN_CIRCUIT,
+    AnyScene,
+    Progress,
+    estimate,
+    needs_resistance,
+    served,
+    unknown_effects,
+)
+from harvester.equations.bounds import check_bounded
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError, names_arguments
+from harvester.uncertainty.value import Value
+
+USUAL = 1e-5  # the relative error that is aimed at where none is asked for
+REFUSED = 0.02  # the relative error above which there is no answer
+
+REASON = "no sampling: the density itself is solved, and its error is that of the mesh, of the modes and of the box"
+NO_NOISE = (
+    "engine 'density' must have white noise of the base (acceleration_psd, D11), without which there is no density "
+    "to solve: use engine 'ensemble'"
+)
+NOT_REACHED = (
+    "`within` {within:.3g} was not reached: the error is {share:.2g} (mesh {mesh:.1g}, modes {modes:.1g}, "
+    "box {box:.1g})"
+)
+NOT_RESOLVED = (
+    "the density is not resolved: its error would be {share:.2g} (mesh {mesh:.1g}, modes {modes:.1g}, box {box:.1g}); "
+    "use engine 'ensemble'"
+)
+
+
+@names_arguments
+@dataclass(frozen=True, kw_only=True)
+class Density(Request):
+    """The stationary Fokker-Planck equation of the fully coupled motion (`harvester.density.weak_form`).
+
+    >>> import harvester as hv
+    >>> table = hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9)
+    >>> answer = hv.Density(within="0.001%").run(hv.Scene(nondimensional=table))
+    >>> answer.mean_power.known_error95 < 1e-5 * answer.mean_power.value
+    True
+
+    Raises
+    ------
+    CannotServeError
+        for a netlist, without white noise of the base, or with any shaking beside white noise.
+    SimulationError
+        where the response grows without bound, or the density cannot be resolved.
+    """
+
+    NAME: ClassVar[str] = "density"
+    FINEST: ClassVar[float] = 1e-9
+
+    @classmethod
+    def refusal(cls, problem: Problem) -> str:
+        """Why there is no density to solve, and what serves the problem; empty where there is one."""
+        linear = not NOT_LINEAR.intersection(problem.effects)
+        instead = "engine 'ensemble'" + (", or 'exact', which serves all linear scenes" if linear else "")
+        other = unknown_effects(problem, NOT_WHITE, f"engine {cls.NAME!r}", instead)
+        return needs_resistance(problem, cls.NAME) or other or ("" if problem.equations.n1 else NO_NOISE)
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+        """The stationary mean square voltage and mean power of a scene."""
+        from harvester.density.functionals import NAMES
+        from harvester.density.refine import refined
+
+        problem, within = served(type(self), scene), number(self.within)
+        eqs = problem.equations
+        check_bounded(eqs)
+        exists = existence(problem, sampled=False)
+        begin = time.perf_counter()
+        answer = refined(eqs, within or USUAL, number(self.budget), progress)
+        seconds = time.perf_counter() - begin
+        size, share = abs(float(answer.means[0])), answer.share()
+        parts = {
+            "mesh": float(answer.mesh_error[0]) / size,
+            "modes": float(answer.modes_error[0]) / size,
+            "box": float(answer.box_error[0]) / size,
+        }
+        if not share <= REFUSED:
+            raise SimulationError(NOT_RESOLVED.format(share=share, **parts))
+        warnings = exists.warnings
+        if eqs.mu is None:
+            warnings.append(OPEN_CIRCUIT)
+        if within is not None and share > within:
+            warnings.append(NOT_REACHED.format(within=within, share=share, **parts))
+        v2 = Value(float(answer.means[0]), bias=float(answer.error[0]), unknown=exists.unknown)
+        details = {f"{name}_error": part for name, part in parts.items()}
+        details |= {
+            name: float(mean) * _unit(name, problem)
+            for name, mean in zip(NAMES[1:], answer.means[1:], strict=True)
+            if mean
+        }
+        return estimate(self.NAME, problem, v2, None, seconds, 0, REASON, tuple(warnings), details)
+
+
+def _unit(name: str, problem: Problem) -> float:
+    """The size of one nondimensional unit of a mean in the scene's own units."""
+    u = problem.units
+    speed = u.length * u.frequency
+    return {
+        "displacement": u.length,
+        "displacement_squared": u.length**2,
+        "velocity_squared": speed**2,
+        "displacement_voltage": u.length * u.volts,
+        "velocity_voltage": speed * u.volts,
+        "impact_rate": u.frequency,
+        "opposite_impact_rate": u.frequency,
+        "impact_loss": u.watts,
+    }[name]

@@ -1,0 +1,95 @@
+"""The stationary density against closed forms: what it must reach where the answer is known."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from harvester.density.functionals import NAMES
+from harvester.density.refine import refined
+from harvester.equations.coefficients import Equations
+from tests.support.systems import linear, linear_v2
+
+
+def means(eqs, within):
+    """The means by their names, after a check that their stated error is as small as was asked."""
+    answer = refined(eqs, within)
+    assert answer.share() <= within
+    return dict(zip(NAMES, answer.means, strict=True))
+
+
+@pytest.mark.parametrize(("beta", "mu"), [(0.05, 1.0), (1.2, 0.3), (0.3, 8.0)])
+def test_linear_scene_to_eight_digits(beta, mu):
+    """All second moments of a Gaussian density, S = N1/[c (1 + beta + mu^2 + c mu) + beta mu]."""
+    eqs, c = linear(beta, mu), 0.05
+    found, s = means(eqs, 1e-8), linear_v2(eqs)
+    assert found["voltage_squared"] == pytest.approx(s, rel=1e-8)
+    assert found["displacement_voltage"] == pytest.approx(s, rel=1e-8)
+    assert found["velocity_voltage"] == pytest.approx(mu * s, rel=1e-8)
+    assert found["velocity_squared"] == pytest.approx(s * (1 + beta + mu**2 + c * mu), rel=1e-8)
+    assert found["displacement_squared"] == pytest.approx(s * (1 + mu**2 + c * mu), rel=1e-8)
+
+
+def elastic_passive(c, mu, n1):
+    """E[V^2] = R(0) - mu int exp(-mu s) R(s) ds of |linear motion|, whose correlation is that of a folded normal."""
+    wd, variance = math.sqrt(1.0 - c * c / 4.0), n1 / c
+
+    def correlation(s):
+        rho = math.exp(-c * s / 2.0) * (math.cos(wd * s) + c / (2.0 * wd) * math.sin(wd * s))
+        return 2.0 * variance / math.pi * (math.sqrt(max(1.0 - rho * rho, 0.0)) + rho * math.asin(rho) - 1.0)
+
+    # Between the extrema of rho, where it touches no bound: the derivative of R jumps at s = k pi/wd only slightly.
+    ends = np.arange(0.0, 60.0 / mu, math.pi / wd)
+    parts = [
+        quad(lambda s: math.exp(-mu * s) * correlation(s), *pair, epsabs=1e-15, epsrel=1e-12, limit=200)[0]
+        for pair in zip(ends, ends[1:], strict=False)
+    ]
+    return correlation(0.0) - mu * math.fsum(parts)
+
+
+def test_elastic_stop_with_a_passive_load_to_eight_digits():
+    """A stop that loses nothing folds the linear motion: V filters |x|."""
+    c, mu, n1 = 0.05, 0.05, 0.01
+    found = means(Equations(c1=-c, mu=mu, n1=n1, restitution=1.0), 1e-8)
+    assert found["voltage_squared"] == pytest.approx(elastic_passive(c, mu, n1), rel=1e-8)
+    assert found["impact_rate"] == pytest.approx(1.0 / math.pi, rel=1e-7)
+    assert found["velocity_squared"] == pytest.approx(n1 / c, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"alpha": 0.5},
+        {"alpha": 0.5, "gap": 0.3},
+        {"alpha2": 0.3, "alpha": 0.2, "gap": -0.2},
+        {"gap": 0.2, "opposite_restitution": 1.0, "opposite_gap": 0.4},
+        {"linear": -1.0, "alpha": 1.0, "restitution": None},
+        {"restitution": None, "gap": 0.2, "stop_stiffness": 30.0},
+    ],
+    ids=["cubic", "gap", "preload", "two stops", "two wells", "compliant"],
+)
+def test_gibbs_law_of_any_spring_and_elastic_stop(changes):
+    """E[x^2] and the rate of impacts of p ~ exp(-c H/N1), by quadrature; an open circuit is one more spring."""
+    c, n1, beta = 0.1, 0.02, 0.1
+    eqs = Equations(**({"c1": -c, "n1": n1, "beta": beta, "restitution": 1.0} | changes))
+    found = means(eqs, 1e-7)
+    linear_part, alpha2, alpha = eqs.spring
+    low, high = eqs.rigid_stops
+    edge = -(eqs.gap or 0.0)
+
+    def weight(x):
+        contact = 0.5 * (eqs.stop_stiffness or 0.0) * min(x - edge, 0.0) ** 2
+        energy = x**2 * (0.5 * (linear_part + beta) + x * (alpha2 / 3.0 + x * alpha / 4.0)) + contact
+        return math.exp(-c / n1 * energy)
+
+    ends = max(low, -6.0), min(high, 6.0)
+    inside = sorted({0.0, edge, -1.0, 1.0} & set(np.clip([0.0, edge, -1.0, 1.0], *ends)))
+    whole, square = (
+        quad(lambda x, power=power: x**power * weight(x), *ends, points=inside, epsabs=0.0, epsrel=1e-11, limit=500)[0]
+        for power in (0, 2)
+    )
+    assert found["displacement_squared"] == pytest.approx(square / whole, rel=1e-7)
+    if eqs.restitution is not None or eqs.stop_stiffness is not None:
+        rate = math.sqrt(n1 / c / (2.0 * math.pi)) * weight(edge) / whole
+        assert found["impact_rate"] == pytest.approx(rate, rel=1e-5)

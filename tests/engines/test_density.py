@@ -1,0 +1,79 @@
+"""Engine `density`: its answers with their errors, when it is chosen, and what it refuses."""
+
+import pytest
+
+import harvester as hv
+from harvester.errors import CannotServeError, InfiniteMeanError, InputError
+from tests.support.systems import PAPER, changed, linear, linear_v2, scene
+
+
+def test_linear_scene_within_its_error():
+    eqs = linear(0.05, 1.0)
+    answer = hv.Density(within=1e-6).run(scene(eqs))
+    voltage = answer.mean_square_voltage
+    assert voltage.stderr is None
+    assert abs(voltage.value - linear_v2(eqs)) <= voltage.error95 <= 1e-6 * voltage.value
+    assert answer.mean_power.value == pytest.approx(0.05 * voltage.value, rel=1e-12)
+
+
+def test_the_same_answer_in_other_units():
+    """A physical scene: power and E[V^2] do not depend on the scales, and its details are in SI."""
+    plate = hv.load("examples/plate_with_stop.toml")
+    answer = hv.Density().run(plate)
+    averaged = hv.Averaged().run(plate)
+    assert abs(answer.mean_power.value - averaged.mean_power.value) <= averaged.mean_power.known_error95
+    twice = hv.Density().run(plate.vary("excitation.acceleration_psd", 4.0 * plate.excitation.acceleration_psd))
+    if plate.oscillator.cubic_stiffness is None and plate.stop.gap is None:
+        assert twice.details["impact_rate"] == pytest.approx(answer.details["impact_rate"], rel=1e-4)
+
+
+def test_it_is_chosen_where_sampling_does_not_reach():
+    """`within` of 0.001 % without an engine; a coarser one stays with what is cheaper."""
+    fine = hv.run(scene(PAPER), within="0.001%")
+    assert fine.engine == "density"
+    assert fine.mean_power.error95 <= 1e-5 * fine.mean_power.value
+    assert "takes very long" in fine.reason
+    assert hv.run(scene(PAPER), within="5%").engine == "averaged"
+    assert hv.run(scene(linear(0.05, 1.0)), within="0.001%").engine == "exact"
+
+
+def test_progress_ends_at_one():
+    seen = []
+    hv.Density(within=1e-5).run(scene(PAPER), seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+def test_a_budget_that_ends_too_early_is_said():
+    answer = hv.Density(within=1e-9, budget=0.01).run(scene(PAPER))
+    (warning,) = answer.warnings
+    assert warning.startswith("`within` 1e-09 was not reached: the error is ")
+    assert answer.mean_power.error95 > 1e-9 * answer.mean_power.value
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"n1": None, "n2": 0.01}, "must have white noise of the base"),
+        ({"n1": None, "n2": None}, "must have white noise of the base"),
+        ({"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0}, "does not know coloured noise"),
+        ({"drive": 0.1, "drive_frequency": 1.0}, "does not know harmonic drive"),
+    ],
+)
+def test_what_has_no_stationary_density_is_refused(changes, words):
+    with pytest.raises(CannotServeError, match=f"^engine 'density' {words}.*: use engine 'ensemble'"):
+        hv.Density().run(scene(changed(PAPER, **changes)))
+
+
+def test_a_circuit_and_a_heavy_tail_are_refused():
+    with pytest.raises(CannotServeError, match="engine 'density' must have a load resistance.*use engine 'spice'"):
+        hv.Density().run(hv.load("examples/plate_bridge.toml"))
+    with pytest.raises(InfiniteMeanError, match="do not exist"):
+        hv.Density().run(scene(changed(linear(0.05, 0.5), n2=0.1)))
+
+
+def test_within_has_a_least_value():
+    with pytest.raises(InputError, match="`within` must be between 1e-07% and 100%"):
+        hv.Density(within=1e-12)
+    with pytest.raises(InputError, match="`within` must be between 0.001% and 100%"):
+        hv.Ensemble(within=1e-6)
