@@ -40,12 +40,15 @@ def potential(eqs: Equations, frame: Frame, x: Floats) -> Floats:
     return above
 
 
-def extent(eqs: Equations, frame: Frame, below: float, above: float, speed: float) -> Box:
-    """The box between the stops on which the potential is at most ``below`` on the left and ``above`` on the right.
+def extent(eqs: Equations, frame: Frame, tail: float, below: float, above: float, warmth: float) -> Box:
+    """The box between the stops on which no energy is more than ``tail`` times that of the motion.
+
+    The latter is ``below`` on the left, ``above`` on the right, and ``warmth`` of the velocity.
 
     Raises SimulationError where there is none.
     """
     low, high = eqs.rigid_stops
+    below, above = tail * below, tail * above
     scale = math.sqrt(max(below, above))
     for _ in range(200):
         x = np.linspace(max(low, -scale), min(high, scale), 4001) if max(low, -scale) < min(high, scale) else None
@@ -60,7 +63,7 @@ def extent(eqs: Equations, frame: Frame, below: float, above: float, speed: floa
         rests = np.flatnonzero((energy <= padded[:-2]) & (energy < padded[2:]))
         rests = rests[(first <= rests) & (rests <= last)]
         reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
-        return Box(float(x[first]), float(x[last]), speed, float(reach), float(x[np.argmin(energy)]))
+        return Box(float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail)
     raise SimulationError("the spring holds the mass at no displacement: use engine 'ensemble'")
 
 
@@ -76,8 +79,8 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
         aim = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
         warmth = warmth**0.7 * aim**0.3
     frame = Frame(0.0, 0.0, 1.0) if mu is None else Frame(mu**2 / (1.0 + mu**2), 0.0, math.sqrt(warmth) / (1.0 + mu))
-    box = extent(eqs, frame, tail * warmth, tail * warmth, math.sqrt(2.0 * tail * warmth))
-    return Setting(box, frame, box.rest)
+    box = extent(eqs, frame, tail, warmth, warmth, warmth)
+    return Setting(box, frame, 0.5 * (box.low + box.high))
 
 
 def settled(eqs: Equations, tail: float) -> Setting:
@@ -129,7 +132,7 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     )
     speeds = _warmth(0.5 * across.points**2, of_v)
     below = max(below, speeds) if eqs.stop_stiffness is not None else below
-    return extent(eqs, form.frame, tail * below, tail * above, math.sqrt(2.0 * tail * speeds))
+    return extent(eqs, form.frame, tail, below, above, speeds)
 
 
 def _peak(form: WeakForm, p: Floats) -> float:

@@ -5,6 +5,7 @@ take energy, ever closer to the corner (stop, v = 0).  There the density is sing
 because noise of intensity N spreads the velocity by sqrt(N t) while the mass goes v t.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 
+SHORT = 20.0  # tail of a box for which a resolution is meant
 NEARER_X, NEARER_V = 0.1, 0.3  # lengths of one element in that after it, towards a corner
 ALMOST_ELASTIC = 0.9  # restitution above which the corner needs little grading
 IN_CONTACT = 3  # least number of elements in a compliant stop
@@ -22,22 +24,22 @@ class Box:
     """The rectangle outside of which the density is left out.
 
     ``low``, ``high`` are the ends of x and ``speed`` the largest one; ``reach`` is the larger distance from an end to
-    the outermost resting place on its side, and ``rest`` a resting place.
+    the outermost resting place on its side; both ends lie at an energy ``tail`` times that of the motion.
     """
 
     low: float
     high: float
     speed: float
     reach: float
-    rest: float
+    tail: float
 
 
 @dataclass(frozen=True)
 class Resolution:
     """How fine a mesh is.
 
-    So many ``elements`` lie in the reach of the box, and between v = 0 and its speed, with polynomials of one
-    ``degree``; ``levels`` of ever smaller ones follow towards a corner.
+    So many ``elements`` lie in the reach of a box of a `SHORT` tail, and between v = 0 and its speed, with polynomials
+    of one ``degree``; ``levels`` of ever smaller ones follow towards a corner.
     """
 
     elements: int
@@ -78,7 +80,7 @@ def _even(low: float, high: float, longest: float) -> Floats:
 
 def mesh(eqs: Equations, box: Box, resolution: Resolution) -> Mesh:
     """The mesh of a box."""
-    n = resolution.elements
+    n = math.ceil(resolution.elements * math.sqrt(box.tail / SHORT))
     stops = (box.low, eqs.restitution), (box.high, eqs.opposite_restitution)
     restitutions = [r for _, r in stops if r is not None and r < 1.0]
     longest = box.reach / n

@@ -1,19 +1,20 @@
 """The stationary density with the error of its means: of the mesh, of the modes and of the box, each by a comparison.
 
-A mesh is compared with the next coarser one, K modes with K - 2, and the box with one that is a fifth larger; the last
-is done on the coarser mesh.  So every part is that of a coarser solution than the one that is answered.
+The number of modes and the box are chosen first, on a coarse mesh, where both cost little: K modes are compared with
+K - 2, and the box with one that is a fifth larger.  Then the mesh is refined, and compared with the one before.  So
+each part is the error of a coarser solution than the one that is answered.
 """
 
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.box import Setting, settled
-from harvester.density.functionals import NAMES, functionals
+from harvester.density.functionals import functionals
 from harvester.density.mesh import RESOLUTIONS, Mesh, mesh
 from harvester.density.solve import Factors, pinned, stationary
 from harvester.density.weak_form import WeakForm
@@ -21,9 +22,11 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 
 WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
-TAILS = (20.0, 26.0, 32.0, 40.0)  # energies of the box's ends, in those of the motion
+TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
 MODES = (6, 8, 10, 12, 16, 20, 26)
-COSTLIER = 4.0  # times the last attempt that the next one takes
+NO_BETTER, FINEST_PROBE = 0.3, 2  # share of an error that a larger box leaves, at most; place of the finest mesh
+COSTLIER = 4.0  # times the last mesh that the next one takes
+FINE = (1e-5, 1e-7)  # errors below which modes and box are chosen on finer meshes
 ROUNDING = 1e-11  # relative, of the solution of so many equations
 UNSOLVED = 1e-8  # relative residual above which an answer is refused
 
@@ -45,18 +48,13 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Effort:
-    """How hard an answer is tried: places in `RESOLUTIONS`, `MODES` and `TAILS`."""
+class Probed:
+    """A box, a frame and a number of modes, with the errors that they leave of each mean."""
 
-    mesh: int = 1
-    modes: int = 0
-    tail: int = 0
-
-    def raised(self, mesh: bool, modes: bool, tail: bool) -> "Effort | None":
-        """The next effort in what is asked for; None where one of those is the last already."""
-        after = Effort(self.mesh + mesh, self.modes + modes, self.tail + tail)
-        ends = (after.mesh, RESOLUTIONS), (after.modes, MODES), (after.tail, TAILS)
-        return after if all(place < len(values) for place, values in ends) else None
+    setting: Setting
+    modes: int
+    modes_error: Floats
+    box_error: Floats
 
 
 @dataclass(frozen=True)
@@ -69,46 +67,64 @@ class Answer:
     box_error: Floats
     solution: Solution
     setting: Setting
-    effort: Effort
 
     @property
     def error(self) -> Floats:
         """The whole error of each mean, with that of rounding."""
         return self.mesh_error + self.modes_error + self.box_error + ROUNDING * np.abs(self.means)
 
+    @property
     def share(self) -> float:
         """The error of E[V^2] relative to it."""
-        place = NAMES.index("voltage_squared")
-        return float(self.error[place] / abs(self.means[place]))
+        return float(self.error[0] / abs(self.means[0]))
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """The parts of the error of E[V^2], relative to it."""
+        whole = abs(float(self.means[0]))
+        errors = {"mesh": self.mesh_error, "modes": self.modes_error, "box": self.box_error}
+        return {name: float(error[0]) / whole for name, error in errors.items()}
 
 
 def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int) -> Solution:
-    """The density on a mesh."""
+    """The density on a mesh.
+
+    Raises SimulationError where the equations are not solved.
+    """
     form = WeakForm(eqs, on, setting.frame, modes)
     factors = Factors(form, pinned(form, setting.peak))
-    p = stationary(factors)
-    return Solution(form, factors, p, functionals(eqs, form) @ p.ravel())
+    found = Solution(form, factors, stationary(factors), np.empty(0))
+    if not found.residual <= UNSOLVED:
+        raise SimulationError("the equations of the density were not solved: use engine 'ensemble'")
+    return replace(found, means=functionals(eqs, form) @ found.p.ravel())
 
 
-def modes_of(eqs: Equations, place: int) -> int:
-    """The number of modes: one without a load, three where the voltage does not act on the mass, which is exact."""
-    if eqs.mu is None:
-        return 1
-    return MODES[place] if eqs.beta else 3
+def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) -> Probed:
+    """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-
-def attempt(eqs: Equations, effort: Effort) -> Answer:
-    """The means and their errors with one effort."""
-    setting = settled(eqs, TAILS[effort.tail])
-    modes = modes_of(eqs, effort.modes)
-    fine_mesh, coarse_mesh = (mesh(eqs, setting.box, RESOLUTIONS[effort.mesh - step]) for step in (0, 1))
-    wide_mesh = coarse_mesh.widened(eqs, setting.box.reach, WIDER)
-    fine = solution(eqs, setting, fine_mesh, modes)
-    coarse = solution(eqs, setting, coarse_mesh, modes)
-    wide = solution(eqs, setting, wide_mesh, modes)
-    fewer = coarse if modes < 4 else solution(eqs, setting, coarse_mesh, modes - 2)
-    of_mesh, of_modes, of_box = (np.abs(coarse.means - other.means) for other in (fine, fewer, wide))
-    return Answer(fine.means, of_mesh, of_modes, of_box, fine, setting, effort)
+    ``place`` is that of the coarse mesh; where a larger box brings nothing, a finer one is asked.
+    """
+    few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
+    tails, counts = iter(TAILS), iter([few] if few else MODES)
+    setting, modes = settled(eqs, next(tails)), next(counts)
+    box_error = math.inf
+    while True:
+        on = mesh(eqs, setting.box, RESOLUTIONS[place])
+        base = solution(eqs, setting, on, modes)
+        fewer = base if few else solution(eqs, setting, on, modes - 2)
+        wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes)
+        found = Probed(setting, modes, np.abs(base.means - fewer.means), np.abs(base.means - wider.means))
+        room = 0.25 * within * abs(float(base.means[0]))
+        more, tail = modes, None
+        if found.modes_error[0] > room:
+            more = next(counts, modes)
+        if found.box_error[0] > room:
+            tail = next(tails, None)
+            place += found.box_error[0] > NO_BETTER * box_error and place < FINEST_PROBE
+            box_error = found.box_error[0]
+        if (more == modes and tail is None) or late():
+            return found
+        modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
 def refined(
@@ -116,29 +132,28 @@ def refined(
 ) -> Answer:
     """The means with an error of E[V^2] of ``within``, relative, or with the least that was reached.
 
-    No further attempt begins that would not end within ``budget`` seconds.
+    No further mesh begins that would not end within ``budget`` seconds.
 
     Raises SimulationError where the equations are not solved.
     """
-    begin, effort, first = time.perf_counter(), Effort(), 0.0
-    best: Answer | None = None
-    while True:
+    begin = time.perf_counter()
+
+    def late(took: float = 0.0) -> bool:
+        return budget is not None and time.perf_counter() - begin + COSTLIER * took > budget
+
+    found = probed(eqs, within, sum(within < fine for fine in FINE), late)
+    coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
+    best, first = None, 0.0
+    for place in range(1, len(RESOLUTIONS)):
         before = time.perf_counter()
-        answer = attempt(eqs, effort)
-        took = time.perf_counter() - before
-        if answer.solution.residual > UNSOLVED:
-            raise SimulationError("the equations of the density were not solved: use engine 'ensemble'")
-        best = answer if best is None or answer.share() < best.share() else best
-        first = first or best.share()
+        finer = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[place]), found.modes)
+        off = np.abs(finer.means - coarse.means)
+        best = Answer(finer.means, off, found.modes_error, found.box_error, finer, found.setting)
+        coarse, first = finer, first or best.share
         if progress is not None:
-            progress(min(max(math.log(first / best.share()), 0.1) / max(math.log(first / within), 0.1), 1.0))
-        spent = time.perf_counter() - begin
-        parts = [
-            float(part[0]) > 0.25 * within * abs(float(answer.means[0]))
-            for part in (answer.mesh_error, answer.modes_error, answer.box_error)
-        ]
-        after = effort.raised(*parts)
-        late = budget is not None and spent + COSTLIER * took > budget
-        if best.share() <= within or after is None or late:
-            return best
-        effort = after
+            progress(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))
+        mesh_matters = best.parts["mesh"] > 0.2 * (best.parts["modes"] + best.parts["box"])
+        if best.share <= within or not mesh_matters or late(time.perf_counter() - before):
+            break
+    assert best is not None, "there are several resolutions"
+    return best

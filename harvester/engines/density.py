@@ -83,12 +83,7 @@ class Density(Request):
         begin = time.perf_counter()
         answer = refined(eqs, within or USUAL, number(self.budget), progress)
         seconds = time.perf_counter() - begin
-        size, share = abs(float(answer.means[0])), answer.share()
-        parts = {
-            "mesh": float(answer.mesh_error[0]) / size,
-            "modes": float(answer.modes_error[0]) / size,
-            "box": float(answer.box_error[0]) / size,
-        }
+        share, parts = answer.share, answer.parts
         if not share <= REFUSED:
             raise SimulationError(NOT_RESOLVED.format(share=share, **parts))
         warnings = exists.warnings

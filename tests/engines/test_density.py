@@ -66,7 +66,7 @@ def test_what_has_no_stationary_density_is_refused(changes, words):
 
 
 def test_a_circuit_and_a_heavy_tail_are_refused():
-    with pytest.raises(CannotServeError, match="engine 'density' must have a load resistance.*use engine 'spice'"):
+    with pytest.raises(CannotServeError, match=r"engine 'density' must have a load resistance.*use engine 'spice'"):
         hv.Density().run(hv.load("examples/plate_bridge.toml"))
     with pytest.raises(InfiniteMeanError, match="do not exist"):
         hv.Density().run(scene(changed(linear(0.05, 0.5), n2=0.1)))
@@ -75,5 +75,5 @@ def test_a_circuit_and_a_heavy_tail_are_refused():
 def test_within_has_a_least_value():
     with pytest.raises(InputError, match="`within` must be between 1e-07% and 100%"):
         hv.Density(within=1e-12)
-    with pytest.raises(InputError, match="`within` must be between 0.001% and 100%"):
+    with pytest.raises(InputError, match=r"`within` must be between 0.001% and 100%"):
         hv.Ensemble(within=1e-6)
