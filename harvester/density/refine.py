@@ -141,7 +141,7 @@ def refined(
     def late(took: float = 0.0) -> bool:
         return budget is not None and time.perf_counter() - begin + COSTLIER * took > budget
 
-    found = probed(eqs, within, sum(within < fine for fine in FINE), late)
+    found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), late)
     coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
     best, first = None, 0.0
     for place in range(1, len(RESOLUTIONS)):

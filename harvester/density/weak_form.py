@@ -175,6 +175,26 @@ class WeakForm:
             made[:-1] = self.lift * root * (self.x_mass @ p[1:] @ self.v_slope.T)
         return made
 
+    def to_lower(self, q: Floats, j: int) -> Floats:
+        """The transpose of `from_lower`: what mode j is told by those above, in the adjoint equations."""
+        told = np.zeros(q.shape[1:])
+        if j + 1 < self.modes:
+            above, root = q[j + 1], np.sqrt(j + 1.0)
+            told += root * (self.x_drift @ above @ self.v_mass)
+            told -= root * self.tilt * (self.x_mass @ above @ (self.v_up + self.v_down))
+            if self.lift:
+                told += root * self.lift * (self.x_mass @ above @ self.v_slope)
+        if j + 2 < self.modes:
+            told -= self.mu * np.sqrt((j + 2.0) * (j + 1.0)) * (self.x_mass @ q[j + 2] @ self.v_mass)
+        return told
+
+    def to_higher(self, q: Floats) -> Floats:
+        """The transpose of `from_higher`."""
+        told = np.zeros(q.shape)
+        root = np.sqrt(np.arange(1.0, self.modes))[:, None, None, None]
+        told[1:] = self.lift * root * (self.x_mass @ q[:-1] @ self.v_slope)
+        return told
+
 
 def joined(blocks: Floats) -> Floats:
     """The matrix of a continuous line from those of its elements, which share the nodes at the breaks."""

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.formula import NOT_LINEAR
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import (
-    NOT_WHITE,
     OPEN_CIRCUIT,
     AnyScene,
+    Engine,
     Progress,
     estimate,
     needs_resistance,
@@ -19,8 +18,10 @@ from harvester.engines.protocol import (
     unknown_effects,
 )
 from harvester.equations.bounds import check_bounded
+from harvester.equations.effects import DENSITY, LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
+from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 USUAL = 1e-5  # the relative error that is aimed at where none is asked for
@@ -43,7 +44,7 @@ NOT_RESOLVED = (
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
-class Density(Request):
+class Density(Request, Engine):
     """The stationary Fokker-Planck equation of the fully coupled motion (`harvester.density.weak_form`).
 
     >>> import harvester as hv
@@ -61,14 +62,18 @@ class Density(Request):
     """
 
     NAME: ClassVar[str] = "density"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "density (no sampling)", "#8C6D1F", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
+    )
+    share_of_time: ClassVar[float] = 0.3
     FINEST: ClassVar[float] = 1e-9
 
     @classmethod
     def refusal(cls, problem: Problem) -> str:
         """Why there is no density to solve, and what serves the problem; empty where there is one."""
-        linear = not NOT_LINEAR.intersection(problem.effects)
+        linear = unknown_to(LINEAR).isdisjoint(problem.effects)
         instead = "engine 'ensemble'" + (", or 'exact', which serves all linear scenes" if linear else "")
-        other = unknown_effects(problem, NOT_WHITE, f"engine {cls.NAME!r}", instead)
+        other = unknown_effects(problem, unknown_to(DENSITY), f"engine {cls.NAME!r}", instead)
         return needs_resistance(problem, cls.NAME) or other or ("" if problem.equations.n1 else NO_NOISE)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:

@@ -12,11 +12,12 @@ from typing import Any
 LINEAR = "linear equations in closed form"
 PUBLISHED = "the published averaging"
 AVERAGED = "two-scale averaging"
+DENSITY = "the stationary density"
 REST = "stability of rest"
 RULE = "ngspice's integration rule for a load resistor"
 SWEPT = "frequency response"
 PART = "part for circuit simulators"
-THEORIES = (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)
+THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)
 
 
 @dataclass(frozen=True)
@@ -38,20 +39,25 @@ class Effect:
 
 # In the order of the equations.
 EFFECTS = (
-    Effect("negative_stiffness", "linear", (LINEAR, SWEPT, PART)),
-    Effect("quadratic_stiffness", "alpha2", (REST, SWEPT, PART)),
-    Effect("softening_stiffness", "alpha", (REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha < 0.0),
-    Effect("cubic_stiffness", "alpha", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha >= 0.0),
+    Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART)),
+    Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART)),
+    Effect("softening_stiffness", "alpha", (DENSITY, REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha < 0.0),
+    Effect(
+        "cubic_stiffness",
+        "alpha",
+        (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART),
+        lambda eqs: eqs.alpha >= 0.0,
+    ),
     Effect("linear_damping", "c1", THEORIES),
-    Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
-    Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
-    Effect("impact", "restitution", (PUBLISHED, AVERAGED, REST, RULE, SWEPT, PART)),
-    Effect("compliant_stop", "stop_stiffness", (SWEPT, PART)),
-    Effect("gap", "gap", (AVERAGED, SWEPT, PART)),
-    Effect("opposite_stop", "opposite_restitution", (SWEPT, PART)),
+    Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
+    Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
+    Effect("impact", "restitution", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
+    Effect("compliant_stop", "stop_stiffness", (DENSITY, SWEPT, PART)),
+    Effect("gap", "gap", (AVERAGED, DENSITY, SWEPT, PART)),
+    Effect("opposite_stop", "opposite_restitution", (DENSITY, SWEPT, PART)),
     Effect("external_noise", "n1", THEORIES),
-    Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT)),
-    Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, REST, RULE, SWEPT)),
+    Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
+    Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
     Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART)),
     Effect("coloured_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is None),
     Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),

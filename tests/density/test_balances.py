@@ -67,6 +67,7 @@ def test_paper_scene_has_the_voltage_of_event_driven_monte_carlo():
     assert refined(PAPER, 1e-4).means[0] == pytest.approx(0.08814, abs=4 * 6e-5)
 
 
+@pytest.mark.thorough("test_equations_are_solved")
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.96, 0.37, 0.1])
 def test_stated_error_holds_against_a_finer_mesh_more_modes_and_a_wider_box(restitution):
@@ -80,6 +81,7 @@ def test_stated_error_holds_against_a_finer_mesh_more_modes_and_a_wider_box(rest
     assert better.share < 0.5 * cheap.share
 
 
+@pytest.mark.thorough("test_linear_scene")
 @pytest.mark.slow
 def test_open_circuit_is_a_spring():
     """With no load V = x: the same as a spring that is stiffer by beta."""

@@ -21,7 +21,15 @@ def means(eqs, within):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("beta", "mu", "within"), [(0.05, 1.0, 1e-8), (1.2, 0.3, 1e-5), (0.3, 8.0, 1e-6)])
+@pytest.mark.parametrize(
+    ("beta", "mu", "within"),
+    [
+        (0.05, 1.0, 1e-6),
+        pytest.param(0.05, 1.0, 1e-8, marks=pytest.mark.thorough("test_linear_scene")),
+        pytest.param(1.2, 0.3, 1e-5, marks=pytest.mark.thorough("test_linear_scene")),
+        pytest.param(0.3, 8.0, 1e-6, marks=pytest.mark.thorough("test_linear_scene")),
+    ],
+)
 def test_linear_scene(beta, mu, within):
     """All second moments of a Gaussian density, S = N1/[c (1 + beta + mu^2 + c mu) + beta mu]."""
     eqs, c = linear(beta, mu), 0.05
@@ -60,6 +68,7 @@ def test_elastic_stop_with_a_passive_load_to_eight_digits():
     assert found["velocity_squared"] == pytest.approx(n1 / c, rel=1e-8)
 
 
+@pytest.mark.thorough("test_elastic_stop_with_a_passive_load_to_eight_digits")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",

@@ -1,8 +1,11 @@
 """Engine `density`: its answers with their errors, when it is chosen, and what it refuses."""
 
+import math
+
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InfiniteMeanError, InputError
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
@@ -19,12 +22,11 @@ def test_linear_scene_within_its_error():
 def test_the_same_answer_in_other_units():
     """A physical scene: power and E[V^2] do not depend on the scales, and its details are in SI."""
     plate = hv.load("examples/plate_with_stop.toml")
-    answer = hv.Density().run(plate)
+    answer = hv.Density(within=1e-3).run(plate)
     averaged = hv.Averaged().run(plate)
     assert abs(answer.mean_power.value - averaged.mean_power.value) <= averaged.mean_power.known_error95
-    twice = hv.Density().run(plate.vary("excitation.acceleration_psd", 4.0 * plate.excitation.acceleration_psd))
-    if plate.oscillator.cubic_stiffness is None and plate.stop.gap is None:
-        assert twice.details["impact_rate"] == pytest.approx(answer.details["impact_rate"], rel=1e-4)
+    w0 = Problem(plate).scales.frequency
+    assert answer.details["impact_rate"] == pytest.approx(w0 / math.pi, rel=0.3)
 
 
 def test_it_is_chosen_where_sampling_does_not_reach():
@@ -45,10 +47,10 @@ def test_progress_ends_at_one():
 
 
 def test_a_budget_that_ends_too_early_is_said():
-    answer = hv.Density(within=1e-9, budget=0.01).run(scene(PAPER))
+    answer = hv.Density(within=1e-7, budget=0.01).run(scene(PAPER))
     (warning,) = answer.warnings
-    assert warning.startswith("`within` 1e-09 was not reached: the error is ")
-    assert answer.mean_power.error95 > 1e-9 * answer.mean_power.value
+    assert str(warning).startswith("`within` 1e-07 was not reached: the error is ")
+    assert answer.mean_power.error95 > 1e-7 * answer.mean_power.value
 
 
 @pytest.mark.parametrize(

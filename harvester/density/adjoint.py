@@ -1,0 +1,96 @@
+"""The gradient of a mean with respect to all coefficients at once, from one more solution: the adjoint.
+
+Let A(c) p = 0 be the discrete equations with coefficients c, w p = 1 the mass and J = j p a mean.  With the solution of
+
+    A^T q = j - J w
+
+a small change of the coefficients changes the mean by
+
+    dJ = dj p - q dA p - J dw p
+
+in which p, q, the frame and, but for the stops, the mesh stand still.  The changes of A, j and w are differences of the
+discrete equations themselves, at next to no cost: these are polynomials of low degree in nearly all coefficients.
+"""
+
+from dataclasses import fields, replace
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from harvester.arrays import Floats
+from harvester.density.functionals import functionals
+from harvester.density.mesh import Mesh
+from harvester.density.refine import Answer
+from harvester.density.solve import RESIDUAL, SWEEPS, Factors, integrals
+from harvester.density.weak_form import WeakForm
+from harvester.equations.coefficients import Equations
+
+STEP = 1e-3  # of a coefficient, or of the box for a distance: differences of second order, and once extrapolated
+
+
+def adjoint(factors: Factors, right: Floats) -> Floats:
+    """The solution q of A^T q = right, where right is orthogonal to the density."""
+    form = factors.form
+
+    def from_above(z: Floats) -> Floats:
+        q = np.zeros(z.shape)
+        for k in range(form.modes - 1, -1, -1):
+            q[k] = factors.chains[k].solve_transposed(z[k] - form.to_lower(q, k))
+        return q
+
+    if not form.back_coupled:
+        return from_above(right)
+
+    def preconditioned(z: Floats) -> Floats:
+        q = from_above(z.reshape(form.shape))
+        return z + form.to_higher(q).ravel()
+
+    n = right.size
+    operator = LinearOperator((n, n), matvec=preconditioned, dtype=np.float64)
+    z, _ = gmres(operator, right.ravel(), rtol=RESIDUAL, restart=SWEEPS, maxiter=1)
+    return from_above(z.reshape(form.shape))
+
+
+def gradient(eqs: Equations, answer: Answer, place: int = 0) -> dict[str, float]:
+    """The derivative of a mean (by its place in `functionals.NAMES`) with respect to each coefficient that is present.
+
+    Where the answer has the relative error e, so has its gradient, but for a factor of order one.
+    """
+    found = answer.solution
+    form, p, mean = found.form, found.p, float(found.means[place])
+    masses = np.zeros(form.shape)
+    masses[0] = integrals(form)
+    weights = functionals(eqs, form)[place].reshape(form.shape)
+    q = adjoint(found.factors, weights - mean * masses)
+
+    def changed(name: str, step: float) -> float:
+        other = replace(eqs, **{name: getattr(eqs, name) + step})
+        moved = WeakForm(other, _moved(form.mesh, eqs, other), form.frame, form.modes)
+        own = functionals(other, moved)[place].reshape(form.shape) - mean * _masses(moved)
+        return float(np.vdot(own, p) - np.vdot(q, moved.apply(p)))
+
+    result = {}
+    for name in (one.name for one in fields(eqs) if isinstance(getattr(eqs, one.name), float)):
+        size = answer.setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
+        if size == 0.0:
+            size = 1.0
+        wide, narrow = ((changed(name, h) - changed(name, -h)) / (2.0 * h) for h in (STEP * size, 0.5 * STEP * size))
+        result[name] = (4.0 * narrow - wide) / 3.0
+    return result
+
+
+def _masses(form: WeakForm) -> Floats:
+    masses = np.zeros(form.shape)
+    masses[0] = integrals(form)
+    return masses
+
+
+def _moved(mesh: Mesh, before: Equations, after: Equations) -> Mesh:
+    """The mesh that goes with the stops: it is moved with one, and stretched between two."""
+    low, high = before.stops
+    new_low, new_high = after.stops
+    if np.isinf(low):
+        return mesh
+    x = mesh.x_breaks
+    stretch = (new_high - new_low) / (high - low) if np.isfinite(high) else 1.0
+    return replace(mesh, x_breaks=new_low + stretch * (x - low))
