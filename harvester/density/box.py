@@ -14,6 +14,7 @@ from harvester.density.solve import Factors, integrals, pinned, stationary
 from harvester.density.weak_form import Frame, WeakForm, force, friction
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
+from harvester.presentation.diagnostic import refusal
 
 ROUNDS = 25  # most coarse solutions
 STILL = 0.1  # relative change of the box and of the frame that counts as none
@@ -64,7 +65,7 @@ def extent(eqs: Equations, frame: Frame, tail: float, below: float, above: float
         rests = rests[(first <= rests) & (rests <= last)]
         reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
         return Box(float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail)
-    raise SimulationError("the spring holds the mass at no displacement: use engine 'ensemble'")
+    raise SimulationError(refusal("density_without_box"))
 
 
 def first_guess(eqs: Equations, tail: float) -> Setting:
@@ -97,7 +98,7 @@ def settled(eqs: Equations, tail: float) -> Setting:
         if _alike(setting, after):
             return after
         setting = after
-    raise SimulationError("the box of the density does not come to stand still: use engine 'ensemble'")
+    raise SimulationError(refusal("density_without_box"))
 
 
 def regression(form: WeakForm, p: Floats) -> Frame:
@@ -152,7 +153,7 @@ def _warmth(energy: Floats, density: Floats) -> float:
         moment = float((energy**n * density).sum() / density.sum())
         if moment > 0.0:
             return float((moment * gamma(0.5) / gamma(n + 0.5)) ** (1.0 / n))
-    raise SimulationError("the density could not be solved on a coarse mesh: use engine 'ensemble'")
+    raise SimulationError(refusal("density_not_solved"))
 
 
 def _alike(before: Setting, after: Setting) -> bool:

@@ -20,6 +20,7 @@ from harvester.density.solve import Factors, pinned, stationary
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
+from harvester.presentation.diagnostic import refusal
 
 WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
 TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
@@ -95,7 +96,7 @@ def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int) -> Solution
     factors = Factors(form, pinned(form, setting.peak))
     found = Solution(form, factors, stationary(factors), np.empty(0))
     if not found.residual <= UNSOLVED:
-        raise SimulationError("the equations of the density were not solved: use engine 'ensemble'")
+        raise SimulationError(refusal("density_not_solved"))
     return replace(found, means=functionals(eqs, form) @ found.p.ravel())
 
 

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
+from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.formula import Formula
@@ -16,11 +17,15 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, names_arguments
 from harvester.presentation.diagnostic import note
 
+FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is cheaper than any sample
+
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Cheapest(MonteCarloOptions, Engine):
     """`exact` where that serves, `averaged` where its own error allows it, else `ensemble`; for a netlist `spice`.
+
+    Where ``within`` is finer than sampling reaches in reasonable time, `density` in place of `ensemble`, if it serves.
 
     The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
 
@@ -45,8 +50,8 @@ class Cheapest(MonteCarloOptions, Engine):
         problem, within = Problem.of(scene), number(self.within)
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
-        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
         if problem.netlist is not None:
+            options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
             return _because(Spice(**options).run(problem, progress), "netlist", within)
         kind = formula(problem)
         try:
@@ -54,12 +59,20 @@ class Cheapest(MonteCarloOptions, Engine):
         except HarvesterError as error:
             if kind is Exact:
                 raise
-            return _because(Ensemble(**options).run(problem, progress), "refused", within, refused=str(error))
+            return _because(self._unaveraged(problem, progress), "refused", within, refused=str(error))
         power = quick.mean_power
         stated = power.known_error95 / abs(power.value) if power.value else 0.0
         if stated <= within:
             return _because(quick, "reached", within, stated)
-        return _because(Ensemble(**options).run(problem, progress), "beyond", within, stated, kind.NAME)
+        return _because(self._unaveraged(problem, progress), "beyond", within, stated, kind.NAME)
+
+    def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
+        """The answer of `Density` where sampling takes very long to reach ``within``, else of `Ensemble`."""
+        within, budget = number(self.within), number(self.budget)
+        if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
+            return Density(within=within, budget=budget).run(problem, progress)
+        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
+        return Ensemble(**options).run(problem, progress)
 
 
 def formula(problem: Problem) -> type[Formula]:

@@ -7,39 +7,17 @@ from typing import ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import (
-    OPEN_CIRCUIT,
-    AnyScene,
-    Engine,
-    Progress,
-    estimate,
-    needs_resistance,
-    served,
-    unknown_effects,
-)
+from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served, unknown_effects
 from harvester.equations.bounds import check_bounded
 from harvester.equations.effects import DENSITY, LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
 
 USUAL = 1e-5  # the relative error that is aimed at where none is asked for
 REFUSED = 0.02  # the relative error above which there is no answer
-
-REASON = "no sampling: the density itself is solved, and its error is that of the mesh, of the modes and of the box"
-NO_NOISE = (
-    "engine 'density' must have white noise of the base (acceleration_psd, D11), without which there is no density "
-    "to solve: use engine 'ensemble'"
-)
-NOT_REACHED = (
-    "`within` {within:.3g} was not reached: the error is {share:.2g} (mesh {mesh:.1g}, modes {modes:.1g}, "
-    "box {box:.1g})"
-)
-NOT_RESOLVED = (
-    "the density is not resolved: its error would be {share:.2g} (mesh {mesh:.1g}, modes {modes:.1g}, box {box:.1g}); "
-    "use engine 'ensemble'"
-)
 
 
 @names_arguments
@@ -69,12 +47,13 @@ class Density(Request, Engine):
     FINEST: ClassVar[float] = 1e-9
 
     @classmethod
-    def refusal(cls, problem: Problem) -> str:
-        """Why there is no density to solve, and what serves the problem; empty where there is one."""
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why there is no density to solve, and what serves the problem; None where there is one."""
         linear = unknown_to(LINEAR).isdisjoint(problem.effects)
         instead = "engine 'ensemble'" + (", or 'exact', which serves all linear scenes" if linear else "")
         other = unknown_effects(problem, unknown_to(DENSITY), f"engine {cls.NAME!r}", instead)
-        return needs_resistance(problem, cls.NAME) or other or ("" if problem.equations.n1 else NO_NOISE)
+        without = None if problem.equations.n1 else refusal("needs_white_noise", engine=cls.NAME)
+        return needs_resistance(problem, cls.NAME) or other or without
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
@@ -90,12 +69,12 @@ class Density(Request, Engine):
         seconds = time.perf_counter() - begin
         share, parts = answer.share, answer.parts
         if not share <= REFUSED:
-            raise SimulationError(NOT_RESOLVED.format(share=share, **parts))
-        warnings = exists.warnings
+            raise SimulationError(refusal("density_not_resolved", error=share, **parts))
+        diagnostics = [exists.warning, note("density_solved")]
         if eqs.mu is None:
-            warnings.append(OPEN_CIRCUIT)
+            diagnostics.append(warning("open_circuit"))
         if within is not None and share > within:
-            warnings.append(NOT_REACHED.format(within=within, share=share, **parts))
+            diagnostics.append(warning("density_not_reached", within=within, error=share, **parts))
         v2 = Value(float(answer.means[0]), bias=float(answer.error[0]), unknown=exists.unknown)
         details = {f"{name}_error": part for name, part in parts.items()}
         details |= {
@@ -103,7 +82,7 @@ class Density(Request, Engine):
             for name, mean in zip(NAMES[1:], answer.means[1:], strict=True)
             if mean
         }
-        return estimate(self.NAME, problem, v2, None, seconds, 0, REASON, tuple(warnings), details)
+        return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=details)
 
 
 def _unit(name: str, problem: Problem) -> float:

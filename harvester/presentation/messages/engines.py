@@ -138,6 +138,17 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "nothing_shakes": "the response dies out: nothing shakes the base",
     "beyond_formula": _beyond_formula,
     "cheapest": _cheapest,
+    # the density
+    "density_solved": "no sampling: the density itself is solved, and its error is that of the mesh, of the modes and "
+    "of the box",
+    "density_not_reached": "`within` {within:.3g} was not reached: the error is {error:.2g} (mesh {mesh:.1g}, modes "
+    "{modes:.1g}, box {box:.1g})",
+    "density_not_resolved": "the density is not resolved: its error would be {error:.2g} (mesh {mesh:.1g}, modes "
+    "{modes:.1g}, box {box:.1g}); use engine 'ensemble'",
+    "density_not_solved": "the equations of the density were not solved: use engine 'ensemble'",
+    "density_without_box": "no box was found that holds the density: use engine 'ensemble'",
+    "needs_white_noise": "engine {engine!r} must have white noise of the base (acceleration_psd, D11), without which "
+    "there is no density to solve: use engine 'ensemble'",
     # moments that noise of the stiffness takes away
     "grows_by_stiffness_noise": "the response grows without bound: noise of the stiffness feeds more than damping "
     f"takes; give {LESS}",
