@@ -189,7 +189,7 @@ def test_comparison():
     assert "ngspice is <missing>" in page.text
     z = result.z(result.estimates[1])
     assert f"{z:.4g}" in page.text
-    assert f"against {result.reference.engine}" in page.text
+    assert f"Against {result.reference.engine}" in page.text
     assert "none" in page.text and "0.98 %" in page.text and "0.5 %" in page.text
 
 

@@ -75,6 +75,6 @@ def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"compare.csv", "compare.png", "provenance.json"}
     rows = (tmp_path / "out" / "compare.csv").read_text().splitlines()
     assert rows[1].split(",")[1] == f"{again.estimates[0].mean_power.value:.9g}"
-    assert str(found).splitlines()[1].strip() == "against averaged" and "%" in str(found)
+    assert str(found).splitlines()[1].strip() == "against published" and "%" in str(found)
     with pytest.raises(hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"):
         compare(scene(PAPER), execution=hv.Execution(workers=2))
