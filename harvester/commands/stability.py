@@ -30,18 +30,16 @@ def stability(
     path: str, seed: int, trajectories: int, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
 ) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
-    from harvester.commands.progress import Bar, RowsBar
+    from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
     from harvester.scene.toml import load
-    from harvester.studies.stability import exponent, region
+    from harvester.studies.stability import exponent
 
     scene, file = load(path), report_file(report, out)
     with Bar("stability", shorter="fewer --trajectories") as bar:
-        answer = exponent.stability(scene, seed, trajectories, tick=bar.tell)
+        execution = Execution(out=out, formats=vector, progress=bar)
+        answer = exponent.stability(scene, seed=seed, trajectories=trajectories, execution=execution)
     echo_answer(answer, as_json)
-    found: list[region.Edge] = []
-    if out is not None:
-        with RowsBar("region", {"": len(region.LOADS)}) as rows:
-            found = region.draw(scene, out, seed, lambda: rows.row(""), vector)
-        if not as_json:
-            echo_written(out, "stability.csv", *figure("stability", vector))
-    save_report(file, lambda report: report.of_stability(scene, answer, seed, found), quiet=as_json, scene=path)
+    if out is not None and not as_json:
+        echo_written(out, "stability.csv", *figure("stability", vector))
+    save_report(file, lambda report: report.of_stability(scene, answer, seed), quiet=as_json, scene=path)

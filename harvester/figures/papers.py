@@ -12,7 +12,6 @@ from harvester.figures.quantities import broken, logarithm, scale
 from harvester.figures.shapes import PaperPointShape, TheoriesShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, paler, styled
 from harvester.presentation.engine_look import look as look_of
-from harvester.uncertainty.value import NORMAL_QUANTILE
 
 _MARKERS, _PALER = "so^", 0.3  # of the first, second and third curve
 _NAMES = {
@@ -55,7 +54,7 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
     for name in ("published", "averaged"):
         style = look_of(name).style() | {"color": paler(look_of(name).colour, _PALER * number), "linewidth": 1.2}
         here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
-    error = NORMAL_QUANTILE * np.array([p.ensemble_stderr for p in rows])
+    error = np.array([p.ensemble_error95 for p in rows])
     marks: dict[str, Any] = {"color": look_of("ensemble").colour, "linestyle": "none", "zorder": 2.5}
     marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}
     marks |= {"markeredgecolor": paler(INK, _PALER * number), "ecolor": paler(INK, _PALER * number), "elinewidth": 0.8}
@@ -90,9 +89,9 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
             here.plot(mu, np.minimum([getattr(e, name) for e in edges], top) / y.factor, **look_of(name).style())
         marks: dict[str, Any] = {"color": look_of("ensemble").colour, "markeredgecolor": INK, "ecolor": INK}
         marks |= {"linestyle": "none", "marker": "s", "zorder": 3.5, "label": "ensemble (Monte Carlo)"}
-        known = [(m, e.ensemble, e.ensemble_stderr) for m, e in zip(mu, edges, strict=True)]
+        known = [(m, e.ensemble, e.ensemble_error95) for m, e in zip(mu, edges, strict=True)]
         places, noises, errors = np.array([one for one in known if np.isfinite(one[2])]).reshape(-1, 3).T
-        here.errorbar(places, noises / y.factor, NORMAL_QUANTILE * errors / y.factor, **marks)
+        here.errorbar(places, noises / y.factor, errors / y.factor, **marks)
         logarithm(here.xaxis)
         here.set_ylim(0.0, top / y.factor)
         here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")

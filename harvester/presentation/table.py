@@ -236,6 +236,8 @@ def _shown(cell: Cell, unit: str, clock: bool) -> str:
         return ""
     if isinstance(cell, bool | str):
         return str(cell)
+    if isinstance(cell, float) and not math.isfinite(cell):
+        return f"{cell:g}"
     if clock:
         return f"{float(cell.value if isinstance(cell, Value) else cell):.2g}"
     if unit == "%":

@@ -21,7 +21,7 @@ from harvester.studies.output_folder import provenance
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+from harvester.uncertainty.value import Value
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
@@ -194,4 +194,4 @@ def _off(points: list[FigurePoint], name: str) -> str:
 
 
 def _noise(points: list[FigurePoint]) -> str:
-    return share(NORMAL_QUANTILE * max(p.ensemble_stderr for p in points), _size(points))
+    return share(max(p.ensemble_error95 for p in points), _size(points))

@@ -68,7 +68,7 @@ POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 
 
 
 @dataclass(frozen=True)
-class FigurePoint:
+class FigurePoint(region.Measured):
     """One point of a figure of the paper; ``ensemble`` has a standard error."""
 
     panel: str

@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from urllib.parse import urlparse
 
@@ -17,7 +18,7 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import warning, worded
 from harvester.presentation.scene_words import EFFECTS
 from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import effects_section
@@ -241,13 +242,14 @@ def test_front_and_circuits():
 
 def test_stability():
     """With the region there is a figure; without it only the exponents."""
-    answer = Stability(True, -1.0, -1.1, 0.01, Value(-1.2, 0.1, 0.0), None, ("beware",))
+    beware = (warning("worded", text="beware"),)
+    answer = Stability(True, -1.0, -1.1, 0.01, Value(-1.2, 0.1, 0.0), None, beware)
     bare = report.html(report.of_stability(hv.load(PLATE), answer, 3))
     assert "averaged: -1.1 ± 0.01 (model, estimated) 1/s" in bare
-    assert "rest is stable" in bare and "beware" in bare and "<figure>" not in bare
+    assert "rest: stable" in bare and "beware" in bare and "<figure>" not in bare
     edges = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, float("inf"), 0.2, 0.2, float("inf"))]
-    page = checked(report.html(report.of_stability(hv.load(PLATE), answer, 3, edges)))
-    for word in ("The edge of stability", "0.02", "inf"):
+    page = checked(report.html(report.of_stability(hv.load(PLATE), replace(answer, region=tuple(edges)), 3)))
+    for word in ("The edge of stability", "0.01", "inf"):
         assert word in page.text
 
 

@@ -3,6 +3,10 @@
 from collections.abc import Callable
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
+    "shaking_left_out": "external shaking is left out: the exponent is that of rest, which it does not leave",
+    "memory_longer_than_burn_in": "burn-in stopped at {longest:g}/w0, before the load's memory 1/mu ended",
+    "impacts_lock_to_steps": "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value",
+    "averaged_is_exact": "averaged is exact for this scene",
     "did_not_run": "did not run: {why}",
     "one_path": "one path is no mean: for the power and its error, harvester run",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",

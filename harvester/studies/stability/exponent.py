@@ -1,31 +1,38 @@
-"""Stability of a scene at rest: its top Lyapunov exponent three ways."""
+"""Stability of a scene at rest: its top Lyapunov exponent three ways, and the region in which it is stable."""
 
-from collections.abc import Callable
+import contextlib
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
-from harvester.engines.protocol import AnyScene, unknown_effects
-from harvester.equations.effects import REST, unknown_to
+from harvester import figures
+from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, names_arguments
-from harvester.presentation.answer_units import AnswerUnits
+from harvester.errors import names_arguments
+from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
+from harvester.machine.progress import PartOfProgress
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
 from harvester.scene.plausibility import unusual_values
+from harvester.studies.output_folder import OutputFolder
+from harvester.studies.stability.region import LOADS, Edge, check_rest, edges
 from harvester.uncertainty.value import Value
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
 
 @names_arguments
-@dataclass(frozen=True)
-class Stability:
+@dataclass(frozen=True, repr=False)
+class Stability(TableResult):
     """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.
 
-    ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its
-    estimated error (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
+    ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its estimated error
+    (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
     (None: the mass leaves the stop for good).  Where there is a stop and no noise, the step's part in the error of
-    ``ensemble`` is at least its distance from ``noiseless``.
+    ``ensemble`` is at least its distance from ``noiseless``.  ``region`` is the edge of stability in the plane of the
+    load and the parametric noise, where it was computed.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
@@ -33,13 +40,21 @@ class Stability:
     'unstable'
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("verdict", "averaged_exponent")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"averaged", "model", "region"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"averaged_exponent"})
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"region"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"model": "averaged_model_bias"}
+    SHORT: ClassVar[tuple[str, ...]] = ("verdict", "ensemble")
+
     physical: bool
     published: float
     averaged: float
     model: float | None
     ensemble: Value
     noiseless: float | None
-    warnings: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    region: tuple[Edge, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -48,65 +63,37 @@ class Stability:
             return "undecided"
         return "stable" if self.ensemble.value < 0.0 else "unstable"
 
-    def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints."""
-        value = self.ensemble
-        return {
-            "published": self.published,
-            "averaged": self.averaged,
-            "ensemble": {
-                "value": value.value,
-                "stderr": value.stderr,
-                "step_bias": value.bias,
-                "error95": value.error95,
-            },
-            "averaged_model_bias": self.model,
-            "noiseless": self.noiseless,
-            "verdict": self.verdict,
-            "warnings": list(self.warnings),
-        }
+    @property
+    def averaged_exponent(self) -> Value:
+        """Our exponent with its estimated error."""
+        return Value(self.averaged, model=self.model)
 
-    def __str__(self) -> str:
-        unit = AnswerUnits.of(self.physical).rate
-        lines = [
-            f"top Lyapunov exponent: rest is {self.verdict}",
-            f"  published  {Value(self.published).format(unit)}",
-            f"  averaged   {self._averaged(unit)}",
-            f"  ensemble   {self.ensemble.format(unit)}",
-        ]
-        if self.noiseless is not None:
-            lines.append(f"  without noise, exact  {Value(self.noiseless).format(unit)}")
-        return "\n".join(lines + [f"  warning: {w}" for w in self.warnings])
+    @property
+    def table(self) -> Table:
+        """The edge of stability: at each mu the parametric noise eps2^2 D22 at which rest turns unstable."""
+        names = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
+        columns = tuple(Column(name, [getattr(edge, name) for edge in self.region]) for name in names)
+        return Table(columns, "The edge of stability")
 
-    def _averaged(self, unit: str) -> str:
-        if self.model is not None and self.model <= EXACT * abs(self.averaged):
-            return f"{Value(self.averaged).format(unit)} (exact for this scene)"
-        return Value(self.averaged, model=self.model).format(unit)
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The region of stability in the plane (mu, D22)."""
+        return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
-def check_rest(problem: Problem) -> None:
-    """Raise CannotServeError for a netlist, and unless the mass rests at x = 0, free or touching one rigid stop."""
-    if problem.netlist is not None:
-        raise CannotServeError(
-            f"stability must have a load resistance, but the load is netlist {problem.netlist!r}: "
-            "give load.resistance, the circuit's at small signals"
-        )
-    who = "stability, of rest at x = 0 with one rigid stop there or none,"
-    if reason := unknown_effects(problem, unknown_to(REST), who, "engine 'ensemble'"):
-        raise CannotServeError(reason)
-
-
+@as_in_version_0_1("seed", "trajectories", "duration", tick=calls_with_fraction)
 @names_arguments
 def stability(
     scene: AnyScene,
+    *,
     seed: int = 0,
     trajectories: int = 4096,
     duration: float = 1000.0,
-    tick: Callable[[float], None] | None = None,
+    execution: Execution = DEFAULT,
 ) -> Stability:
     """Compute the top Lyapunov exponent of a scene's linearised equations without external noise.
 
-    ``duration`` of the ``trajectories`` is in units of 1/w0.
+    ``duration`` of the ``trajectories`` is in units of 1/w0.  Into the folder of its `Execution` it writes the region
+    of stability, for which the scene's own mu and D22 do not matter: stability.csv and stability.png.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
@@ -116,6 +103,8 @@ def stability(
 
     Raises
     ------
+    InputError
+        for a folder that cannot be written, and what `Execution` has for other studies.
     CannotServeError
         for a netlist load, and where the linearised motion about x = 0 says nothing of rest (`check_rest`).
     SimulationError
@@ -125,15 +114,25 @@ def stability(
     from harvester.averaging.stability.exact import noiseless
     from harvester.mechanics.ensemble import lyapunov
 
+    execution.only("stability", "out", "formats", "progress")
     problem = Problem.of(scene)
     check_rest(problem)
+    folder = OutputFolder.of(execution)
     eqs, unit = problem.equations, problem.units.frequency
-    warnings = [str(one) for one in unusual_values(problem.scene)]
+    found = unusual_values(problem.scene)
     if eqs.is_shaken:
-        warnings.append("external shaking is left out: the exponent is that of rest, which it does not leave")
+        found.append(warning("shaking_left_out"))
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
-        warnings.append(f"burn-in stopped at {lyapunov.LONGEST:g}/w0, before the load's memory 1/mu ended")
-    growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=tick)
+        found.append(warning("memory_longer_than_burn_in", longest=lyapunov.LONGEST))
+    share = 1.0 if folder is None else 0.2  # of the time
+    with contextlib.closing(execution.progress) as progress:
+        progress.start()
+        part = PartOfProgress(progress, 0.0, share)
+        growth = lyapunov.exponent(eqs, np.random.SeedSequence(seed), trajectories, duration, tick=part.step)
+        region: list[Edge] = []
+        for edge in () if folder is None else edges(eqs, LOADS, np.random.SeedSequence(seed)):
+            region.append(edge)
+            progress.step(share + (1.0 - share) * len(region) / len(LOADS), "region")
     doubts, quiet = formula.doubts(eqs), noiseless(eqs)
     bias, unknown = growth.bias, ""
     if eqs.n2 is None and eqs.restitution is not None:
@@ -143,15 +142,20 @@ def stability(
             unknown = "the step, as impacts can lock to its grid without noise"
         else:
             bias = max(bias, abs(growth.value - quiet))
-            warnings.append(
-                "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value"
-            )
-    return Stability(
+            found.append(warning("impacts_lock_to_steps"))
+    averaged = float(formula.averaged(eqs))
+    if doubts.error is not None and doubts.error <= EXACT * abs(averaged):
+        found.append(note("averaged_is_exact"))
+    answer = Stability(
         physical=problem.physical,
         published=float(formula.published(eqs)) * unit,
-        averaged=float(formula.averaged(eqs)) * unit,
+        averaged=averaged * unit,
         model=None if doubts.error is None else doubts.error * unit,
         ensemble=Value(growth.value, growth.stderr, bias, unknown=unknown).scaled(unit),
         noiseless=None if quiet is None else quiet * unit,
-        warnings=(*warnings, *map(str, doubts.diagnostics)),
+        diagnostics=(*found, *doubts.diagnostics),
+        region=tuple(region),
     )
+    if folder is not None:
+        folder.save("stability", answer.table.csv(), answer.plot(problem.scene.title))
+    return answer

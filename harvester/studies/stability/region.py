@@ -2,28 +2,39 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.averaging.stability import exponent as stability
-from harvester.engines.protocol import AnyScene
+from harvester.engines.protocol import unknown_effects
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import REST, unknown_to
 from harvester.equations.problem import Problem
-from harvester.studies.output_folder import OutputFolder, csv_text
-from harvester.studies.stability.exponent import check_rest
+from harvester.errors import CannotServeError
+from harvester.uncertainty.value import Value
 
-COLUMNS = ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
 LOADS = np.geomspace(0.02, 5.0, 13)
 _ROUNDS = 3  # of Newton's method on the Monte Carlo
 
 
+class Measured:
+    """A number by Monte Carlo with its standard error, which is infinite where none was found."""
+
+    ensemble: float
+    ensemble_stderr: float
+
+    @property
+    def ensemble_error95(self) -> float:
+        """The half-width of its 95 % sampling interval."""
+        finite = math.isfinite(self.ensemble_stderr)
+        return Value(0.0, self.ensemble_stderr).sampling95 if finite else math.inf
+
+
 @dataclass(frozen=True)
-class Edge:
+class Edge(Measured):
     """The boundary of stability at one mu: N2 = eps2^2 D22 at which the top exponent is zero, stable below.
 
     0 where rest is unstable without noise, infinite where no noise makes it unstable; ``ensemble`` is
@@ -64,21 +75,13 @@ def _measured(eqs: Equations, mu: float, n2: float, seed: np.random.SeedSequence
     return n2, error
 
 
-def draw(
-    scene: AnyScene, out: str | Path, seed: int = 0, tick: Callable[[], None] | None = None, vector: Sequence[str] = ()
-) -> list[Edge]:
-    """Write stability.csv and stability.png for a scene, whose own mu and D22 do not matter, into a folder.
-
-    ``vector`` are forms of the figure beside its .png: svg, pdf.  Raises InputError for another one or where the folder
-    cannot be written, and CannotServeError as `check_rest`.
-    """
-    problem = Problem.of(scene)
-    check_rest(problem)
-    folder, points = OutputFolder(out, vector), []
-    for edge in edges(problem.equations, LOADS, np.random.SeedSequence(seed)):
-        points.append(edge)
-        if tick is not None:
-            tick()
-    text = csv_text(COLUMNS, map(dataclasses.astuple, points))
-    folder.save("stability", text, figures.region([edge.mu for edge in points], points, problem.scene.title))
-    return points
+def check_rest(problem: Problem) -> None:
+    """Raise CannotServeError for a netlist, and unless the mass rests at x = 0, free or touching one rigid stop."""
+    if problem.netlist is not None:
+        raise CannotServeError(
+            f"stability must have a load resistance, but the load is netlist {problem.netlist!r}: "
+            "give load.resistance, the circuit's at small signals"
+        )
+    who = "stability, of rest at x = 0 with one rigid stop there or none,"
+    if reason := unknown_effects(problem, unknown_to(REST), who, "engine 'ensemble'"):
+        raise CannotServeError(reason)

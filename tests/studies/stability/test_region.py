@@ -7,7 +7,8 @@ import pytest
 
 import harvester as hv
 from harvester.errors import CannotServeError
-from harvester.studies.stability import region
+from harvester.machine.progress import CallingBack
+from harvester.studies.stability import exponent, region
 from tests.support.systems import FIGURE7, changed, scene
 
 pytestmark = pytest.mark.slow
@@ -29,18 +30,22 @@ def test_ends_of_the_region():
 
 
 def test_files(tmp_path, monkeypatch):
-    monkeypatch.setattr(region, "LOADS", np.array([0.1, 1.0]))
+    monkeypatch.setattr(exponent, "LOADS", np.array([0.1, 1.0]))
     ticks = []
-    region.draw(scene(FIGURE7), tmp_path, tick=lambda: ticks.append(1))
+    progress = CallingBack(lambda done, what: ticks.append((done, what)))
+    execution = hv.Execution(out=tmp_path, progress=progress)
+    found = hv.stability(scene(FIGURE7), trajectories=64, duration=50.0, execution=execution)
     with (tmp_path / "stability.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == region.COLUMNS
+    assert tuple(rows[0]) == ("mu", "published", "averaged", "ensemble", "ensemble_stderr")
+    assert len(found.as_json()["region"]) == len(found.to_pandas()) == 2
     assert [float(row["mu"]) for row in rows] == [0.1, 1.0]
-    assert len(ticks) == 2
+    assert ticks == sorted(ticks) and [what for _, what in ticks][-2:] == ["region"] * 2
     assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_netlist_has_no_region(tmp_path):
     bridge = hv.load("examples/plate_with_stop.toml").with_load(hv.Load(netlist="bridge"))
     with pytest.raises(CannotServeError, match="load resistance"):
-        region.draw(bridge, tmp_path)
+        hv.stability(bridge, execution=hv.Execution(out=tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
