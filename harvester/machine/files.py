@@ -63,6 +63,14 @@ def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
             raise invalid(f"`{argument}`", "be svg or pdf", form)
 
 
+def remove(path: Path, argument: str = "out") -> None:
+    """Remove a file, where there is one; raises InputError for what cannot be removed, such as a folder."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"`{argument}` must take {path.name}, but what is there stays: {error.strerror}") from None
+
+
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
     """Write a file, which gets its name only when it is complete; errors name the ``argument``.
 

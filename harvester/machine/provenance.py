@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import sys
 from datetime import UTC, datetime
 from importlib import metadata
@@ -37,9 +38,9 @@ def machine() -> dict[str, Any]:
 
 
 def origin() -> dict[str, Any]:
-    """The origin of a result: the command, the time, versions and machine."""
+    """The origin of a result: the command, without the password of an address, the time, versions and machine."""
     return {
-        "command": sys.argv[1:],
+        "command": [re.sub(r"://[^/@\s]+@", "://...@", one) for one in sys.argv[1:]],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
         "machine": machine(),

@@ -99,3 +99,10 @@ def test_read(tmp_path):
 def test_no_folder_has_this_name(tmp_path):
     with pytest.raises(InputError, match=r"is not: its name has a NUL character$"):
         files.folder(tmp_path / "a\0b")
+
+
+def test_what_cannot_be_removed(tmp_path):
+    (tmp_path / "a").mkdir()
+    with pytest.raises(InputError, match="`out` must take a, but what is there stays: Is a directory"):
+        files.remove(tmp_path / "a")
+    files.remove(tmp_path / "none")

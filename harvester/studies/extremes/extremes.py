@@ -1,16 +1,18 @@
 """The largest displacement, voltage and impact over a lifetime, and how that was found."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError, names_arguments, shown
+from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
 from harvester.machine.execution import as_in_version_0_1
 from harvester.presentation.diagnostic import Diagnostic, has, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.quantities.units import Seconds, time
+from harvester.studies.extremes.counted import SHORTEST
 from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
 from harvester.uncertainty.value import Value, amount
 
@@ -110,7 +112,7 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
         where no stationary response exists.
     """
     problem = Problem.of(scene)
-    span = read_lifetime(lifetime, problem.physical)
+    span = read_lifetime(lifetime, problem)
     check_served(problem)
     if rice_holds(problem) and not counted:
         of_share = {share: linear_peaks(problem, span, share) for share in SHARES}
@@ -134,7 +136,7 @@ def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) ->
 def check_asked(scene: AnyScene, lifetime: float | str) -> None:
     """Raise what `extremes` would for a lifetime that is none, or a scene that has no largest values."""
     problem = Problem.of(scene)
-    read_lifetime(lifetime, problem.physical)
+    read_lifetime(lifetime, problem)
     check_served(problem)
 
 
@@ -147,14 +149,18 @@ def has_lifetime(problem: Problem) -> bool:
     return True
 
 
-def read_lifetime(lifetime: float | str, physical: bool) -> float:
-    """A lifetime above 0, in seconds or in 1/w0; raises InputError for another."""
+def read_lifetime(lifetime: float | str, problem: Problem) -> float:
+    """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0; raises InputError for another."""
     try:
         found = time(lifetime) if isinstance(lifetime, str) else float(lifetime)
         if not 0.0 < found < 1e30:
             raise ValueError("must be a time above 0, such as '5 years'")
     except ValueError as error:
         raise InputError(f"`lifetime` {error}, but is {shown(lifetime)}") from None
-    if isinstance(found, Seconds) and not physical:
+    if isinstance(found, Seconds) and not problem.physical:
         raise InputError(f"`lifetime` must be a number of 1/w0 for a nondimensional scene, but is {shown(lifetime)}")
+    least = 2.0 * math.pi * SHORTEST / problem.units.frequency
+    if found < least:
+        unit = " s" if problem.physical else ""
+        raise invalid("`lifetime`", f"be at least {SHORTEST} cycles of the device, {least:.3g}{unit}", lifetime)
     return float(found)

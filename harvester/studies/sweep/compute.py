@@ -139,7 +139,7 @@ class _Sweep:
             self.save()  # before the provenance, which must never stand beside another sweep's rows
             self.folder.provenance(self.about)
             for name in ("sweep.nc", *(f"sweep.{form}" for form in ("png", *files.VECTOR))):  # nor an older plot
-                (self.folder.path / name).unlink(missing_ok=True)
+                files.remove(self.folder.path / name)
         done = Counter(row.place for row in kept)
         for place, name in enumerate(self.names):
             self.execution.progress.start(len(self.points), name, done[place])

@@ -6,6 +6,7 @@ Numbers have nine digits from the first, so that a row that is read from sweep.c
 import dataclasses
 import itertools
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -35,6 +36,7 @@ COLUMNS = (
     "warnings",
     "responses",  # how many a steady drive has, where a search from many starts was made
 )
+MOST_RESPONSES = 1_000_000  # of one point
 AT_ONCE = 1000  # rows that are written at once
 
 
@@ -131,6 +133,8 @@ def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
         voltage, power = (_read_value(cells, name) for name in QUANTITIES)
         responses = int(cells["responses"]) if cells["responses"] else None
         seconds = float(cells["seconds"])
+        if not (0.0 <= seconds < math.inf and (responses or 0) in range(MOST_RESPONSES)):
+            return None
     except (ValueError, TypeError, KeyError, HarvesterError):  # no such cells; numbers that are none, or not finite
         return None
     if cells["error"]:

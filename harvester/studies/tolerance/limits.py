@@ -83,7 +83,7 @@ def lifetime_of(limits: Sequence[Limit], lifetime: float | str | None, problem: 
         if peaks:
             raise InputError(f"`lifetime` must be given for a limit of {peaks[0]}, but is left out")
         return None
-    found = read_lifetime(lifetime, problem.physical)
+    found = read_lifetime(lifetime, problem)
     if not peaks:
         raise InputError(f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none")
     check_served(problem)

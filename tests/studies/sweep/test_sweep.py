@@ -315,3 +315,38 @@ def test_the_cheapest_engine_of_each_point_is_resumed(tmp_path):
     again = table()
     assert replace(again.rows[0], warnings=()) == replace(first.rows[0], warnings=())
     assert again.rows[1].mean_power == first.rows[1].mean_power
+
+
+@pytest.mark.parametrize("text", ["--", "nan", "inf", "1e999", "9" * 400, "\x00", "'"])
+def test_damaged_numbers_are_computed_anew(tmp_path, harvester, text):
+    """Whatever column of sweep.csv they stand in: they were an internal error, or would be kept."""
+    asked = (
+        "sweep",
+        str(EXAMPLES / "plate.toml"),
+        "--vary",
+        "load.resistance=1k:10M:3",
+        "--engine",
+        "averaged",
+        "--out",
+    )
+    assert harvester(*asked, str(tmp_path))[0] == 0
+    table = tmp_path / "sweep.csv"
+    lines = table.read_text().splitlines()
+    for name in ("mean_power", "mean_square_voltage", "seconds", "responses", "mean_power_bias"):
+        cells = lines[2].split(",")
+        cells[lines[0].split(",").index(name)] = text
+        table.write_text("\n".join([*lines[:2], ",".join(cells), *lines[3:]]) + "\n")
+        status, _, err = harvester(*asked, str(tmp_path), "--resume")
+        assert (status, err) == (0, ""), name
+        whole = [
+            {k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(table.read_text().splitlines())
+        ]
+        assert whole == [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(lines)], name
+
+
+def test_a_folder_in_the_place_of_a_file(tmp_path, harvester):
+    """Bad input, as for sweep.csv: exit status 2."""
+    (tmp_path / "sweep.nc").mkdir()
+    asked = ("sweep", str(EXAMPLES / "plate.toml"), "--vary", "load.resistance=1k:10M:3", "--engine", "averaged")
+    line = "harvester: --out must take sweep.nc, but what is there stays: Is a directory\n"
+    assert harvester(*asked, "--out", str(tmp_path))[::2] == (2, line)
