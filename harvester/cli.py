@@ -28,6 +28,7 @@ from harvester.commands.record import record
 from harvester.commands.response import response
 from harvester.commands.run import run
 from harvester.commands.stability import stability
+from harvester.commands.study import study_commands
 from harvester.commands.sweep import sweep
 from harvester.commands.tolerance import tolerance
 from harvester.errors import HarvesterError, named
@@ -53,7 +54,7 @@ A first session:
     sections=[
         cloup.Section("Your device", [new, keys, identify, record, export]),
         cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, compare]),
-        cloup.Section("A closer look", [charge, cost, motion, response, stability]),
+        cloup.Section("A closer look", [charge, cost, motion, response, stability, *study_commands()]),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],
     context_settings=SETTINGS,

@@ -1,0 +1,74 @@
+"""Every study, once: its name, its function, its result, and what its command asks for.
+
+Commands, reports, documentation and tests walk this list.  A study that has no file of its own in harvester/commands/
+gets its command from its entry here: scene, options, --json, and --report with the page that any result has.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a study's command: a keyword of its function, the type of its value, its default and its help."""
+
+    name: str
+    type: type
+    default: Any
+    help: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study: ``function`` and ``result`` are FILE:NAME below harvester.studies.
+
+    The function takes the scene first and all else by keyword, and gives the result, a
+    `harvester.presentation.result.Result`.  ``summary`` and ``options`` are those of its command, and ``example`` is
+    what follows the scene in the command's example; without a summary the command has a file of its own.
+    """
+
+    name: str
+    function: str
+    result: str
+    summary: str = ""
+    options: tuple[Option, ...] = ()
+    example: str = ""
+
+    def run(self) -> Callable[..., Any]:
+        """The function."""
+        return _loaded(self.function)  # type: ignore[no-any-return]
+
+    def result_type(self) -> type:
+        """The class of its result."""
+        return _loaded(self.result)  # type: ignore[no-any-return]
+
+
+def _loaded(where: str) -> Any:
+    module, _, name = where.partition(":")
+    return getattr(import_module(f"harvester.studies.{module}"), name)
+
+
+STUDIES = (
+    Study("sweep", "sweep.sweep:sweep", "sweep.table:SweepTable"),
+    Study("compare", "compare:compare", "compare:Comparison"),
+    Study("optimise", "optimum.optimise:optimise", "optimum.answer:Optimum"),
+    Study("tolerance", "tolerance.tolerance:tolerance", "tolerance.answer:ToleranceResult"),
+    Study("charge", "charging.charge:charge", "charging.answer:ChargingResult"),
+    Study("motion", "motion:motion", "motion:Motion"),
+    Study("response", "frequency_response.response:responses", "frequency_response.responses:FrequencyResponses"),
+    Study("stability", "stability.exponent:stability", "stability.exponent:Stability"),
+    Study("cost", "work_precision.cost:cost", "work_precision.cost_table:Cost"),
+    Study(
+        "extremes",
+        "extremes.extremes:extremes",
+        "extremes.extremes:Extremes",
+        "Largest displacement, voltage and impact speed of SCENE over a lifetime.",
+        (
+            Option("lifetime", str, "1 year", "Such as '5 years' (nondimensional scene: a number of 1/w0)."),
+            Option("seed", int, 0, "The same seed, the same noise."),
+        ),
+        "--lifetime '5 years'",
+    ),
+)

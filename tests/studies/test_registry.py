@@ -1,0 +1,114 @@
+"""One walk over every study: how it is called, and how its result shows itself wherever results are shown."""
+
+import inspect
+import json
+from html.parser import HTMLParser
+
+import pytest
+
+import harvester as hv
+from harvester.commands.study import study_commands
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.sheet import sheet
+from harvester.report import html
+from harvester.report.result import of_result
+from harvester.studies.registry import STUDIES
+from tests.support.paths import ROOT
+
+DRIVEN = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+NOISY = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+# The scene and the keywords of a call that takes a moment; of a study that is not here the scene alone is asked for.
+CALLS = {
+    "sweep": (NOISY, {"vary": {"nondimensional.mu": [0.5, 1.0]}, "engines": ["averaged"]}),
+    "compare": (NOISY, {"engines": ["averaged", "published"]}),
+    "optimise": (NOISY, {"vary": {"nondimensional.mu": (0.1, 10.0)}, "engine": "averaged"}),
+    "tolerance": (NOISY, {"vary": {"nondimensional.mu": "5%"}, "samples": 64}),
+    "charge": (ROOT / "examples" / "plate_bridge.toml", {"to": "0.5 V", "engine": "ideal", "trajectories": 64}),
+    "motion": (NOISY, {"duration": 20.0}),
+    "response": (DRIVEN, {"sweep": [0.9, 1.0, 1.1]}),
+    "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
+    "extremes": (NOISY, {"lifetime": 1e6}),
+}
+SLOW = {"cost", "stability"}  # measures for seconds: tests/studies/work_precision has its result
+
+
+class Texts(HTMLParser):
+    """The tags and texts of a fragment of HTML, every tag closed."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.texts = [], []
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.fixture(scope="module", params=[one for one in STUDIES if one.name not in SLOW], ids=lambda one: one.name)
+def case(request):
+    """A study, a scene and what it found there."""
+    study = request.param
+    scene, options = CALLS.get(study.name, (NOISY, {}))
+    return study, scene, study.run()(scene, **options)
+
+
+def test_a_study_gives_its_result(case):
+    study, _, found = case
+    assert isinstance(found, study.result_type()) and isinstance(found, Result)
+    assert getattr(hv, type(found).__name__) is type(found)
+
+
+def test_its_scene_comes_first(case):
+    study, _, _ = case
+    first, *rest = inspect.signature(study.run()).parameters.values()
+    assert first.name == "scene"
+    named = {one.name for one in rest}
+    assert {option.name for option in study.options} <= named
+
+
+def test_a_result_is_short_in_python_and_long_in_print(case):
+    _, _, found = case
+    assert repr(found).startswith(f"{type(found).__name__}(") and len(repr(found)) < 300 and "\n" not in repr(found)
+    assert str(found) == "\n".join(sheet(found).lines()) and "nan" not in str(found).lower().split()
+
+
+def test_its_json_has_its_diagnostics(case):
+    _, _, found = case
+    told = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    for one in getattr(found, "diagnostics", ()):
+        assert str(one) in json.dumps(told, ensure_ascii=False).replace('\\"', '"')
+
+
+def test_a_notebook_and_a_page_show_its_numbers(case):
+    study, scene, found = case
+    texts = " ".join(Texts(found._repr_html_()).texts)
+    page = html(of_result(scene, study.name, found))
+    for _, text in sheet(found).rows:
+        assert text in texts
+    for one in sheet(found).warnings:
+        assert one in texts
+    assert "<h1" in page and ('class="warnings"' in page) == bool(sheet(found).warnings)
+
+
+def test_rows_become_frames_and_datasets(case):
+    _, _, found = case
+    if isinstance(found, TableResult):
+        frame, table = found.to_pandas(), found.table
+        assert list(frame.columns) == [*table.plain()] and len(frame) == len(table)
+        assert set(found.to_xarray().variables) <= {*table.plain(), "row"}
+
+
+def test_commands_come_from_the_registry(harvester, tmp_path):
+    """A study without a file of its own in commands/ has its options, its JSON and its page."""
+    for command in study_commands():
+        asked = (command.name, ROOT / "examples" / "plate.toml", "--json", "--report", tmp_path / "x.html")
+        status, said, _ = harvester(*asked)
+        assert status == 0 and json.loads(said)
+        assert "<h1" in (tmp_path / "x.html").read_text()
