@@ -9,7 +9,7 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
-from harvester.presentation.diagnostic import Diagnostic, refusal
+from harvester.presentation.diagnostic import Diagnostic, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -94,6 +94,24 @@ def with_power(v2: Value, eqs: Equations) -> Value:
     return v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
 
 
+def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
+    """A warning of a mean power (nondimensional) below 0, or above what white noise of the base gives: N1, or M G/4.
+
+    What it gives does not depend on the response; other shaking, and a circuit's own supplies, may give more.
+    """
+    eqs, units = problem.equations, problem.units
+    load = problem.scene.load
+    unit = "W" if problem.physical else ""
+    if power.value < 0.0:
+        return warning("negative_power", power=power.value * units.watts, unit=unit)
+    white_alone = eqs.n1 is not None and eqs.n2 is None and eqs.n12 is None and not eqs.is_shaken_otherwise
+    if white_alone and not (load is not None and load.supplies) and power.value > (eqs.n1 or 0.0) * (1.0 + 1e-9):
+        return warning(
+            "power_above_bound", power=power.value * units.watts, bound=(eqs.n1 or 0.0) * units.watts, unit=unit
+        )
+    return None
+
+
 def estimate(
     engine: str,
     problem: Problem,
@@ -112,6 +130,7 @@ def estimate(
     """
     eqs, units, shocks = problem.equations, problem.units, problem.events
     power = with_power(v2, eqs) if power is None else power
+    diagnostics = [*diagnostics, impossible_power(problem, power)]
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,

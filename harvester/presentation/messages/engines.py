@@ -110,6 +110,15 @@ BETWEEN_WELLS = "the mean is known between those of the wells only"
 LESS = "less noise of the stiffness (stiffness_noise, D22), more damping, or one that grows (damping_x2)"
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "worded": "{text}",
+    # powers that no device gives
+    "negative_power": lambda power, unit: (
+        f"a mean power below 0, {amount(power, unit)}, is none that a load takes: its runs are too few or too short, or "
+        "its error is larger than it says"
+    ),
+    "power_above_bound": lambda power, bound, unit: (
+        f"a mean power of {amount(power, unit)} is more than this shaking gives any device, {amount(bound, unit)} "
+        "(mass times one-sided density over 4): its runs are too few or too short, or its error is larger than it says"
+    ),
     # why an engine cannot serve a scene
     "needs_resistance": "engine {engine!r} must have a load resistance, but the load is netlist {netlist!r}: use "
     "engine 'spice', or 'ideal' for one of the package's netlists",
