@@ -29,7 +29,7 @@ CALLS = {
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
 }
-SLOW = {"cost", "stability"}  # measures for seconds: tests/studies/work_precision has its result
+SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result
 
 
 class Texts(HTMLParser):
