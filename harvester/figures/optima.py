@@ -13,7 +13,7 @@ from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import FEWEST, smooth
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import stderr_of95
 
 _UNSOUND = "not settled, cut off or without an error"
 _GREY: dict[str, Any] = {"color": "0.75", "marker": "o", "markersize": 3, "linestyle": "none", "zorder": 1}
@@ -43,7 +43,7 @@ class _Evaluations:
         parts = ("value", "known_error95", "sampling95")
         power, error, sampling = (np.array([getattr(v, name) for v in powers]) / unit for name in parts)
         places = np.array([one.u for one in some]).reshape(-1, len(keys))
-        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, sampling / NORMAL_QUANTILE)
+        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, stderr_of95(sampling))
 
     @property
     def fills_a_plane(self) -> bool:

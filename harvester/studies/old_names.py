@@ -1,29 +1,22 @@
-"""Functions of version 0.1 whose arguments are others now, which go with version 0.3: the three other searches."""
+"""Functions of version 0.1 whose arguments are others now, which go with version 0.3: the three other searches.
 
-from collections.abc import Callable, Sequence
+Their other keywords are those of `optimise` in version 0.1 and today.
+"""
+
+from collections.abc import Sequence
 from typing import Any
 
 from harvester.engines.protocol import AnyScene
-from harvester.machine.execution import Execution, calls_with_fraction
-from harvester.machine.progress import NO_PROGRESS
 from harvester.studies.optimum.circuits import KEY
 from harvester.studies.optimum.objective import POWER
-from harvester.studies.optimum.optimise import POINTS, Texts, optimise
+from harvester.studies.optimum.optimise import Texts, optimise
 from harvester.studies.optimum.ranges import Range, Vary, ranges
 
 
-def optimise_circuits(
-    scene: AnyScene,
-    circuits: Sequence[str],
-    over: Vary,
-    engine: Any = None,
-    within: float | str = 0.01,
-    budget: float | str = 60.0,
-    **files: Any,
-) -> Any:
+def optimise_circuits(scene: AnyScene, circuits: Sequence[str], over: Vary, engine: Any = None, **options: Any) -> Any:
     """`optimise` of the best circuit, each over the same keys."""
     vary: list[Range | str] = [*ranges(over), f"{KEY}={','.join(circuits)}"]
-    return optimise(scene, vary=vary, engine=engine, within=within, budget=budget, execution=_execution(**files))
+    return optimise(scene, vary=vary, engine=engine, **options)
 
 
 def optimise_robust(
@@ -33,41 +26,17 @@ def optimise_robust(
     share: float | str | None = None,
     limits: Sequence[str] = (),
     engine: Any = None,
-    *,
-    lifetime: float | str | None = None,
-    within: float | str = 0.01,
-    budget: float | str = 60.0,
-    **files: Any,
+    **options: Any,
 ) -> Any:
     """`optimise` for most devices and under limits."""
-    aim: dict[str, Any] = {
-        "objective": POWER if share is None else share,
-        "constraints": limits,
-        "spread": vary,
-        "lifetime": lifetime,
-    }
-    return optimise(scene, vary=over, engine=engine, within=within, budget=budget, execution=_execution(**files), **aim)
+    aim = POWER if share is None else share
+    return optimise(scene, vary=over, spread=vary, objective=aim, constraints=limits, engine=engine, **options)
 
 
 def pareto(
-    scene: AnyScene,
-    over: Vary,
-    aim: str,
-    vary: Texts = (),
-    share: float | str | None = None,
-    limits: Sequence[str] = (),
-    engine: Any = None,
-    *,
-    points: int = POINTS,
-    **options: Any,
+    scene: AnyScene, over: Vary, aim: str, vary: Texts = (), share: float | str | None = None, **options: Any
 ) -> Any:
     """`optimise` with a second aim."""
-    files = {name: options.pop(name) for name in ("out", "tick", "vector") if name in options}
+    limits = options.pop("limits", ())
     aims = [aim] if share is None else [share, aim]
-    asked = {"constraints": limits, "spread": vary, "points": points, "execution": _execution(**files)}
-    return optimise(scene, vary=over, objective=aims, engine=engine, **asked, **options)
-
-
-def _execution(out: Any = None, tick: Callable[[float], object] | None = None, vector: Sequence[str] = ()) -> Execution:
-    """How they said how a study is carried out."""
-    return Execution(out=out, formats=vector, progress=NO_PROGRESS if tick is None else calls_with_fraction(tick))
+    return optimise(scene, vary=over, spread=vary, objective=aims, constraints=limits, **options)

@@ -3,6 +3,7 @@
 import math
 import warnings
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -153,6 +154,16 @@ def mean_and_error(values: Floats) -> tuple[float, float]:
     """Mean of independent entries, shape (n,), and its standard error (infinite for one entry)."""
     n = len(values)
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
+
+
+def half95(stderr: Any) -> Any:
+    """The half-width of the 95 % interval of normal errors with a standard error, of any shape."""
+    return NORMAL_QUANTILE * stderr
+
+
+def stderr_of95(half: Any) -> Any:
+    """The standard error of normal errors with a half-width of their 95 % interval, of any shape."""
+    return half / NORMAL_QUANTILE
 
 
 def bound95(change: float, stderr: float) -> float:

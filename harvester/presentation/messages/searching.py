@@ -2,13 +2,26 @@
 
 from collections.abc import Callable
 
+STAGES = {
+    "scan": "the scan",
+    "climb": "the climb to the peaks",
+    "first scan": "the first scan of the range",
+    "search": "the search for peaks",
+    "refinement": "the final refinement",
+}
 
-def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, takes: str, each: float | None) -> str:
+
+def _budget_spent(budget: float, stage: str, evaluations: int, engine: str, usual: int, each: float | None) -> str:
+    takes = f"some {usual}" if evaluations < usual else "more here"
     cost = ", which first compiles it" if each is None else f", each of {each:.2g} s"
     return (
-        f"the budget of {budget:.3g} s ended in {stage}, after {evaluations} evaluations by {engine!r}: "
+        f"the budget of {budget:.3g} s ended in {STAGES[stage]}, after {evaluations} evaluations by {engine!r}: "
         f"a search takes {takes}{cost}"
     )
+
+
+def _search_cut_short(stage: str, budget: float) -> str:
+    return f"the budget ended in {STAGES[stage]}: give more than `budget` {budget:g}s"
 
 
 def _best_circuit(best: str, alike: str) -> str:
@@ -39,8 +52,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "is",
     "curvature_in_noise": "no interval of the keys: the curvature does not stand above the noise",
     "not_narrowed": "no interval of the keys: the budget ended before it was narrowed",
-    "search_cut_short": "the budget ended in {stage}: give more than `budget` {budget:g}s",
-    "interval_rough": "the budget ended in {stage}: the interval is rough",
+    "search_cut_short": _search_cut_short,
+    "interval_rough": "the budget ended in the level set: the interval is rough",
     "other_peak_within_model": "another peak is as high within the model's error: the interval holds both",
     "other_peak_within_sampling": "another peak is as high within the error of sampling: see peaks",
     "end_of_range": "{key} is best at the {end} end of its range: the best may lie beyond",

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+from harvester.uncertainty.value import Value, stderr_of95
 
 RESAMPLED = 400
 
@@ -35,7 +35,7 @@ class Tail:
         squares = self.place - self.scale / k * np.expm1(k * math.log(x))
         levels = np.sqrt(np.maximum(squares, 0.0))
         low, high = np.quantile(levels[1:], [0.025, 0.975])
-        return Value(float(levels[0]), stderr=float(high - low) / (2.0 * NORMAL_QUANTILE))
+        return Value(float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)))
 
 
 def fit(maxima: Floats, seed: int = 0) -> Tail:

@@ -2,22 +2,20 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
 from harvester.machine.execution import as_in_version_0_1
 from harvester.presentation.diagnostic import Diagnostic, has, note
+from harvester.presentation.plain import plain
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.quantities.units import Seconds, time
 from harvester.studies.extremes.counted import SHORTEST
 from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
 from harvester.uncertainty.value import Value, amount
-
-Levels = dict[float, Value] | None
-QUANTITIES = ("peak_displacement", "peak_voltage", "peak_impact_speed", STRAIN)
 
 
 @names_arguments
@@ -36,11 +34,9 @@ class Extremes(TableResult):
     '1.82'
     """
 
-    DERIVED: ClassVar[tuple[str, ...]] = (*QUANTITIES, "method", "table")
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"levels"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset(QUANTITIES)
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"lifetime", "method", *QUANTITIES})
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
+    DERIVED: ClassVar[tuple[str, ...]] = ("method", "table")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"lifetime", "levels", "method"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"levels", "table"})
     SHORT: ClassVar[tuple[str, ...]] = ("lifetime", "levels", "impact_rate")
 
     lifetime: float
@@ -48,26 +44,6 @@ class Extremes(TableResult):
     impact_rate: Value | None
     physical: bool
     diagnostics: tuple[Diagnostic, ...] = ()
-
-    @property
-    def peak_displacement(self) -> Levels:
-        """The levels of the displacement; None where it has none."""
-        return self.levels.get("peak_displacement")
-
-    @property
-    def peak_voltage(self) -> Levels:
-        """The levels of the voltage; None where it has none."""
-        return self.levels.get("peak_voltage")
-
-    @property
-    def peak_impact_speed(self) -> Levels:
-        """The levels of the impact speed; None without a stop."""
-        return self.levels.get("peak_impact_speed")
-
-    @property
-    def peak_strain(self) -> Levels:
-        """The levels of the piezo's strain; None where the scene does not have its factor."""
-        return self.levels.get(STRAIN)
 
     @property
     def method(self) -> str:
@@ -85,6 +61,10 @@ class Extremes(TableResult):
             levels, label = [one[share] for one in self.levels.values()], f"below this in {share:.0%} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
         return Table(tuple(columns), f"over {amount(self.lifetime, of.time)}", ("largest",))
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints: its fields, with the levels of each quantity by its name."""
+        return super().as_json() | {name: plain(of) for name, of in self.levels.items()}
 
 
 @as_in_version_0_1("lifetime", "seed", executes=False)

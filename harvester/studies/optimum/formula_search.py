@@ -51,7 +51,7 @@ class FormulaSearch:
         try:
             self.evaluate(spread(SCAN[self.surface.dimensions], self.surface.dimensions), "scan")
         except SpentError:
-            missing = "the scan"
+            missing = "scan"
         u, power, _ = self.served()
         if flat := _flatness(power):
             return SearchResult((self.highest(),), flat)
@@ -59,7 +59,7 @@ class FormulaSearch:
             try:
                 climbed = [self.climb(u[start], len(u)) for start in local_maxima(u, power)[:STARTS]]
             except SpentError:
-                missing = "the climb to the peaks"
+                missing = "climb"
         climbed = self.separate(climbed) if climbed and not missing else [self.highest()]
         best, *others = climbed
         if missing:
@@ -76,7 +76,7 @@ class FormulaSearch:
             low, high = self.level_set()
         except SpentError:
             low, high = self.hull()
-            warnings.append(warning("interval_rough", stage="the level set"))
+            warnings.append(warning("interval_rough"))
         if any(np.all((peak.u >= low) & (peak.u <= high)) for peak in others):
             warnings.insert(0, warning("other_peak_within_model"))
         best = replace(self.highest(), low=low, high=high)  # the scans may have come nearer than the climb

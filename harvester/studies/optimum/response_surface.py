@@ -16,7 +16,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.studies.tolerance.surface import exponents
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import half95
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -149,7 +149,7 @@ class Fit:
         rows = self._gradient_rows(self.best)
         gradient = rows @ self.coefficients
         error = np.sqrt(np.maximum(np.diag(rows @ self._covariance @ rows.T), 0.0))
-        return np.asarray(self.on_face & (self.faces * gradient > NORMAL_QUANTILE * error))
+        return np.asarray(self.on_face & (self.faces * gradient > half95(error)))
 
     @cached_property
     def resolution(self) -> float:
@@ -178,7 +178,7 @@ class Fit:
             rows = self._gradient_rows(self.best)[free]
             inverse = np.linalg.inv(self.hessian[np.ix_(free, free)])
             error = np.sqrt(np.diag(inverse @ rows @ self._covariance @ rows.T @ inverse.T))
-            half[free] = NORMAL_QUANTILE * error / max(1.0 - (NORMAL_QUANTILE / self.resolution) ** 2, 1e-3)
+            half[free] = half95(error) / max(1.0 - (half95(1.0) / self.resolution) ** 2, 1e-3)
         return half
 
     @cached_property
@@ -191,7 +191,7 @@ class Fit:
             places[:, k] -= self.faces[k] * steps
             rows = self._rows(self.best[None]) - self._rows(places)
             error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, self._covariance, rows), 0.0))
-            found[k] = steps[rows @ self.coefficients <= NORMAL_QUANTILE * error].max()
+            found[k] = steps[rows @ self.coefficients <= half95(error)].max()
         return found
 
     @property

@@ -28,7 +28,7 @@ from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surfac
 from harvester.studies.optimum.ranges import problem_at, scan, spread
 from harvester.studies.optimum.response_surface import CUBIC, QUADRATIC, Fit, design_size
 from harvester.studies.optimum.search_result import Peak, SearchResult
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import half95
 
 SCAN = {1: 13, 2: 33, 3: 65, 4: 129}
 CANDIDATES = 3
@@ -278,14 +278,14 @@ class SampledSearch:
         own = [p.answer for p in self.surface.points if p.engine == self.engine.NAME]
         seconds = [one.seconds for one in own if isinstance(one, Estimate)]
         usual = 4 * design_size(self.surface.dimensions)
-        early = "the search for peaks" if self.scanned else "the first scan of the range"
+        early = "search" if self.scanned else "first scan"
         return warning(
             "budget_spent",
             budget=self.surface.budget,
-            stage="the final refinement" if boxed else early,
+            stage="refinement" if boxed else early,
             evaluations=len(own),
             engine=self.engine.NAME,
-            takes=f"some {usual}" if len(own) < usual else "more here",
+            usual=usual,
             each=float(np.mean(seconds)) if seconds else None,
         )
 
@@ -303,4 +303,4 @@ def _overlap(peak: Peak, other: Peak) -> bool:
 def _as_high(other: Peak, best: Peak) -> bool:
     """Whether the error of sampling does not tell another peak's power from that of the best."""
     error = np.hypot(other.power.stderr or 0.0, best.power.stderr or 0.0)
-    return bool(best.power.value - other.power.value < NORMAL_QUANTILE * error)
+    return bool(best.power.value - other.power.value < half95(error))

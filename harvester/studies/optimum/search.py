@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from harvester.answers.estimate import Estimate
-from harvester.engines import Cheapest
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named, default_engine
@@ -47,7 +46,7 @@ class SearchRequest:
         """The arguments of `harvester.optimise`, checked; raises InputError as it does."""
         found, problem = ranges(vary), Problem.of(scene)
         chosen = engine_of(default_engine(problem) if engine is None else engine)
-        if chosen.NAME == Cheapest.NAME:
+        if chosen.chooses:
             raise InputError("`engine` must be one for all places, such as 'ensemble', but is left out")
         if any(r.steps for r in found) and not chosen.is_formula:
             raise InputError(f"`engine` must be one of formulas for the values of a series, but is {chosen.NAME!r}")

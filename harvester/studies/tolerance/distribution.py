@@ -12,7 +12,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.studies.tolerance.limits import Limit
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import half95
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
@@ -41,7 +41,7 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
 
 def wilson(met: float, count: int) -> tuple[float, float]:
     """The ends of the 95 % interval of a share, of which ``met`` of ``count`` were found (Wilson, 1927)."""
-    share, z2 = met / count, NORMAL_QUANTILE**2
+    share, z2 = met / count, half95(1.0) ** 2
     middle, width = share + 0.5 * z2 / count, np.sqrt(share * (1.0 - share) * z2 / count + 0.25 * (z2 / count) ** 2)
     ends = (middle + np.array([-width, width])) / (1.0 + z2 / count)
     return (0.0 if met == 0 else float(ends[0])), (1.0 if met == count else float(ends[1]))

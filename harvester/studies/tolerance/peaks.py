@@ -21,7 +21,7 @@ from harvester.errors import SimulationError
 from harvester.scene.scene import Scene
 from harvester.studies.extremes.levels import limited_peaks, rice_holds
 from harvester.studies.tolerance.surface import Polynomial, fit
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+from harvester.uncertainty.value import Value, half95
 
 BY_RICE = 256  # devices that are computed where a formula does it
 COUNTED = 24  # for each key and one more, where a path is counted
@@ -43,10 +43,7 @@ class PeakSurfaces:
         levels = {name: np.exp(one(x)) for name, one in self.surfaces.items()}
         if self.known is not None:
             return levels, {name: np.full(len(x), one) for name, one in self.known.items()}
-        off = {
-            name: np.expm1(NORMAL_QUANTILE * one.scatter * np.sqrt(one.leverage(x)))
-            for name, one in self.surfaces.items()
-        }
+        off = {name: np.expm1(half95(one.scatter) * np.sqrt(one.leverage(x))) for name, one in self.surfaces.items()}
         return levels, off
 
 

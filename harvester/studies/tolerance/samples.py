@@ -26,7 +26,7 @@ from harvester.errors import HarvesterError, InputError
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.tolerance.surface import fit
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import half95
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
 CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "spice")  # whose own error can be measured, or is none
@@ -96,7 +96,7 @@ def stated(table: SweepTable, name: str) -> Floats | None:
     bias = column(table, "mean_power_bias") / np.abs(column(table, "mean_power"))  # the same for both: V^2 over a load
     if np.isnan(stderr[~np.isnan(value)] + 0.0).any() and np.isnan(bias[~np.isnan(value)]).any():
         return None
-    return np.asarray(np.nan_to_num(NORMAL_QUANTILE * stderr / np.abs(value)) + np.nan_to_num(bias))
+    return np.asarray(np.nan_to_num(half95(stderr) / np.abs(value)) + np.nan_to_num(bias))
 
 
 def direct(engine: Engine, table: SweepTable) -> Samples:

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Mapping, Sequence
 
-from harvester.engines import Cheapest
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
@@ -85,7 +84,7 @@ def tolerance(
         raise invalid("`checks`", "be 0, or between 2 and 1000", checks)
     years = lifetime_of(bounds, lifetime, problem)
     chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
-    if chosen.NAME == Cheapest.NAME:
+    if chosen.chooses:
         raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
     if reason := chosen.refusal(problem):
         raise InputError(reason)

@@ -88,7 +88,7 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     two = hv.optimise(scene, vary={"nondimensional.mu": (3.0, 10.0)}, engine="exact")
-    spent = warning("budget_spent", budget=1.0, stage="the scan", evaluations=3, engine="exact", takes="44", each=None)
+    spent = warning("budget_spent", budget=1.0, stage="first scan", evaluations=3, engine="exact", usual=44, each=None)
     cut = {"scanned": False, "diagnostics": (spent,)}
     found = CircuitChoice.of({"one": one, "two": dataclasses.replace(two, **cut)}, 1.0)
     assert found.best is None and found.unscanned == ("two",) and found.as_json()["best"] is None
