@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from harvester import figures
 from harvester.answers.estimate import Estimate
@@ -78,19 +78,14 @@ class Optimum(TableResult):
 
     FILE: ClassVar[str] = "optimise"  # the name of its files
     DERIVED: ClassVar[tuple[str, ...]] = (
-        *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks"),
-        *("best_keys", "flat", "no_interval"),
+        *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks", "flat", "no_interval"),
     )
     INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimate", "points", "keys"})
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
-        {"peaks", "scanned", "evaluations", "failed", "best_keys", "flat", "no_interval"}
+        {"peaks", "scanned", "evaluations", "failed", "flat", "no_interval"}
     )
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"key_table", "other_peaks"})
-    JSON_NAMES: ClassVar[dict[str, str]] = {
-        "best_keys": "keys",
-        "evaluation_count": "evaluations",
-        "evaluations": "evaluations_by_engine",
-    }
+    JSON_NAMES: ClassVar[dict[str, str]] = {"evaluation_count": "evaluations", "evaluations": "evaluations_by_engine"}
 
     engine: str
     keys: tuple[OptimalKey, ...]
@@ -130,11 +125,6 @@ class Optimum(TableResult):
     def is_cut_short(self) -> bool:
         """Whether the budget ended before the search did."""
         return has(self.diagnostics, *CUT_SHORT)
-
-    @property
-    def best_keys(self) -> dict[str, OptimalKey]:
-        """The keys by their names."""
-        return {key.range.key: key for key in self.keys}
 
     @property
     def evaluation_count(self) -> int:
@@ -193,6 +183,10 @@ class Optimum(TableResult):
         columns.append(Column("is_sound", [one.is_sound for one in found]))
         columns.append(Column("error", ["" if isinstance(one, Estimate) else str(one) for one in answers]))
         return Table(tuple(columns), "evaluations")
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints: its fields, with the keys by their names."""
+        return super().as_json() | {"keys": {one.key: one.as_json() for one in self.keys}}
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The evaluations and the optimum as a matplotlib figure."""

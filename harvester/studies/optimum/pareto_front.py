@@ -46,9 +46,9 @@ class ParetoFront(TableResult):
     """
 
     FILE: ClassVar[str] = "pareto"  # the name of its files
-    DERIVED: ClassVar[tuple[str, ...]] = ("aim", "front", "not_told_from_front", "designs")
+    DERIVED: ClassVar[tuple[str, ...]] = ("aim", "designs")
     INTERNAL: ClassVar[frozenset[str]] = frozenset({"points", "alike", "sign"})
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"quantity", "aim", "front", "not_told_from_front"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"quantity", "aim"})
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"designs"})
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "quantity", "aim", "points")
 
@@ -71,15 +71,10 @@ class ParetoFront(TableResult):
         """The unit of the second quantity."""
         return QUANTITIES[self.quantity].unit if self.physical else ""
 
-    @property
-    def front(self) -> list[dict[str, Any]]:
-        """The designs of the front as JSON has them."""
-        return [self._design(one) for one in self.points]
-
-    @property
-    def not_told_from_front(self) -> list[dict[str, Any]]:
-        """The designs that cannot be told from the front as JSON has them."""
-        return [self._design(one) for one in self.alike]
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints: its fields, with the designs of the front and those like them."""
+        designs = {"front": self.points, "not_told_from_front": self.alike}
+        return super().as_json() | {name: [self._design(one) for one in some] for name, some in designs.items()}
 
     def _design(self, one: FrontPoint) -> dict[str, Any]:
         power = {"mean_power": one.mean_power.value, "error95": one.mean_power.error95}

@@ -61,8 +61,7 @@ class ToleranceResult(TableResult):
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = (
-        *("mean", "standard_deviation", "quantile_values", "quantile_intervals", "voltage_quantiles"),
-        *("voltage_quantile_intervals", "limit_shares", "bars", "error_from", "no_sensitivity", "sample_count"),
+        *("mean", "standard_deviation", "error_from", "no_sensitivity", "sample_count"),
         *("distribution", "limit_table", "key_table"),
     )
     INTERNAL: ClassVar[frozenset[str]] = frozenset(
@@ -70,16 +69,13 @@ class ToleranceResult(TableResult):
         | {"nominal", "peaks_off"}
     )
     NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
-        {"met", "sensitivity", "unexplained", *DERIVED[2:10], "failed", "mean", "standard_deviation"}
+        {"met", "sensitivity", "unexplained", "failed", "mean", "standard_deviation", "error_from", "no_sensitivity"}
     )
-    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset(DERIVED[-3:])
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"distribution", "limit_table", "key_table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {
         "off": "relative_error95",
         "met": "yield",
         "unexplained": "surface_unexplained",
-        "quantile_values": "quantiles",
-        "limit_shares": "limits",
-        "bars": "tornado",
         "sample_count": "samples",
     }
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean", "standard_deviation", "sample_count")
@@ -179,39 +175,6 @@ class ToleranceResult(TableResult):
         return len(self.power) + self.failed
 
     @property
-    def quantile_values(self) -> dict[float, float]:
-        """The quantiles of the power without their intervals."""
-        return {share: one.value for share, one in self.quantiles.items()}
-
-    @property
-    def quantile_intervals(self) -> dict[float, list[float | None]]:
-        """The intervals of the quantiles of the power."""
-        return {share: [one.low, one.high] for share, one in self.quantiles.items()}
-
-    @property
-    def voltage_quantiles(self) -> dict[float, float]:
-        """The quantiles of the RMS voltage without their intervals."""
-        return {share: one.value for share, one in self.voltages.items()}
-
-    @property
-    def voltage_quantile_intervals(self) -> dict[float, list[float | None]]:
-        """The intervals of the quantiles of the RMS voltage."""
-        return {share: [one.low, one.high] for share, one in self.voltages.items()}
-
-    @property
-    def limit_shares(self) -> list[dict[str, Any]]:
-        """Each limit with the share of devices that meets it."""
-        return [
-            {"limit": limit, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(one)
-            for limit, one in zip(self.limits, self.met_each, strict=True)
-        ]
-
-    @property
-    def bars(self) -> dict[str, dict[str, tuple[float, float]]]:
-        """The tornado by keys."""
-        return {bar.key: {"ends": bar.ends, "mean_power": bar.powers} for bar in self.tornado}
-
-    @property
     def distribution(self) -> Table:
         """The quantiles of power and voltage with their intervals."""
         of, shares = self.unit_names, [100.0 * share for share in self.quantiles]
@@ -254,6 +217,18 @@ class ToleranceResult(TableResult):
         columns = [Column(one.key, self.samples[:, k]) for k, one in enumerate(self.spreads)]
         columns += [Column("mean_power", self.power, of.power), Column("voltage_rms", self.voltage, of.voltage)]
         return Table(tuple(columns), "samples")
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints: its fields, with the quantiles, limits and bars by their names."""
+        found = super().as_json()
+        for name, some in (("quantile", self.quantiles), ("voltage_quantile", self.voltages)):
+            found[f"{name}s"] = {f"{share:g}": one.value for share, one in some.items()}
+            found[f"{name}_intervals"] = {f"{share:g}": [one.low, one.high] for share, one in some.items()}
+        found["limits"] = [
+            {"limit": limit.written, "peak_relative_error95": self.peaks_off.get(limit.quantity)} | vars(one)
+            for limit, one in zip(self.limits, self.met_each, strict=True)
+        ]
+        return found | {"tornado": {bar.key: {"ends": bar.ends, "mean_power": bar.powers} for bar in self.tornado}}
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""

@@ -77,11 +77,7 @@ def tolerance(
     matrix = design.correlation(correlate, [one.key for one in spread])
     bounds = read_limits(limits, problem.physical)
     folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
-    for name, count in (("samples", samples), ("runs", runs)):
-        if count is not None and not design.LEAST <= count <= design.MOST:
-            raise invalid(f"`{name}`", f"be between {design.LEAST} and {design.MOST}", count)
-    if checks is not None and not (checks == 0 or 2 <= checks <= 1000):
-        raise invalid("`checks`", "be 0, or between 2 and 1000", checks)
+    _check_counts(samples, runs, checks)
     years = lifetime_of(bounds, lifetime, problem)
     chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
     if chosen.chooses:
@@ -103,3 +99,12 @@ def tolerance(
         about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
         folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.title), about)
     return answer
+
+
+def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:
+    """InputError for a number of devices that is out of range."""
+    for name, count in (("samples", samples), ("runs", runs)):
+        if count is not None and not design.LEAST <= count <= design.MOST:
+            raise invalid(f"`{name}`", f"be between {design.LEAST} and {design.MOST}", count)
+    if checks is not None and not (checks == 0 or 2 <= checks <= 1000):
+        raise invalid("`checks`", "be 0, or between 2 and 1000", checks)
