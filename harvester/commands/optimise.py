@@ -98,12 +98,12 @@ def optimise(
     from harvester.machine.execution import Execution
     from harvester.scene.toml import load
     from harvester.studies.optimum import optimise as study
-    from harvester.studies.optimum.circuits import circuits_of
+    from harvester.studies.optimum.ranges import varied
     from harvester.studies.optimum.under_limits import default_formula
 
     aim, points = _aim(options), options.pop("points")
     scene, file = load(path), report_file(report, out)
-    kind, circuits = study.kind_of_search(**aim), circuits_of(aim["vary"])[0]
+    kind, circuits = study.kind_of_search(**aim), varied(aim["vary"])[0]
     if kind == "devices":
         which = selection.engine(engine or default_formula(Problem(scene)), within=within, **options)
     elif kind == "circuits":

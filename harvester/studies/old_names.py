@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from harvester.engines.protocol import AnyScene
-from harvester.studies.optimum.circuits import KEY
 from harvester.studies.optimum.objective import POWER
 from harvester.studies.optimum.optimise import Texts, optimise
-from harvester.studies.optimum.ranges import Range, Vary, ranges
+from harvester.studies.optimum.ranges import NETLIST, Range, Vary, ranges
 
 
 def optimise_circuits(scene: AnyScene, circuits: Sequence[str], over: Vary, engine: Any = None, **options: Any) -> Any:
     """`optimise` of the best circuit, each over the same keys."""
-    vary: list[Range | str] = [*ranges(over), f"{KEY}={','.join(circuits)}"]
+    vary: list[Range | str] = [*ranges(over), f"{NETLIST}={','.join(circuits)}"]
     return optimise(scene, vary=vary, engine=engine, **options)
 
 

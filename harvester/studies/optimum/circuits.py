@@ -10,7 +10,7 @@ from typing import ClassVar
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, SimulationError, invalid, names_arguments
+from harvester.errors import HarvesterError, SimulationError, names_arguments
 from harvester.machine.execution import Execution
 from harvester.netlists.load_circuit import load_circuit
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
@@ -19,12 +19,9 @@ from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.race import Race
-from harvester.studies.optimum.ranges import Range, Vary
+from harvester.studies.optimum.ranges import NETLIST, Vary
 from harvester.studies.optimum.search import SearchRequest
 from harvester.studies.output_folder import OutputFolder
-
-KEY = "load.netlist"
-NAMES = (KEY, "netlist")
 
 
 @names_arguments
@@ -113,7 +110,7 @@ class CircuitChoice(Optimum):
 
     def _rows(self, some: Sequence[tuple[str, Optimum | HarvesterError]]) -> Table:
         optima = [_optimum(one) for _, one in some]
-        columns = [Column(KEY, [name for name, _ in some])]
+        columns = [Column(NETLIST, [name for name, _ in some])]
         for k, key in enumerate(self.keys):
             columns.append(Column(key.key, [None if one is None else one.keys[k].value for one in optima], key.unit))
         powers = [None if one is None else one.mean_power for one in optima]
@@ -155,32 +152,6 @@ def _ranked(optima: Mapping[str, Optimum | HarvesterError]) -> dict[str, Optimum
 
 def _optimum(one: Optimum | HarvesterError) -> Optimum | None:
     return one if isinstance(one, Optimum) else None
-
-
-def circuits_of(vary: Vary) -> tuple[tuple[str, ...], Vary]:
-    """The circuits among what is varied, and the rest of it; raises InputError for fewer than two, or one twice."""
-    if isinstance(vary, Mapping):
-        chosen = [names for key, names in vary.items() if key in NAMES]
-        rest: Vary = {key: ends for key, ends in vary.items() if key not in NAMES}
-    else:
-        texts = [vary] if isinstance(vary, str) else vary
-        rest = [one for one in texts if not _names_circuits(one)]
-        chosen = [str(one).partition("=")[2] for one in texts if _names_circuits(one)]
-    if len(chosen) > 1:
-        raise InputError(f"`vary` must name each key only once, but names {KEY!r} twice")
-    return (_several(chosen[0]) if chosen else ()), rest
-
-
-def _names_circuits(one: Range | str) -> bool:
-    return isinstance(one, str) and one.partition("=")[0].strip() in NAMES
-
-
-def _several(given: str | Sequence[str]) -> tuple[str, ...]:
-    """The names of circuits, from a text or a list; InputError for fewer than two, or one twice."""
-    names = [one.strip() for one in (given.split(",") if isinstance(given, str) else given)]
-    if len(names) < 2 or len({*names}) < len(names) or not all(names):
-        raise invalid("`vary`", f"be {KEY}=A,B,... with two circuits or more", given)
-    return tuple(names)
 
 
 def best_circuit(

@@ -11,11 +11,11 @@ from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
 from harvester.machine.progress import Progress, working
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.circuits import best_circuit, circuits_of
+from harvester.studies.optimum.circuits import best_circuit
 from harvester.studies.optimum.front import front
 from harvester.studies.optimum.objective import Aim, Objective
 from harvester.studies.optimum.pareto_front import ParetoFront
-from harvester.studies.optimum.ranges import Range, Vary, ranges
+from harvester.studies.optimum.ranges import Range, Vary, varied
 from harvester.studies.optimum.sampled_front import sampled_front
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.optimum.under_limits import RobustRequest, under_limits
@@ -85,8 +85,8 @@ def optimise(
     HarvesterError
         where the engine fails everywhere, the last error.
     """
-    aim, (circuits, rest) = Objective.of(objective), circuits_of(vary)
-    kind, found = kind_of_search(vary, objective, constraints, spread, lifetime), ranges(rest)
+    aim, (circuits, found) = Objective.of(objective), varied(vary)
+    kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     if points is not None and aim.aimed is None:
         raise InputError("`points` must go with a second quantity in `objective`, but there is none")
     if points is not None and not 2 <= points <= MOST_POINTS:
@@ -121,9 +121,12 @@ def kind_of_search(
 
     Raises InputError for circuits beside such an aim, and for what cannot be varied.
     """
-    circuits, rest = circuits_of(vary)
-    series = any(one.steps for one in ranges(rest))
-    special = bool(constraints or spread or series) or lifetime is not None or Objective.of(objective) != Objective()
+    circuits, found = varied(vary)
+    special = (
+        bool(constraints or spread or any(one.steps for one in found))
+        or lifetime is not None
+        or Objective.of(objective) != Objective()
+    )
     if circuits and special:
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
         raise InputError(f"{names} must be left out where circuits are compared, but one is given")

@@ -14,6 +14,7 @@ from harvester.quantities.preferred_numbers import SERIES, between
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
+NETLIST = "load.netlist"  # the key whose values are circuits
 MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for that
 
 
@@ -71,32 +72,57 @@ def parse(text: str) -> Range:
     return Range(key, values[0], values[-1], values)
 
 
-def ranges(vary: Vary) -> tuple[Range, ...]:
-    """The ranges to search, one to `MOST_KEYS` of different keys; raises InputError for others."""
+def varied(vary: Vary) -> tuple[tuple[str, ...], tuple[Range, ...]]:
+    """The circuits to choose between, none or several, and the ranges to search, of 1 to `MOST_KEYS` different keys.
+
+    Raises InputError for others.
+    """
     some = vary.items() if isinstance(vary, Mapping) else [vary] if isinstance(vary, str) else vary
-    found = tuple(_range(one) for one in some)
+    pairs = [_pair(one) for one in some]
+    circuits = [value for key, value in pairs if key in (NETLIST, "netlist")]
+    found = tuple(_range(key, value) for key, value in pairs if key not in (NETLIST, "netlist"))
     if not 1 <= len(found) <= MOST_KEYS:
         raise invalid("`vary`", f"be given for 1 to {MOST_KEYS} keys", len(found))
-    keys = [r.key for r in found]
+    keys = [*(r.key for r in found), *[NETLIST] * len(circuits)]
     for key in keys:
         if keys.count(key) > 1:
             raise InputError(f"`vary` must name each key only once, but names {key!r} twice")
-    return found
+    return (_circuits(circuits[0]) if circuits else ()), found
 
 
-def _range(one: Any) -> Range:
-    """The range of a text, of a key with its ends or their text, or the range itself."""
+def ranges(vary: Vary) -> tuple[Range, ...]:
+    """The ranges of `varied`, where circuits are not among it."""
+    return varied(vary)[1]
+
+
+def _pair(one: Any) -> tuple[str, Any]:
+    """A key and what is said of it; of a text that names none, the text."""
     if isinstance(one, Range):
-        return one
-    if isinstance(one, str):
-        return parse(one)
-    key, ends = one
+        return one.key, one
+    if not isinstance(one, str):
+        return str(one[0]), one[1]
+    key, equals, value = one.partition("=")
+    return (key.strip(), value) if equals else (one, "")
+
+
+def _range(key: str, ends: Any) -> Range:
+    """The range of a key with its ends, or their text."""
+    if isinstance(ends, Range):
+        return ends
     if isinstance(ends, str):
-        return parse(f"{key}={ends}")
+        return parse(f"{key}={ends}" if ends else key)
     if not isinstance(ends, Sequence) or len(ends) != 2:
         raise invalid(f"the range of {key}", "be (LOW, HIGH) or a text 'LOW:HIGH'", ends)
     low, high = (read_value(key, end) if isinstance(end, str) else float(end) for end in ends)
     return Range(".".join(split_key(key)), low, high)
+
+
+def _circuits(given: str | Sequence[str]) -> tuple[str, ...]:
+    """The names of circuits, from a text or a list; InputError for fewer than two, or one twice."""
+    names = [one.strip() for one in (given.split(",") if isinstance(given, str) else given)]
+    if len(names) < 2 or len({*names}) < len(names) or not all(names):
+        raise invalid("`vary`", f"be {NETLIST}=A,B,... with two circuits or more", given)
+    return tuple(names)
 
 
 def problem_at(scene: Scene, found: Sequence[Range], u: Floats) -> Problem:
