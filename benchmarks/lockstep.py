@@ -75,7 +75,7 @@ def lockstep(name, compiled, restitution=None):
         begin = time.perf_counter()
         ngspice().run_driven(whole, drive)
         seconds = time.perf_counter() - begin
-    return seconds / int(drive.state["steps"][0]) * 1e6
+    return seconds / int(drive.state["accepted"][0]) * 1e6
 
 
 def measure(function, *arguments):

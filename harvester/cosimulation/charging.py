@@ -105,7 +105,7 @@ def _charge(
         readings = drive.path().t / device.scales.frequency
         t, u = np.append(0.0, readings), np.append(0.0, drive.charge)
     passages = first_passages(t, u, levels)
-    return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].steps), drive.smoothing)
+    return ChargeRun(passages, np.interp(times, t, u), int(drive.state[0].accepted), drive.smoothing)
 
 
 def probed_path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None) -> tuple[Path, Floats]:

@@ -47,12 +47,12 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
         return circuit_of(doubler=True)
     if name == "bridge":
         return circuit_of(bridge=True)
-    play = p["play"] / volts
+    hysteresis = p["play"] / volts
     if name == "parallel_sshi":
-        return circuit_of(bridge=True, play=play, parallel=_coil(p, capacitance, capacitance, w0))
+        return circuit_of(bridge=True, hysteresis=hysteresis, parallel=_coil(p, capacitance, capacitance, w0))
     if name == "series_sshi":
         both = capacitance * p["C"] / (capacitance + p["C"])  # in series: what the coil oscillates with
-        return circuit_of(play=play, series=_coil(p, both, capacitance, w0))
+        return circuit_of(hysteresis=hysteresis, series=_coil(p, both, capacitance, w0))
     sece = Flyback(
         damping=_damping_ratio(p, capacitance),
         peak=_peak_current(p, capacitance, capacitance, w0),
@@ -60,7 +60,7 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
         wire=p["Rcoil"] * capacitance * w0,
         core=1.0 / (p["Rcore"] * capacitance * w0),
     )
-    return circuit_of(play=play, sece=sece)
+    return circuit_of(hysteresis=hysteresis, sece=sece)
 
 
 def switching_time(circuit: LoadCircuit, scales: Scales) -> float:

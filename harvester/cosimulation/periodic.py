@@ -76,11 +76,11 @@ class _Path:
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
-        self.steps, self.kicks = self.steps + int(drive.state[0].steps), self.kicks + kicks
+        self.steps, self.kicks = self.steps + int(drive.state[0].accepted), self.kicks + kicks
         self.farads = drive.smoothing
         (power, square, _), state = self.means(drive), drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
-        return CoupledState(float(drive.readings[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
+        return CoupledState(float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
@@ -119,8 +119,8 @@ class _Path:
         """
         size = turns * self.size
         end, drive = self.run(section, times * size, size, size)
-        x, v = drive.readings[:, 0], drive.readings[:, 3]
-        return np.column_stack([x, v, drive.readings[:, 1], drive.charge / self.device.scales.volts]), end, drive
+        x, v = drive.samples[:, 0], drive.samples[:, 3]
+        return np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]), end, drive
 
     def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
         """After how many periods a run of so many comes back at its end, 0 for none, and where it ends."""
@@ -191,7 +191,7 @@ def periodic_response(
 def _to_a_quiet_phase(path: _Path, section: CoupledState, from_rest: bool) -> tuple[CoupledState, bool]:
     """Go on to a phase of the drive at which the motion is quiet: the section there, and whether it moved."""
     section, drive = path.run(section, path.periods(FIRST if from_rest else 1) * path.size, stride=1)
-    quiet, away = quiet_kick(drive.readings[-path.size :, 3])
+    quiet, away = quiet_kick(drive.samples[-path.size :, 3])
     if not from_rest and away >= QUIET * path.size:
         return section, False
     section, _ = path.run(section, quiet)

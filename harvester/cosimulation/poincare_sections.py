@@ -6,7 +6,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.drive import Drive
-from harvester.cosimulation.lockstep.state import COEFFICIENTS, STOPS
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.periodic import MULTIPLES
@@ -72,11 +72,9 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 def unkicked(drive: Drive, a: float) -> float:
     """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
     state = drive.state[0]
-    present = dict(zip(COEFFICIENTS[STOPS:], drive.coefficients[STOPS:], strict=True))
-    x, voltage, v = drive.readings[-1, [0, 1, 3]]
-    at_rest, at_speed = (
-        interpreted(kick)(x, one, voltage, 0.0, 0.5 * float(state.h), **present, a=a) for one in (0.0, 1.0)
-    )
+    x, voltage, v = drive.samples[-1, [0, 1, 3]]
+    half, c = 0.5 * float(state.h), drive.coefficients
+    at_rest, at_speed = (interpreted(kick)(State(x, one, voltage), 0.0, half, c, a) for one in (0.0, 1.0))
     return float((v - at_rest) / (at_speed - at_rest))
 
 

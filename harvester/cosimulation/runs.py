@@ -20,7 +20,6 @@ from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.circuit_control_variates import path_controls
 from harvester.mechanics.kernels.moments import Moments, from_path
-from harvester.mechanics.kernels.ngspice_rule import trace_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
 from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing
@@ -128,7 +127,7 @@ def run_in_this_process(
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
     deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors, device.trapezoidal)
     ngspice().run_driven(deck, drive, device.patience, deadline)
-    if not np.isfinite(drive.readings).all():
+    if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
     return drive
 
@@ -158,7 +157,7 @@ def _measure(
         moments = dataclasses.replace(moments, controls=controls)
     control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
     probed = means_of_probes(device.probes, drive) if device.probes else None
-    return TrajectoryMeans(moments, load, int(drive.state[0].steps), ledger, control, probed)
+    return TrajectoryMeans(moments, load, int(drive.state[0].accepted), ledger, control, probed)
 
 
 def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:
@@ -166,7 +165,7 @@ def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> 
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
     first = math.ceil(burn_in / (h * stride) - 1e-6)
-    kicks = (len(drive.readings) - first) // blocks * stride
+    kicks = (len(drive.samples) - first) // blocks * stride
     edges = first * stride - 1 + kicks * np.arange(blocks + 1)
     load = np.diff(drive.kicked[edges, 4]) / (kicks * h / float(state.w0))
     rows = edges[:-1, None] + np.arange(kicks + 1)
@@ -179,14 +178,10 @@ def _control(
     device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: Start, blocks: int
 ) -> Moments:
     """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
-    eqs, h, stride = device.eqs, device.h, device.stride
-    if device.ngspice_rule:
-        return from_path(eqs, trace_by_ngspice_rule(eqs, noise, h, stride), burn_in, blocks)
-    if device.ideal is None:
-        return from_path(eqs, trace(eqs, noise, h, stride, start[:3], shaking), burn_in, blocks)
-    from harvester.mechanics.rectifiers.rectifier_path import ideal_moments
-
-    return ideal_moments(device.eqs, device.ideal, noise, device.h, device.stride, burn_in, blocks, start, shaking)
+    eqs, rule = device.eqs, device.ngspice_rule
+    start = (0.0, 0.0, 0.0, 0.0) if rule else start
+    path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)
+    return from_path(eqs, path, burn_in, blocks, device.ideal)
 
 
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:

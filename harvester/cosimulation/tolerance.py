@@ -48,7 +48,7 @@ def _tolerance(
     second.state["follows"] = 1
     run_in_this_process(dataclasses.replace(device, reltol=0.1 * device.reltol), second, deadline)
     since = math.ceil(burn_in / (device.h * device.stride) - 1e-6)
-    means = [(float((one.readings[since:, 4] ** 2).mean()), float(one.state[0].load)) for one in (first, second)]
+    means = [(float((one.samples[since:, 4] ** 2).mean()), float(one.state[0].load)) for one in (first, second)]
     found = zip(("V2", "load"), *means, strict=True)
     moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in found}
     rough, fine = (means_of_probes(device.probes, one) for one in (first, second))

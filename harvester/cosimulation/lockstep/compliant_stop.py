@@ -5,17 +5,17 @@ Legs end where the contact begins, every `CHORDS`-th part of half its period, an
 
 import math
 
-from harvester.cosimulation.lockstep.state import DURING, IMPACT, TINY, lower_stop, note_impact
+from harvester.cosimulation.lockstep.state import DURING, IMPACT, TINY, note_impact
 from harvester.mechanics.kernels.compiled import inlined
-from harvester.mechanics.kernels.offset_stops import in_contact
+from harvester.mechanics.kernels.offset_stops import in_contact, lower_stop
 
 CHORDS = 16
 
 
 @inlined
-def target_in_contact(s, target, goal, impacts, gap, k, c):
+def target_in_contact(s, target, goal, impacts, c):
     """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
-    place = lower_stop(gap)
+    place = lower_stop(c)
     y, v = s.x - place, s.v
     s.before = v
     if y > 0.0 or (y == 0.0 and v >= 0.0):
@@ -27,9 +27,9 @@ def target_in_contact(s, target, goal, impacts, gap, k, c):
         s.x = place
         y = 0.0
     if y == 0.0:
-        note_impact(s, impacts, s.kicks * s.h + s.phase, -s.v)
-    half = 0.5 * c
-    w = math.sqrt(k - half * half)
+        note_impact(s, impacts, s.n_steps * s.h + s.phase, -s.v)
+    half = 0.5 * c.c
+    w = math.sqrt(c.k - half * half)
     end = math.atan2(abs(y), (v + half * y) / w) / w
     if end < TINY * s.h:
         s.x = place
@@ -37,28 +37,30 @@ def target_in_contact(s, target, goal, impacts, gap, k, c):
     leg = min(end, math.pi / (CHORDS * w))
     if s.phase + leg < target - TINY * s.h:
         target, goal = s.phase + leg, IMPACT
-    (x1, _, _), _ = in_contact(y, v, 0.0, target - s.phase, -place, None, k, c)
+    (x1, _, _), _ = in_contact(y, v, 0.0, target - s.phase, c)
     s.v = (x1 - s.x) / (target - s.phase)
     return target, goal
 
 
 @inlined
-def arrive_in_contact(s, elapsed, gap, k, c):
+def arrive_in_contact(s, elapsed, c):
     """Return where the mass is at a target; set its velocity, and add the contact's loss to the ledger."""
-    place = lower_stop(gap)
+    place = lower_stop(c)
     y = s.x - place
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):
         s.v = s.before
         x1 = s.x + elapsed * s.v
         return place if s.goal == IMPACT else x1
-    (x1, s.v, _), (_, _, _, lost) = in_contact(y, s.before, 0.0, elapsed, -place, None, k, c)
+    (x1, s.v, _), did = in_contact(y, s.before, 0.0, elapsed, c)
     if s.measuring == DURING:
-        s.impact_work += lost
+        s.impact_work += did.energy
     return x1
 
 
 @inlined
-def contact_energy(x, gap, k):
-    """Energy that the stop stores: k y^2/2."""
-    y = x if gap is None else x + gap
-    return 0.5 * k * y * y if y < 0.0 else 0.0
+def contact_energy(x, c):
+    """Energy that a compliant stop stores: k y^2/2."""
+    if c.k is None:
+        return 0.0
+    y = x + c.gap
+    return 0.5 * c.k * y * y if y < 0.0 else 0.0

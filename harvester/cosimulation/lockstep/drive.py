@@ -6,10 +6,11 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.rigid_stop import plan_impact
-from harvester.cosimulation.lockstep.state import COEFFICIENTS, STATE, STOPS
-from harvester.cosimulation.lockstep.transitions import aim
+from harvester.cosimulation.lockstep.state import STATE, Recording
+from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
+from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
@@ -33,7 +34,7 @@ class Drive:
     noise
         one standard normal variate a kick, shape (n,).
     h, stride
-        nondimensional step, and kicks between readings.
+        nondimensional step, and kicks between samples.
     start
         (x, x', V, voltage of Csmooth) at the beginning; None: at rest in the first of `resting_places`.
     free
@@ -50,9 +51,9 @@ class Drive:
     state
         the record of the run, one element of dtype `STATE`.
     coefficients
-        those of `COEFFICIENTS`, in that order; None is an effect that is absent.
-    readings, charge, impacts
-        the path at the readings, shape (n, 5); the voltage (V) of the load's Csmooth there; time and velocity of each
+        of the equations, without mu.
+    samples, charge, impacts
+        the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and velocity of each
         impact.
     kicked
         ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took (J), shape (kicks, 5).
@@ -81,47 +82,45 @@ class Drive:
         smooth: bool = False,
     ) -> None:
         self.smoothing, self.nodes, self.series = 0.0, dict[str, float](), dict[str, Floats]()
-        readings = len(noise) // stride
-        self.noise = np.ascontiguousarray(noise[: readings * stride])
+        count = len(noise) // stride
+        self.noise = np.ascontiguousarray(noise[: count * stride])
         self.shaking = forcing(eqs, h, len(noise)) if shaking is None else np.ascontiguousarray(shaking)
-        self.readings = np.zeros((readings, len(COLUMNS)))
-        self.charge = np.zeros(readings)
+        self.samples, self.charge = np.zeros((count, len(COLUMNS))), np.zeros(count)
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
-        self.state = np.zeros(1, STATE).view(np.recarray)
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
-        self.eqs, self.start = eqs, start
-        k = eqs.stop_stiffness
-        values = {**vars(eqs), "r": eqs.restitution, "high": eqs.opposite_gap, "r_high": eqs.opposite_restitution}
-        values |= {"k": k, "c": None if k is None else eqs.stop_damping or 0.0}
-        self.coefficients = tuple(values[name] for name in COEFFICIENTS)
-        state = self.state
-        for name, value in zip(COEFFICIENTS, self.coefficients, strict=True):
-            state[name] = 0.0 if value is None else value
+        self.eqs, self.start, self.coefficients = eqs, start, coefficients(eqs)._replace(mu=None)
+        self._numbers = np.array([0.0 if one is None else one for one in self.coefficients])
+        self.state = state = np.zeros(1, STATE).view(np.recarray)
         state["h"], state["w0"], state["volts"], state["since"] = h, w0, volts, since / w0
         state["stride"], state["free"], state["has_beta"] = stride, free, eqs.beta is not None
-        state["noise_at"], state["noise_size"] = self.noise.ctypes.data, len(self.noise)
-        state["shaking_at"] = 0 if self.shaking is None else self.shaking.ctypes.data
-        state["impacts_at"], state["impacts_size"] = self.impacts.ctypes.data, len(self.impacts)
-        state["readings_at"], state["charge_at"] = self.readings.ctypes.data, self.charge.ctypes.data
-        state["kicked_at"] = self.kicked.ctypes.data
-        stops, others = self.coefficients[:STOPS], self.coefficients[STOPS:]
+        state["noise_size"], state["impacts_size"] = len(self.noise), len(self.impacts)
+        for name, array in (*self.recording._asdict().items(), ("coefficients", self._numbers)):
+            state[f"{name}_at"] = 0 if array is None else array.ctypes.data
+        self._begin(smooth)
+
+    def _begin(self, smooth: bool) -> None:
+        """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
+        state, start, c = self.state, self.start, self.coefficients
         a = None if self.shaking is None else float(self.shaking[0])
-        # Half a kick comes first, as in `trace`; interpreted, for it is not worth a compilation.
-        speed = float(interpreted(kick)(*start[:3], 0.0, 0.5 * h, *others, a))
+        speed = float(interpreted(kick)(State(*start[:3]), 0.0, 0.5 * state["h"][0], c, a))
         state["x"], state["v"], state["meet"] = start[0], speed, math.inf
-        if eqs.restitution is not None and eqs.n1 is None:
+        if c.r is not None and c.n1 is None:
             mean, _ = interpreted(between_kicks)(self.shaking, 1)
-            press = eqs.alpha, eqs.beta, eqs.linear, eqs.alpha2
-            interpreted(plan_impact)(state[0], start[2], mean, *stops[:4], *press)
+            interpreted(plan_impact)(state[0], start[2], mean, c)
         if smooth:
             straight = state["meet"][0] < math.inf
-            state["smooth"], state["bend"] = 1, 0.0 if straight else (speed - start[1]) / (0.5 * h)
-        interpreted(aim)(state[0], self.impacts, *stops, eqs.n1)
+            state["smooth"], state["bend"] = 1, 0.0 if straight else (speed - start[1]) / (0.5 * state["h"][0])
+        interpreted(next_event)(state[0], self.impacts, c)
+
+    @property
+    def recording(self) -> Recording:
+        """The arrays of the run, as the callbacks take them."""
+        return Recording(self.noise, self.shaking, self.samples, self.impacts, self.charge, self.kicked)
 
     @property
     def duration(self) -> float:
-        """Time that ngspice has to run, in second: to the last reading and a little beyond."""
+        """Time that ngspice has to run, in second: to the last sample and a little beyond."""
         s = self.state[0]
         return float((s.noise_size + 0.75) * s.h / s.w0)
 
@@ -133,4 +132,4 @@ class Drive:
         s = self.state[0]
         if s.impacts > len(self.impacts):
             raise SimulationError(NARROW)
-        return Path(float(s.h), int(s.stride), self.readings, self.impacts[: s.impacts].copy(), self.shaking)
+        return Path(float(s.h), int(s.stride), self.samples, self.impacts[: s.impacts].copy(), self.shaking)

@@ -24,29 +24,29 @@ from harvester.mechanics.kernels.equation_of_motion import intensity, spring
 
 
 @inlined
-def add_terminal_flow(s, t, v, power, current):
+def add_terminal_flow(s, p):
     """Add the energy (J) that passed the terminals and that the load took, and the square of the voltage (V^2 s)."""
     if s.measuring == DURING:
-        half = 0.5 * (t - s.t)
-        s.load += half * (s.power + power)
-        s.delivered += half * (s.voltage * s.current + v * current)
-        s.square += half * (s.voltage * s.voltage + v * v)
-    s.power = power
-    s.voltage = v
-    s.current = current
+        half = 0.5 * (p.t - s.t)
+        s.load += half * (s.power + p.power)
+        s.delivered += half * (s.voltage * s.current + p.v * p.current)
+        s.square += half * (s.voltage * s.voltage + p.v * p.v)
+    s.power = p.power
+    s.voltage = p.v
+    s.current = p.current
 
 
 @inlined
-def add_works_of_kick(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, linear=None, alpha2=None, a=None):
+def add_works_of_kick(s, v0, v1, x, volts, xi, h, c, a=None):
     """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1.
 
     The work of other shaking counts as that of the noise.
     """
-    noise = xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12)) if n1 is not None or n2 is not None else 0.0
+    noise = xi * math.sqrt(2.0 * h * intensity(x, c)) if c.n1 is not None or c.n2 is not None else 0.0
     if a is not None:
         noise += h * a
-    pull = h * spring(x, alpha, linear, alpha2)
-    voltage = 0.0 if beta is None else -h * beta * volts
+    pull = h * spring(x, c)
+    voltage = 0.0 if c.beta is None else -h * c.beta * volts
     mean = 0.5 * (v0 + v1)
     s.noise_work += mean * noise
     s.spring_work += mean * pull
@@ -55,25 +55,25 @@ def add_works_of_kick(s, v0, v1, x, volts, xi, h, alpha, beta, n1, n2, n12, line
 
 
 @inlined
-def note_stored_energy(s, t, v, smooth, contact, alpha, linear=None, alpha2=None):
+def note_stored_energy(s, p, contact, c):
     """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends.
 
     ``contact`` is the energy that a compliant stop stores.
     """
-    begins = s.measuring == BEFORE and t >= s.since
-    if not begins and not (s.measuring == DURING and s.kicks == s.noise_size):
+    begins = s.measuring == BEFORE and p.t >= s.since
+    if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
         return
-    energy = contact + 0.5 * s.v * s.v + (0.5 if linear is None else 0.5 * linear) * s.x * s.x
-    if alpha2 is not None:
-        energy += alpha2 / 3.0 * s.x * s.x * s.x
-    if alpha is not None:
-        energy += 0.25 * alpha * s.x * s.x * s.x * s.x
+    energy = contact + 0.5 * s.v * s.v + (0.5 if c.linear is None else 0.5 * c.linear) * s.x * s.x
+    if c.alpha2 is not None:
+        energy += c.alpha2 / 3.0 * s.x * s.x * s.x
+    if c.alpha is not None:
+        energy += 0.25 * c.alpha * s.x * s.x * s.x * s.x
     if begins:
         s.measuring = DURING
-        s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = t, energy, v, smooth
+        s.begin, s.energy_begin, s.voltage_begin, s.smooth_begin = p.t, energy, p.v, p.smooth
     else:
         s.measuring = AFTER
-        s.end, s.energy_end, s.voltage_end, s.smooth_end = t, energy, v, smooth
+        s.end, s.energy_end, s.voltage_end, s.smooth_end = p.t, energy, p.v, p.smooth
 
 
 @dataclass(frozen=True)

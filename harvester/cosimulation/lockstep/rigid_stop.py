@@ -5,41 +5,42 @@ presses the mass on the stop, known at the kick, and a rest where the next fligh
 targets ngspice sees chords of it.
 
     plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
-    chord                velocity of the leg to the next target
+    target_as_planned    what the next leg leads to, and its velocity
     impact               at the stop: x'+ = -r x'-
-    velocity_in_flight   velocity at a reading or a kick
+    velocity_in_flight   velocity at a sample or a kick
 """
 
 import math
 
-from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, lower_stop, note_impact
+from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, TINY, note_impact
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import meeting, push, spring
+from harvester.mechanics.kernels.offset_stops import lower_stop
 
 
 @inlined
-def stop_at(side, gap, high):
+def stop_at(side, c):
     """Where the stop of a side is: 1 for the stop, -1 for the opposite one."""
-    if high is not None and side < 0.0:
-        return high
-    return lower_stop(gap)
+    if c.high is not None and side < 0.0:
+        return c.high
+    return lower_stop(c)
 
 
 @inlined
-def plan_impact(s, V, a, r, gap, high, r_high, alpha, beta, linear, alpha2):
+def plan_impact(s, V, a, c):
     """Plan the impact of the drift that begins now.
 
     The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the stop.
     """
     s.flown, s.meet, s.side, s.before = 0, math.inf, 1.0, s.v
-    ratio = r
-    if high is not None and r_high is not None and s.v > 0.0:
-        s.side, ratio = -1.0, r_high
-    place = stop_at(s.side, gap, high)
+    ratio = c.r
+    if c.r_high is not None and s.v > 0.0:
+        s.side, ratio = -1.0, c.r_high
+    place = stop_at(s.side, c)
     y, u = max(s.side * (s.x - place), 0.0), s.side * s.v
-    pull = 0.0 if gap is None and high is None else s.side * spring(place, alpha, linear, alpha2)
+    pull = 0.0 if c.gap is None else s.side * spring(place, c)
     shaking = 0.0 if a is None else s.side * a
-    force = push(y, s.side * V, beta, None, pull, shaking)
+    force = push(y, s.side * V, c, pull, shaking)
     if (y == 0.0 and u == 0.0) or y + s.h * u >= 0.0:
         return
     s.meet, s.speed = meeting(y, u, s.h, force)
@@ -60,14 +61,26 @@ def since_impact(s, phase):
 
 
 @inlined
-def chord(s, target, gap, high):
+def target_as_planned(s, target, goal, impacts, c):
+    """Choose (phase, goal) of the next target, the planned impact if it comes first; set the chord to it."""
+    if s.flown == 0 and s.meet < target - TINY * s.h:
+        if s.meet < s.phase + TINY * s.h:  # at the stop already
+            impact(s, impacts, c)
+        else:
+            target, goal = s.meet, IMPACT
+    s.v = chord(s, target, c)
+    return target, goal
+
+
+@inlined
+def chord(s, target, c):
     """Mean velocity from here to a target: to the stop where that is next, and along the parabola after it."""
     if s.flown == 0:
         if target != s.meet:
             return s.before
-        return (stop_at(s.side, gap, high) - s.x) / (target - s.phase)
+        return (stop_at(s.side, c) - s.x) / (target - s.phase)
     left = since_impact(s, target)
-    x = stop_at(s.side, gap, high) + s.side * max(left * (s.up + 0.5 * s.pressing * left), 0.0)
+    x = stop_at(s.side, c) + s.side * max(left * (s.up + 0.5 * s.pressing * left), 0.0)
     return (x - s.x) / (target - s.phase)
 
 
@@ -80,10 +93,10 @@ def velocity_in_flight(s, phase, back):
 
 
 @inlined
-def impact(s, impacts, gap, high):
+def impact(s, impacts, c):
     """Make the planned impact: the mass is at the stop, and the impact on record and in the ledger."""
-    s.x = stop_at(s.side, gap, high)
-    note_impact(s, impacts, s.kicks * s.h + s.meet, s.side * s.speed)
+    s.x = stop_at(s.side, c)
+    note_impact(s, impacts, s.n_steps * s.h + s.meet, s.side * s.speed)
     s.flown = 1
     if s.measuring == DURING:
         s.impact_work += 0.5 * (s.speed * s.speed - s.up * s.up)
@@ -91,13 +104,13 @@ def impact(s, impacts, gap, high):
 
 
 @inlined
-def arrive(s, x, impacts, gap, high):
-    """Return where the mass is at a target; make the impact, or set the velocity that a reading or a kick sees."""
+def arrive(s, x, impacts, c):
+    """Return where the mass is at a target; make the impact, or set the velocity that a sample or a kick sees."""
     if s.goal == IMPACT:
-        impact(s, impacts, gap, high)
+        impact(s, impacts, c)
         return s.x
     s.v = velocity_at_kick(s) if s.goal == KICK else velocity_in_flight(s, s.phase, 0.0)
-    return between_stops(x, gap, high)
+    return between_stops(x, c)
 
 
 @inlined
@@ -110,18 +123,7 @@ def velocity_at_kick(s):
 
 
 @inlined
-def between_stops(x, gap, high):
+def between_stops(x, c):
     """Return x, or the place of the stop behind which rounding, or a narrow gap, has put it."""
-    x = max(x, stop_at(1.0, gap, high))
-    return x if high is None else min(x, high)
-
-
-@inlined
-def velocity_off_stop(x, before, v, r, n1, gap, high):
-    """Return the velocity v after a kick, or 0 where it would push a mass that lies on a stop into it."""
-    if r is not None and n1 is None and before == 0.0:
-        if x == stop_at(1.0, gap, high):
-            return max(v, 0.0)
-        if high is not None and x == high:
-            return min(v, 0.0)
-    return v
+    x = max(x, stop_at(1.0, c))
+    return x if c.high is None else min(x, c.high)

@@ -3,73 +3,62 @@
 Times ``t``, ``leg_t``, ``target_time``, ``since``, ``begin`` and ``end`` are in second; ``volts`` = theta l/Cp;
 ``voltage``, ``current``, ``power``, ``load``, ``delivered``, ``square`` and ``smooth_*`` in SI; the rest is
 nondimensional.  ``bend`` is the acceleration of a ``smooth`` drift (`source_voltage`), 0 of one in straight lines.
-``*_at`` are addresses of the arrays that the compiled callbacks use, ``*_index`` the places of ngspice's vectors, -1
-for one that is not there.
+``n_steps`` counts kicks of the mass, ``accepted`` ngspice's steps.  ``*_at`` are addresses of what the compiled
+callbacks use, ``*_index`` the places of ngspice's vectors, -1 for one that is not there.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.mechanics.kernels.compiled import inlined
 
-KICK, IMPACT, READING = 0, 1, 2  # values of `goal`: what a leg of the lock-step leads to
+KICK, IMPACT, SAMPLE = 0, 1, 2  # values of `goal`: what a leg of the lock-step leads to
 BEFORE, DURING, AFTER = 0, 1, 2  # values of `measuring`: where the run stands to the time that the ledger covers
 TINY = 1e-9  # parts of a step: targets nearer than this are one
 
-# The kernels' coefficients: the stops (r, or k and c, at x = -gap, r_high at x = high), and those of `kick` in order.
-COEFFICIENTS = (
-    *("r", "gap", "high", "r_high", "k", "c"),
-    *("alpha", "beta", "c1", "c2", "c3", "n1", "n2", "n12", "linear", "alpha2"),
-)
-STOPS = 6  # of them describe the stops
+
+class Point(NamedTuple):
+    """A point that ngspice accepted: time (s), terminal voltage, the load's power, current, voltage of Csmooth (SI)."""
+
+    t: float
+    v: float
+    power: float
+    current: float
+    smooth: float
+
+
+class Recording(NamedTuple):
+    """Arrays of a run, those of `harvester.cosimulation.lockstep.drive.Drive` by the same names."""
+
+    noise: Floats
+    shaking: Floats | None
+    samples: Floats
+    impacts: Floats
+    charge: Floats
+    kicked: Floats
+
 
 # Of a drift without white noise: phase of its impact, speeds before and after it, the acceleration that presses on the
 # stop and the shaking's share of it, the time after which bounces of r = 1 repeat, which stop it is (1, -1 for the
 # opposite one), and the velocity from which it began.
 _PLAN = ("meet", "speed", "up", "pressing", "share", "again", "side", "before")
-_REALS = (
-    "x",
-    "v",
-    "bend",
-    "phase",
-    "next_phase",
-    "h",
-    "w0",
-    "volts",
-    *COEFFICIENTS,
-    *_PLAN,
-    "t",
-    "leg_t",
-    "target_time",
-)
+_REALS = ("x", "v", "bend", "phase", "next_phase", "h", "w0", "volts", *_PLAN, "t", "leg_t", "target_time")
 _LEDGER = ("since", "voltage", "current", "power", "load", "delivered", "square", "begin", "end")
 _WORKS = ("noise_work", "spring_work", "voltage_work", "damping_work", "impact_work")
 _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for when in ("begin", "end"))
-_COUNTS = ("goal", "kicks", "stride", "steps", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
+_COUNTS = ("goal", "n_steps", "stride", "accepted", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
 # 1: the motion of another run, from its record; a leg that begins with a turn of the motion, or an impact
 _WAYS = ("follows", "turned")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
-_ARRAYS = (
-    "noise_at",
-    "shaking_at",
-    "noise_size",
-    "readings_at",
-    "impacts_at",
-    "impacts_size",
-    "charge_at",
-    "kicked_at",
-)
+_ARRAYS = (*(f"{name}_at" for name in Recording._fields), "coefficients_at", "noise_size", "impacts_size")
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`
 STATE = np.dtype(
     [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED)]
     + [(name, np.int64) for name in (*_COUNTS, *_WAYS, *_CALLBACKS, *_ARRAYS, *(f"{one}_index" for one in VECTORS))],
     align=True,
 )
-
-
-@inlined
-def lower_stop(gap):
-    """Where the stop is: x = -gap, or 0 without a gap."""
-    return 0.0 if gap is None else -gap
 
 
 @inlined

@@ -13,7 +13,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from harvester.cosimulation.lockstep import transitions
-from harvester.cosimulation.lockstep.state import STATE
+from harvester.cosimulation.lockstep.state import STATE, Point, Recording
+from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import c_function, inlined, strict
 
 source_voltage, proposed_step = strict(transitions.source_voltage), strict(transitions.proposed_step)
@@ -50,6 +51,23 @@ def _ask(typingctx, address, t, delta):
         return builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
 
     return types.float64(types.int64, types.float64, types.float64), codegen
+
+
+@intrinsic
+def _coefficients(typingctx, address, pattern):
+    """Read coefficients at an address, None where the ``pattern`` has it."""
+
+    def codegen(context, builder, signature, args):
+        start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+        places = [builder.gep(start, [ir.Constant(ir.IntType(32), k)]) for k in range(len(pattern))]
+        absent = [isinstance(kind, types.NoneType) for kind in pattern]
+        values = [
+            context.get_dummy_value() if none else builder.load(place)
+            for none, place in zip(absent, places, strict=True)
+        ]
+        return context.make_tuple(builder, pattern, values)
+
+    return pattern(types.int64, pattern), codegen
 
 
 _STATE_POINTER = types.CPointer(from_dtype(STATE))
@@ -95,48 +113,26 @@ def data_callback(vectors, count, ident, user):
 
 
 @cache
-def point_function(present: tuple[bool, ...], shaken: bool) -> Any:
-    """`accept_point` as a C function, compiled for the coefficients present (see `COEFFICIENTS`).
+def point_function(pattern: Coefficients, shaken: bool) -> Any:
+    """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
     ``shaken`` says whether there is shaking other than white noise.
     """
-    has_r, has_gap, has_high, has_r_high, has_k, has_c, *others = present
-    has_alpha, has_beta, has_c1, has_c2, has_c3, has_n1, has_n2, has_n12, has_linear, has_alpha2 = others
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
-        """Accept a point, with None for each coefficient that is absent."""
+        """Accept a point."""
         s = carray(state, 1)[0]
-        accept_point(
-            s,
-            t,
-            v,
-            power,
-            current,
-            smooth,
+        recording = Recording(
             carray(_pointer(s.noise_at), s.noise_size, np.float64),
             carray(_pointer(s.shaking_at), s.noise_size + 1, np.float64) if shaken else None,
-            carray(_pointer(s.readings_at), (s.noise_size // s.stride, 5), np.float64),
+            carray(_pointer(s.samples_at), (s.noise_size // s.stride, 5), np.float64),
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
             carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
-            s.r if has_r else None,
-            s.gap if has_gap else None,
-            s.high if has_high else None,
-            s.r_high if has_r_high else None,
-            s.k if has_k else None,
-            s.c if has_c else None,
-            s.alpha if has_alpha else None,
-            s.beta if has_beta else None,
-            s.c1 if has_c1 else None,
-            s.c2 if has_c2 else None,
-            s.c3 if has_c3 else None,
-            s.n1 if has_n1 else None,
-            s.n2 if has_n2 else None,
-            s.n12 if has_n12 else None,
-            s.linear if has_linear else None,
-            s.alpha2 if has_alpha2 else None,
         )
+        point = Point(t, v, power, current, smooth)
+        accept_point(s, point, recording, _coefficients(s.coefficients_at, pattern))
         return 0
 
     return act

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from harvester.cosimulation.lockstep.state import VECTORS
-from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.netlists.load_circuit import LoadCircuit
 
@@ -123,4 +122,4 @@ def integration_options(
         sizes = f"vntol={5e-8 * volts!r} chgtol={least!r} abstol={0.5 * charge / step!r}"
         method = "trap trtol=1" if trapezoidal else "gear maxord=2"
         return f".options method={method} reltol={reltol!r} {sizes}"
-    return f".options method=trap xmu={interpreted(rule_weight)(step / time_constant)!r} trtol=1e6 chgtol=1"
+    return f".options method=trap xmu={rule_weight(step / time_constant)!r} trtol=1e6 chgtol=1"

@@ -28,6 +28,7 @@ from harvester.cosimulation.ngspice.deck import Deck
 from harvester.cosimulation.ngspice.diagnostics import why_given_up, why_out_of_time, why_refused, why_stopped
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.mechanics.kernels.coefficients import Coefficients
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
 logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
@@ -125,8 +126,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
         if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
-            present = tuple(one is not None for one in drive.coefficients)
-            self.state["accepted_at"] = point_function(present, drive.shaking is not None).address
+            pattern = Coefficients(*(None if one is None else 0.0 for one in drive.coefficients))
+            self.state["accepted_at"] = point_function(pattern, drive.shaking is not None).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}
         self.series = {}
         self.messages.clear()
@@ -134,8 +135,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         run = threading.Thread(target=self._run, args=(deck,), daemon=True)
         left = seconds = deadline - time.monotonic()
         run.start()
-        before, now = {"kicks": -math.inf}, self._progress()
-        while run.is_alive() and left > 0.0 and now["kicks"] - before["kicks"] >= SLOWEST * min(patience, 1e9):
+        before, now = {"n_steps": -math.inf}, self._progress()
+        while run.is_alive() and left > 0.0 and now["n_steps"] - before["n_steps"] >= SLOWEST * min(patience, 1e9):
             before = now
             run.join(min(patience, left, threading.TIMEOUT_MAX))
             now, left = self._progress(), deadline - time.monotonic()
@@ -146,7 +147,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             error.so_far = self._so_far()
             raise error
         if stuck:
-            step = (end - before["t"]) / max(now["steps"] - before["steps"], 1)
+            step = (end - before["t"]) / max(now["accepted"] - before["accepted"], 1)
             raise CircuitError(why_given_up(end, drive.duration, step, patience))
         drive.state[:] = self.state
         drive.smoothing, drive.nodes, drive.series = self.smoothing, self.nodes, self.series
@@ -157,7 +158,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 
     def _progress(self) -> dict[str, float]:
         """How far the present run has come: time (s), kicks, and accepted steps."""
-        return {name: float(self.state[name][0]) for name in ("t", "kicks", "steps")}
+        return {name: float(self.state[name][0]) for name in ("t", "n_steps", "accepted")}
 
     def _so_far(self) -> tuple[float, float, float] | None:
         """The means of the present run as of `CircuitError`, over what it has come to measure."""

@@ -65,8 +65,8 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
             frequency = max(frequency, chatter(eqs.pressure, eqs.n1, v2))
             if h * frequency > 5 * STEP:
                 warnings.append(warning("coarse_step", step=h, frequency=frequency))
-            if (samples := trajectories.samples[0]) is not None:
-                warnings += record_doubts(eqs) + density_doubts(eqs, Record(h, samples))
+            if (shaker := trajectories.shakers[0]) is not None and shaker.samples is not None:
+                warnings += record_doubts(eqs) + density_doubts(eqs, Record(h, shaker.samples))
             return warnings
         trajectories.restart(shorter)
 

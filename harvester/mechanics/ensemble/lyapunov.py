@@ -20,10 +20,12 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.machine.cores import cores
-from harvester.mechanics.kernels.compiled import kernel
-from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
-from harvester.mechanics.kernels.lanes import LANES
+from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.equation_of_motion import drift, kick
+from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.noise import child, draw_noise, random_words
+from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch
 from harvester.uncertainty.controls import controlled_mean
 from harvester.uncertainty.richardson import step_bias
 
@@ -35,47 +37,49 @@ _RESCALED = 0.4  # time units, about, between two rescalings
 
 
 @kernel
-def grow(x, v, V, s0, s1, logs, rounds, draws, coarse, h, mu, r, beta, c1, n2, pushes=None):  # type: ignore[no-untyped-def]
-    """Advance a block and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
+def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyped-def]
+    """Advance a batch and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
 
-    ``pushes``, shape (3, LANES), gets sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for
-    g = x', which kicks add to the logs to first order, and g = x and V.  None: nothing of it is compiled.
-
-    x, v, V, s0, s1: shape (LANES,), state and generator, changed in place.  A coefficient that is
-    None is an absent effect.  A round has ``draws`` of two random variates, for two steps of length h each or, where
-    these are ``coarse``, for one.
+    b, h and c are as of `harvester.mechanics.kernels.trajectory_batch.advance`.  ``pushes``, shape (3, BATCH), gets
+    sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for g = x', which kicks add to the logs to
+    first order, and g = x and V.  A round has ``draws`` of two random variates, for two steps each or, where these are
+    ``coarse``, for one.
     """
-    e, g = relaxation(h, mu)
-    noise, steps = np.zeros((2, LANES)), 1 if coarse else 2
-    force = 0.0 if n2 is None else math.sqrt(2.0 * n2 * h)
+    x, v, V, d = b.x, b.v, b.V, interval(h, h, c.mu, None, None)
+    noise, steps = np.zeros((2, BATCH)), 1 if coarse else 2
+    force = 0.0 if c.n2 is None else math.sqrt(2.0 * c.n2 * h)
     for _ in range(rounds):
         for _ in range(draws):
-            if n2 is not None:
-                draw_noise(noise, s0, s1, coarse)
+            if c.n2 is not None:
+                draw_noise(noise, b.s0, b.s1, coarse)
             for k in range(steps):
-                for i in range(LANES):
-                    x[i], vi, V[i], _hit = drift(x[i], v[i], V[i], h, e, g, mu, r)
-                    if pushes is not None and n2 is not None:
-                        size2 = x[i] * x[i] + vi * vi
-                        if mu is not None:
-                            size2 += V[i] * V[i]
-                        if size2 > 0.0:
-                            push = abs(x[i]) / size2 * force * noise[k, i]
-                            pushes[0, i] += vi * push
-                            pushes[1, i] += x[i] * push
-                            if mu is not None:
-                                pushes[2, i] += V[i] * push
-                    v[i] = kick(x[i], vi, V[i], noise[k, i], h, None, beta, c1, None, None, None, n2, None)
-        for i in range(LANES):
-            size2 = x[i] * x[i] + v[i] * v[i]
-            if mu is not None:
-                size2 += V[i] * V[i]
-            size = math.sqrt(size2)
+                for i in range(BATCH):
+                    s, _hit = drift(State(x[i], v[i], V[i]), d, c.mu, c.r)
+                    x[i], V[i] = s.x, s.V
+                    size2 = _square(s, c)
+                    if c.n2 is not None and size2 > 0.0:
+                        push = abs(s.x) / size2 * force * noise[k, i]
+                        pushes[0, i] += s.v * push
+                        pushes[1, i] += s.x * push
+                        if c.mu is not None:
+                            pushes[2, i] += s.V * push
+                    v[i] = kick(s, noise[k, i], h, c)
+        for i in range(BATCH):
+            size = math.sqrt(_square(State(x[i], v[i], V[i]), c))
             logs[i] += math.log(size)
             x[i] /= size
             v[i] /= size
             # Without a load V - x = 0 for good; in a shrinking motion its rounding errors would not shrink along.
-            V[i] = x[i] if mu is None else V[i] / size
+            V[i] = x[i] if c.mu is None else V[i] / size
+
+
+@forced
+def _square(s, c):  # type: ignore[no-untyped-def]
+    """The square of the size: of (x, x', V), or of (x, x') where the voltage does not act through a load."""
+    square = s.x * s.x + s.v * s.v
+    if c.mu is not None:
+        square += s.V * s.V
+    return square
 
 
 def memory(eqs: Equations) -> float:
@@ -112,7 +116,7 @@ def exponent(
 ) -> Growth:
     """Measure lambda over ``duration`` after a burn-in, with its bias from a run of twice the step on the same noise.
 
-    ``trajectories`` is rounded up to whole blocks of `LANES`; each gives one sample.  The same seed,
+    ``trajectories`` is rounded up to whole blocks of `BATCH`; each gives one sample.  The same seed,
     the same answer, whatever the number of threads.  External noise and nonlinear terms of ``eqs``
     play no part.  The burn-in is `memory`, at most `LONGEST`.  ``tick`` is called with the fraction done.
 
@@ -151,24 +155,27 @@ def _run(
 
     ``coarse`` makes one step of 2 h of two of h.
     """
-    blocks = -(-trajectories // LANES)
+    blocks = -(-trajectories // BATCH)
     draws = max(1, round(0.5 * _RESCALED / h))
     time = 2 * draws * h  # of a round
     before, after = math.ceil(burn_in / time), math.ceil(duration / time)
-    words = np.stack([random_words(child(seed, 0, k), LANES) for k in range(blocks)])
-    phase = np.random.default_rng(child(seed, 1)).uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, LANES))
+    words = np.stack([random_words(child(seed, 0, k), BATCH) for k in range(blocks)])
+    phase = np.random.default_rng(child(seed, 1)).uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
     state = np.stack([np.cos(phase), np.sin(phase), np.zeros_like(phase)], axis=1)
     mu = eqs.mu if eqs.beta else None
     if mu is None:
         state[:, 2] = state[:, 0]
-    logs, pushes = np.zeros((blocks, LANES)), np.zeros((blocks, 3, LANES))
+    logs, pushes = np.zeros((blocks, BATCH)), np.zeros((blocks, 3, BATCH))
+
+    step = 2.0 * h if coarse else h
+    c = Coefficients(mu=mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
 
     def block(k: int) -> None:
-        step = 2.0 * h if coarse else h
-        arguments = (draws, coarse, step, mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2)
-        grow(*state[k], *words[k], logs[k], before, *arguments, pushes[k])  # type: ignore[call-arg]
+        (x, v, voltage), (s0, s1) = state[k], words[k]
+        batch = Batch(x, v, voltage, s0=s0, s1=s1)
+        grow(batch, logs[k], pushes[k], before, draws, coarse, step, c)
         logs[k], pushes[k] = 0.0, 0.0
-        grow(*state[k], *words[k], logs[k], after, *arguments, pushes[k])  # type: ignore[call-arg]
+        grow(batch, logs[k], pushes[k], after, draws, coarse, step, c)
 
     with ThreadPoolExecutor(cores()) as pool:
         for done, _ in enumerate(pool.map(block, range(blocks)), 1):
@@ -178,5 +185,5 @@ def _run(
             "a trajectory of the linearised motion stops dead: lambda is minus infinity; give a restitution above 0"
         )
     steps_a_round = draws if coarse else 2 * draws
-    made = steps_a_round * (before + after) * blocks * LANES
+    made = steps_a_round * (before + after) * blocks * BATCH
     return logs.ravel() / (after * time), np.moveaxis(pushes, 1, 2).reshape(-1, 3) / (after * time), made

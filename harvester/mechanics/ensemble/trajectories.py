@@ -1,6 +1,6 @@
 """Many trajectories side by side, and the means of what they do.
 
-One compiled kernel advances a block of `LANES` trajectories in a thread of its own.  Every trajectory gives one
+One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every trajectory gives one
 independent time average, so that standard errors need no correlation time; of tabulated noise every block, on a record.
 """
 
@@ -19,19 +19,18 @@ from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
+from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.control_variates import boundary
-from harvester.mechanics.kernels.impact_voltage import lines
-from harvester.mechanics.kernels.lanes import LANES, SUMS, advance, mid_drift
+from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments, from_sums
-from harvester.mechanics.kernels.ngspice_rule import advance_by_ngspice_rule
 from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.offset_stops import loss_unit
-from harvester.mechanics.kernels.path import check_start, coefficients
+from harvester.mechanics.kernels.path import check_start
 from harvester.mechanics.kernels.shaken_control_variates import martingales
-from harvester.mechanics.kernels.shaking import samples_of, shaker, shaker_start
+from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
+from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
 from harvester.mechanics.rectifiers.circuit import IdealCircuit
-from harvester.mechanics.rectifiers.rectifier_lanes import IDEAL_SUMS, advance_ideal, mid_drift_ideal
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -45,11 +44,11 @@ class NotFiniteError(UnboundedResponseError):
 
 
 class Trajectories:
-    """A set of trajectories in blocks of `LANES`, with their own random generators.
+    """A set of trajectories in blocks of `BATCH`, with their own random generators.
 
     ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the nondimensional step,
     ``time`` how far they are and ``steps`` the trajectory-steps made in all; ``state`` holds x, x', V (with a circuit
-    also its capacitor's voltage and the switch's place), shape (blocks, 3 or 5, LANES), after a kick.
+    also its capacitor's voltage and the switch's place), shape (blocks, 3 or 5, BATCH), after a kick.
 
     Parameters
     ----------
@@ -96,8 +95,8 @@ class Trajectories:
             raise invalid("mu beside a load circuit", "be None", eqs.mu)
         if h is not None and not SHORTEST <= h <= LONGEST:
             raise invalid("`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0")
-        self.blocks = -(-count // LANES)
-        self.count, self.together = self.blocks * LANES, 1 if eqs.density is None else LANES
+        self.blocks = -(-count // BATCH)
+        self.count, self.together = self.blocks * BATCH, 1 if eqs.density is None else BATCH
         places = np.array(eqs.resting_places)
         if start is None:
             off = np.resize(np.minimum(1.0, 0.5 * (eqs.rigid_stops[1] - places)), self.count)
@@ -107,7 +106,7 @@ class Trajectories:
             start[0] = np.resize(places, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.circuit, self.ngspice_rule, self.steps, self._known = circuit, ngspice_rule, 0, coefficients(eqs)
+        self.circuit, self.ngspice_rule, self.steps, self._coefficients = circuit, ngspice_rule, 0, coefficients(eqs)
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
         self._kind = circuit, ngspice_rule, self.controlled
@@ -120,100 +119,93 @@ class Trajectories:
         Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow that a period takes
         more than `MOST_OF_A_PERIOD`.
         """
-        self.h = h = whole_steps(h, self.eqs.shaking_period)
+        repeat = self.eqs.shaking_period
+        self.h = h = whole_steps(h, repeat)
         self.time, self.hopping = 0.0, None
-        if (repeat := self.eqs.shaking_period) is not None:
-            period = f"the shaking repeats after {repeat:.2g}/w0"
-            if h < SHORTEST:
-                raise SimulationError(f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0")
-            if repeat > MOST_OF_A_PERIOD * h:
-                raise SimulationError(
-                    f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "
-                    "which follows it as at rest; give a longer `dt`, or a shorter record"
-                )
-        start = np.moveaxis(self.start.reshape(3, -1, LANES if self.start.ndim > 1 else 1), 1, 0)
-        self.state = aligned((self.blocks, 3 if self.circuit is None else 5, LANES))
+        # Two steps to a draw, a sample every .4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
+        self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
+        if repeat is not None:  # whole samples to a period
+            _check_period(h, repeat)
+            self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
+        start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
+        self.state = aligned((self.blocks, 3 if self.circuit is None else 5, BATCH))
         self.state[:, :3] = start
         if self.circuit is not None:
             self.state[:, 4] = start[:, 0]
-        self.words = aligned((self.blocks, 2, LANES), np.uint64)
+        self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
-            words[:] = random_words(child(self.seed, 0, k), LANES)
-        # Two steps to a draw, a reading every .4 or so: V^2 varies on the scale of 1, but jumps alike under a drive.
-        self.stride = 2 if self.eqs.drive is not None else 2 * max(1, round(0.2 / h))
-        self.filter = aligned((self.blocks, 2, LANES))
-        if repeat is not None:  # whole readings to a period
-            self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
-        self.samples: list[Floats | None] = [None] * self.blocks
-        self.shakers: list[tuple[Any, ...] | None] = [None] * self.blocks  # as the kernels take them
+            words[:] = random_words(child(self.seed, 0, k), BATCH)
+        self.filter = aligned((self.blocks, 2, BATCH))
+        self.shakers: list[Filter | None] = [None] * self.blocks
         if self.eqs.is_shaken_otherwise:
-            grid, known = 0.5 * h if self._coarse else h, shaker(self.eqs, h, self._coarse)
-            for k, states in enumerate(self.filter):
-                rng = np.random.default_rng(child(self.seed, 2, k))
-                drawn = k == 0 or self.eqs.density is not None
-                self.samples[k] = samples_of(self.eqs, grid, rng) if drawn else self.samples[0]
-                states[:] = shaker_start(self.eqs, grid, LANES, rng, self.samples[k])
-                self.shakers[k] = (*states, *self.words[k], *known, self.samples[k])
+            self._begin_shaking()
         if self._origin is not None:
             self.state[:], self.filter[:], self.words[:] = self._origin
 
+    def _begin_shaking(self) -> None:
+        """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
+        grid, known = 0.5 * self.h if self._coarse else self.h, filter_of(self.eqs, self.h, self._coarse)
+        samples = None
+        for k, ((p, q), (s0, s1)) in enumerate(zip(self.filter, self.words, strict=True)):
+            rng = np.random.default_rng(child(self.seed, 2, k))
+            if k == 0 or self.eqs.density is not None:
+                samples = samples_of(self.eqs, grid, rng)
+            p[:], q[:] = filter_start(self.eqs, grid, BATCH, rng, samples)
+            self.shakers[k] = known._replace(p=p, q=q, s0=s0, s1=s1, samples=samples)
+
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
-        """Advance all trajectories by ``duration`` (rounded to whole readings, and periods of a drive) and average.
+        """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
 
         Raises UnboundedResponseError when a trajectory leaves the finite numbers.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid("`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps")
-        reading = self.stride * self.h
-        readings_a_period = round((self.eqs.shaking_period or reading) / reading)
-        readings = readings_a_period * max(1, round(duration / (readings_a_period * reading)))
-        sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), LANES))
-        grid, eqs, known = (readings, self.stride, self._coarse, self.h), self.eqs, self._known
-        noise = aligned((self.blocks, martingales(eqs.coloured is not None), LANES)) if self.controlled else None
+        eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
+        samples_a_period = round((eqs.shaking_period or time) / time)
+        samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
+        sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), BATCH))
+        noise = aligned((self.blocks, martingales(eqs.coloured is not None), BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
+        schedule = Schedule(samples, self.stride, self._coarse, self.ngspice_rule and self.time > 0.0)
+        update = update_of(eqs, self.h, self.ngspice_rule)
 
         def block(k: int) -> None:
-            state = (*self.state[k], *self.words[k], sums[k])
-            others = self.shakers[k], None if noise is None else noise[k]
-            if self.circuit is not None:
-                advance_ideal(*state, *grid, *self.circuit.arguments, *known[1:], *others)  # type: ignore[call-arg]
-            elif self.ngspice_rule:
-                advance_by_ngspice_rule(*state, *grid[:3], self.time > 0.0, self.h, *known[:10])  # type: ignore[call-arg]
-            else:
-                advance(*state, *grid, *known, *others, *lines(eqs, self.h))  # type: ignore[call-arg]
+            batch = self._batch(k, sums[k], None if noise is None else noise[k])
+            advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
-                progress(readings * reading * LANES)
+                progress(samples * time * BATCH)
 
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(block, range(self.blocks)))
-        elapsed = readings * reading
+        elapsed = samples * time
         self.time += elapsed
-        self.steps += readings * self.stride * self.count
+        self.steps += samples * self.stride * self.count
         if not all(np.isfinite(one).all() for one in (sums, self.state, noise) if one is not None):
             raise NotFiniteError(
                 f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
-        unit = loss_unit(eqs.restitution, known[-1]) if self.circuit is None else 1.0
-        moments = from_sums(sums, readings, elapsed, unit, eqs.mu)
+        unit = loss_unit(self._coefficients) if self.circuit is None else 1.0
+        moments = from_sums(sums, samples, elapsed, unit, eqs.mu)
         if noise is None:
             return moments
         both = np.hstack(list(noise)), self._boundary() - begin
         columns = np.vstack(both) if self.circuit is None else interleaved(*both)
         return replace(moments, controls=columns.T / elapsed)
 
+    def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
+        """A block as the kernels take it."""
+        (x, v, voltage, *circuit), (s0, s1) = self.state[k], self.words[k]
+        return Batch(x, v, voltage, s0, s1, sums, controls, *circuit)
+
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
-        eqs, out = self.eqs, np.empty((3, self.count))
+        out = np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
             return self._states().copy()
-        for k, state in enumerate(self.state):
-            lanes = out[:, k * LANES : (k + 1) * LANES]
-            mechanics = eqs.restitution, eqs.beta, eqs.n1, self._known[-1], self.shakers[k]
-            if self.circuit is None:
-                mid_drift(state, lanes, self.h, eqs.mu, *mechanics)
-            else:
-                mid_drift_ideal(state, lanes, self.h, *mechanics, *self.circuit.arguments)
+        for k, shaker in enumerate(self.shakers):
+            columns = out[:, k * BATCH : (k + 1) * BATCH]
+            mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
         return out
 
     def _states(self) -> Floats:
@@ -222,9 +214,7 @@ class Trajectories:
 
     def _boundary(self) -> Floats:
         """The functions of the present states whose change is one kind of controls."""
-        eqs, states = self.eqs, self._states()
-        terms = eqs.alpha, eqs.linear, eqs.alpha2
-        return boundary(states, *terms) if self.circuit is None else circuit_boundary(states, eqs.beta, *terms)
+        return (boundary if self.circuit is None else circuit_boundary)(self._states(), self.eqs)
 
     def block(self, h: float | None) -> "Trajectories":
         """Fresh trajectories of the same scene, but a single block of them."""
@@ -246,3 +236,15 @@ class Trajectories:
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+
+
+def _check_period(h: float, repeat: float) -> None:
+    """Refuse a shaking whose period ``repeat`` is too short or too long for steps of h."""
+    period = f"the shaking repeats after {repeat:.2g}/w0"
+    if h < SHORTEST:
+        raise SimulationError(f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0")
+    if repeat > MOST_OF_A_PERIOD * h:
+        raise SimulationError(
+            f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "
+            "which follows it as at rest; give a longer `dt`, or a shorter record"
+        )

@@ -21,20 +21,21 @@ from harvester.mechanics.kernels.shaken_control_variates import shaken_path_cont
 
 
 @forced
-def all_energy(x, v, V, alpha, beta, linear, alpha2):
+def all_energy(x, v, V, c):
     """W of mass and piezo."""
-    W = abs(energy(x, v, alpha, linear, alpha2))
-    if beta is not None:
-        W += 0.5 * beta * V * V
+    W = abs(energy(x, v, c))
+    if c.beta is not None:
+        W += 0.5 * c.beta * V * V
     return W
 
 
 @forced
-def add_circuit_features(i, x, v, V, U, xi, controls, alpha, beta, n1, n2, n12):
-    """Add the noise xi of a kick of lane i, with the states before it, to its martingales, shape (9, LANES)."""
-    root = np.sqrt(all_energy(x, v, V, alpha, beta, None, None))
-    if n2 is not None or n12 is not None:
-        xi *= np.sqrt(intensity(x, n1, n2, n12))
+def add_circuit_features(i, s, U, xi, controls, c):
+    """Add the noise xi of a kick of trajectory i, with the states before it, to its martingales, shape (9, BATCH)."""
+    x, v, V = s
+    root = np.sqrt(all_energy(x, v, V, c))
+    if c.n2 is not None or c.n12 is not None:
+        xi *= np.sqrt(intensity(x, c))
     controls[0, i] += v * xi
     controls[1, i] += v * U * xi
     controls[2, i] += v * root * xi
@@ -47,20 +48,17 @@ def add_circuit_features(i, x, v, V, U, xi, controls, alpha, beta, n1, n2, n12):
 
 
 # On arrays the uncompiled functions do the same.
-_intensity = intensity.py_func  # type: ignore[attr-defined]
-_energy = energy.py_func  # type: ignore[attr-defined]
+_intensity, _energy = intensity.py_func, energy.py_func  # type: ignore[attr-defined]
 
 
-def _all_energy(x: Floats, v: Floats, V: Floats, beta: float | None, *spring: float | None) -> Floats:
-    return np.asarray(np.abs(_energy(x, v, *spring)) + 0.5 * (beta or 0.0) * V * V)
+def _all_energy(x: Floats, v: Floats, V: Floats, eqs: Equations) -> Floats:
+    return np.asarray(np.abs(_energy(x, v, eqs)) + 0.5 * (eqs.beta or 0.0) * V * V)
 
 
-def circuit_boundary(
-    states: Floats, beta: float | None, alpha: float | None, linear: float | None, alpha2: float | None
-) -> Floats:
+def circuit_boundary(states: Floats, eqs: Equations) -> Floats:
     """The functions h of states (x, v, V, U), shape (4, ...) or longer: shape (9, ...)."""
     x, v, V, U = states[:4]
-    W = _all_energy(x, v, V, beta, alpha, linear, alpha2)
+    W = _all_energy(x, v, V, eqs)
     root = np.sqrt(W)
     return np.array([U * U * root, U, W, U * U, root, np.abs(V) * U, x * v, x * V, V * V])
 
@@ -74,13 +72,12 @@ def path_controls(
     it; ``noise``, shape (blocks, n), the variates of its kicks; ``filtered`` as of `shaken_path_controls`.
     """
     x, v, V, U = states[:, :, :-1]
-    terms = eqs.beta, eqs.alpha, eqs.linear, eqs.alpha2
-    root = np.sqrt(_all_energy(x, v, V, *terms))
+    root = np.sqrt(_all_energy(x, v, V, eqs))
     if eqs.n2 is not None or eqs.n12 is not None:
-        noise = noise * np.sqrt(_intensity(x, eqs.n1, eqs.n2, eqs.n12))
+        noise = noise * np.sqrt(_intensity(x, eqs))
     weights = (v, v * U, v * root, V, v * U * U, V * root, v * x, x * root, v * V)
     martingales = np.array([(one * noise).sum(axis=1) for one in weights])
-    change = circuit_boundary(states[:, :, -1], *terms) - circuit_boundary(states[:, :, 0], *terms)
+    change = circuit_boundary(states[:, :, -1], eqs) - circuit_boundary(states[:, :, 0], eqs)
     if filtered is not None:
         martingales = np.vstack([martingales, shaken_path_controls(states[:, :, :-1], filtered)])
     return interleaved(martingales, change).T / length

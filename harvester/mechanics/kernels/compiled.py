@@ -26,7 +26,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
-from harvester.mechanics.kernels import vector_width
+from harvester.mechanics.kernels import absent_effects, vector_width
 from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFiles
 
 config: Any = numba_config
@@ -37,19 +37,28 @@ F = TypeVar("F", bound=Callable[..., Any])
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-COMPILER: dict[str, Any] = {"pipeline_class": vector_width.Chosen} if vector_width.may_be_wide() else {}
+DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function)\b|class \w+\(NamedTuple\))", re.MULTILINE)
 
 
-DECORATED = re.compile(rb"^ *@(kernel|inlined|forced|c_function)\b", re.MULTILINE)
+class Compiler(vector_width.Chosen):
+    """The compiler of all kernels: with vectors of the chosen width, and without effects that are absent."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes."""
+        return absent_effects.add_to(super().define_pipelines())
+
+
+COMPILER: dict[str, Any] = {"pipeline_class": Compiler}
 
 
 @cache
 def compiled_sources() -> tuple[Path, ...]:
-    """The files of this package that machine code is made of: those with a decorator, this one, and `vector_width`."""
+    """The files of this package that machine code is made of: kernels and what they take, and how it is compiled."""
     package = Path(__file__).parents[2]
     files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("cosimulation/**/*.py")])
     return (
         Path(__file__),
+        Path(absent_effects.__file__),
         Path(vector_width.__file__),
         *(file for file in files if DECORATED.search(file.read_bytes())),
     )
@@ -119,7 +128,7 @@ class _Part(CPUDispatcher):
 @cache
 def _alone(function: Callable[..., Any]) -> Any:
     """A function compiled to be called from Python."""
-    return njit(**FLAGS)(function)
+    return njit(**COMPILER, **FLAGS)(function)
 
 
 def _part(function: F, **options: Any) -> F:
@@ -154,7 +163,7 @@ def c_function(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         with _own_cache(function) as cached:
-            return numba.cfunc(signature, cache=cached, **FLAGS)(function)
+            return numba.cfunc(signature, cache=cached, **COMPILER, **FLAGS)(function)
 
     return decorate
 
@@ -172,7 +181,7 @@ def strict(function: Any) -> Any:
     It rounds as Python does, so that a path of ngspice, whose iterations amplify a last digit to its
     tolerance, is the same to all digits with compiled and with interpreted callbacks.
     """
-    return numba.njit(error_model="numpy", fastmath=False)(_rebuilt(function, strict))
+    return njit(error_model="numpy", fastmath=False, **COMPILER)(_rebuilt(function, strict))
 
 
 def _rebuilt(function: Any, rebuild: Callable[[Any], Any]) -> types.FunctionType:

@@ -18,26 +18,27 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import forced
 
 MARTINGALES = 9
 
 
 @forced
-def energy(x, v, alpha, linear, alpha2):
+def energy(x, v, c):
     """Energy v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4, of the terms present; linear None is 1."""
     double = x * x
-    if linear is not None:
-        double *= linear
-    if alpha2 is not None:
-        double += (2.0 / 3.0) * alpha2 * x * x * x
-    if alpha is not None:
-        double += 0.5 * alpha * x * x * x * x
+    if c.linear is not None:
+        double *= c.linear
+    if c.alpha2 is not None:
+        double += (2.0 / 3.0) * c.alpha2 * x * x * x
+    if c.alpha is not None:
+        double += 0.5 * c.alpha * x * x * x * x
     return 0.5 * (v * v + double)
 
 
 @forced
-def add_features(i, before, kicks, controls, mu, alpha, linear, alpha2):
+def add_features(i, before, kicks, controls, c):
     """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
 
     before: states x, v, V ahead of both, shape (3, LANES).  kicks: sums over both of v sqrt(N) xi, with the v just
@@ -45,7 +46,7 @@ def add_features(i, before, kicks, controls, mu, alpha, linear, alpha2):
     kick's own v, because the stop turns it round, and what varies less but once for both.
     """
     x, V, p, q = before[0, i], before[2, i], kicks[0, i], kicks[1, i]
-    E = energy(x, before[1, i], alpha, linear, alpha2)
+    E = energy(x, before[1, i], c)
     root = math.sqrt(abs(E))
     controls[0, i] += p
     controls[1, i] += p * root
@@ -54,7 +55,7 @@ def add_features(i, before, kicks, controls, mu, alpha, linear, alpha2):
     controls[4, i] += p * x
     controls[5, i] += q * x
     controls[6, i] += q * root
-    if mu is not None:
+    if c.mu is not None:
         controls[7, i] += p * V
         controls[8, i] += q * V
 
@@ -63,8 +64,8 @@ def add_features(i, before, kicks, controls, mu, alpha, linear, alpha2):
 _energy = energy.py_func  # type: ignore[attr-defined]
 
 
-def boundary(states: Floats, alpha: float | None, linear: float | None, alpha2: float | None) -> Floats:
+def boundary(states: Floats, eqs: Equations) -> Floats:
     """The functions h of states, shape (3, n) or longer: E, sqrt E, E^2 and x v, shape (4, n)."""
     x, v = states[:2]
-    of_state = _energy(x, v, alpha, linear, alpha2)
+    of_state = _energy(x, v, eqs)
     return np.array([of_state, np.sqrt(np.abs(of_state)), of_state**2, x * v])

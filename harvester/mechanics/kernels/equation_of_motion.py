@@ -18,15 +18,18 @@ composition is symmetric and of second order.  During a drift the mass moves at 
 speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
 noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
 
-An argument that is None is an effect that the scene does not have: numba compiles a version
-without it.  Called without numba (``.py_func``) the same lines are the readable reference.
+``s`` is the state, ``c`` the coefficients (`harvester.mechanics.kernels.coefficients`), ``d`` the drift
+(`harvester.mechanics.kernels.intervals`).  What is None is an effect that the scene does not have: numba compiles a
+version without it.  Called without numba (``.py_func``) the same lines are the readable reference.
 """
 
 import math
 
 import numpy as np
 
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.ngspice_rule import drift_by_ngspice_rule
 
 
 @inlined
@@ -50,33 +53,36 @@ def decayed(z):
 
 
 @inlined
-def drift(x, v, V, h, e, g, mu, r, line=None):
-    """Move for a time h at constant velocity, reflect at the stop, and carry the voltage along.
+def drift(s, d, mu, r):
+    """Move for the time of d at constant velocity, reflect at the stop, and carry the voltage along.
 
-    With ``e = exp(-mu h)`` and ``g = (1 - e)/mu`` (see `relaxation`) the voltage is
+    With e = exp(-mu h) and g = (1 - e)/mu (`harvester.mechanics.kernels.intervals`) the voltage is
 
         V(h) = e V + g v                                   no impact
         V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a still to go
 
-    and without a load (mu None) V - x is conserved.  A ``line`` stands for (1 - exp(-mu a))/mu without a division
-    (`harvester.mechanics.kernels.impact_voltage`).  Returns (x, v, V, speed of the impact or 0).
+    and without a load (mu None) V - x is conserved.  A ``line`` stands for (1 - exp(-mu a))/mu without a division.
+    Returns the state, and the speed of the impact or 0.
     """
-    x1 = x + h * v
+    if d.weight is not None:
+        return drift_by_ngspice_rule(s, d.t, mu, r, d.weight)
+    x, v, V = s.x, s.v, s.V
+    x1 = x + d.t * v
     if r is None:
         if mu is None:
-            return x1, v, V + h * v, 0.0
-        return x1, v, e * V + g * v, 0.0
+            return State(x1, v, V + d.t * v), 0.0
+        return State(x1, v, d.e * V + d.g * v), 0.0
     hit = x1 < 0.0
     x2 = -r * x1 if hit else x1
     if mu is None:
         V1 = V + (x2 - x)
-    elif line is not None:
-        V1 = e * V + g * v - (1.0 + r) * (line[0] * v + line[1] * x1 if hit else 0.0)
+    elif d.line is not None:
+        V1 = d.e * V + d.g * v - (1.0 + r) * (d.line[0] * v + d.line[1] * x1 if hit else 0.0)
     else:
         after = x1 / v if hit else 0.0
-        V1 = e * V + v * (g - (1.0 + r) * decayed(mu * after) / mu)
+        V1 = d.e * V + v * (d.g - (1.0 + r) * decayed(mu * after) / mu)
     speed = -v if hit else 0.0
-    return x2, (-r * v if hit else v), V1, speed
+    return State(x2, (-r * v if hit else v), V1), speed
 
 
 @inlined
@@ -89,15 +95,15 @@ def carried(V, way, t, mu):
 
 
 @inlined
-def push(x, V, beta, n1, pull=None, a=None):
+def push(x, V, c, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's line, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
+    ``pull`` is the spring's there, None at rest, ``a`` the shaking's.  0 with white noise, beside which it is small.
     """
     total = 0.0
-    if n1 is None:
-        if beta is not None:
-            total -= beta * (V - x)
+    if c.n1 is None:
+        if c.beta is not None:
+            total -= c.beta * (V - x)
         if pull is not None:
             total += pull
         if a is not None:
@@ -118,78 +124,86 @@ def meeting(x, v, h, a):
 
 
 @inlined
-def drift_at_stop(x, v, V, h, t, e, g, mu, r, beta, n1, pull=None, shaking=None, line=None):
-    """Drift by the first t of a step h a mass that may come to rest on the stop.
+def drift_at_stop(s, d, c, r, pull=None, shaking=None):
+    """Drift a mass that may come to rest on a stop at x = 0, of restitution r: the state, and the impact's speed or 0.
 
     A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
     infinitely often in a finite time (chatter), and then sticks.  Where no external noise keeps it
     moving, an impact therefore has the speed of the accelerated motion (`meeting`), for between kicks and
     straight lines small bounces would live for ever; and after an impact whose next flight is shorter than a step
-    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).  `kick_at_stop` frees it.
+    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).
+    `harvester.mechanics.kernels.offset_stops.kick_at_stops` frees it.
 
-    Without a stop, with external noise, or without a force at the stop, this is `drift`.
+    Without a stop, with external noise, without a force at the stop, or by ngspice's rule, this is `drift`.
     """
-    if r is None or n1 is not None or (beta is None and pull is None and shaking is None):
-        return drift(x, v, V, t, e, g, mu, r, line)
-    a = push(x, V, beta, n1, pull, shaking)
+    if r is None or c.n1 is not None or d.weight is not None:
+        return drift(s, d, c.mu, r)
+    if c.beta is None and pull is None and shaking is None:
+        return drift(s, d, c.mu, r)
+    return _drift_and_stick(s, d, c, r, push(s.x, s.V, c, pull, shaking))
+
+
+@inlined
+def _drift_and_stick(s, d, c, r, a):
+    x, v = s.x, s.v
     stuck = x == 0.0 and v == 0.0
-    if stuck or x + t * (v - 0.5 * a * (h - t)) >= 0.0:
-        x1, v1, V1, _ = drift(x, v, V, t, e, g, mu, None)
-        return max(x1, 0.0), v1, V1, 0.0
-    s, speed = meeting(x, v, h, a)
-    up, left = r * speed, t - s
-    if 2.0 * up <= -a * h:  # back within a step
+    if stuck or x + d.t * (v - 0.5 * a * (d.h - d.t)) >= 0.0:
+        free, _ = drift(s, d, c.mu, None)
+        return State(max(free.x, 0.0), free.v, free.V), 0.0
+    before, speed = meeting(x, v, d.h, a)
+    up, left = r * speed, d.t - before
+    if 2.0 * up <= -a * d.h:  # back within a step
         if r < 1.0 or up == 0.0:
             up = left = a = 0.0
         else:
             bounce = 2.0 * up / -a
             left -= bounce * np.floor(left / bounce)
     x1 = max(left * (up + 0.5 * a * left), 0.0)
-    V1 = carried(carried(V, -x, s, mu), x1, t - s, mu)
-    return x1, up + a * (left - t + 0.5 * h), V1, speed
+    V1 = carried(carried(s.V, -x, before, c.mu), x1, d.t - before, c.mu)
+    return State(x1, up + a * (left - d.t + 0.5 * d.h), V1), speed
 
 
 @inlined
-def friction(x, c1, c2, c3):
+def friction(x, c):
     """Friction f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
     f = 0.0
-    if c1 is not None:
-        f -= c1
-    if c2 is not None:
-        f -= c2 * x * x
-    if c3 is not None:
-        f += c3 * x * x * x * x
+    if c.c1 is not None:
+        f -= c.c1
+    if c.c2 is not None:
+        f -= c.c2 * x * x
+    if c.c3 is not None:
+        f += c.c3 * x * x * x * x
     return f
 
 
 @inlined
-def intensity(x, n1, n2, n12):
+def intensity(x, c):
     """Noise intensity N(x) = N1 + 2 N12 x + N2 x^2: the acceleration noise at x is sqrt(2 N) times white noise."""
     n = 0.0
-    if n1 is not None:
-        n += n1
-    if n12 is not None:
-        n += 2.0 * n12 * x
-    if n2 is not None:
-        n += n2 * x * x
+    if c.n1 is not None:
+        n += c.n1
+    if c.n12 is not None:
+        n += 2.0 * c.n12 * x
+    if c.n2 is not None:
+        n += c.n2 * x * x
     return n
 
 
 @inlined
-def spring(x, alpha, linear=None, alpha2=None):
+def spring(x, c):
     """Spring force -(linear x + alpha2 x^2 + alpha x^3), of the terms present; linear None is 1."""
     force = -x
-    if linear is not None:
-        force *= linear
-    if alpha2 is not None:
-        force -= alpha2 * x * x
-    if alpha is not None:
-        force -= alpha * x * x * x
+    if c.linear is not None:
+        force *= c.linear
+    if c.alpha2 is not None:
+        force -= c.alpha2 * x * x
+    if c.alpha is not None:
+        force -= c.alpha * x * x * x
     return force
 
 
 @inlined
-def impulse(x, xi, h, n1, n2, n12, other=None):
+def impulse(x, xi, h, c, other=None):
     """The velocity sqrt(2 h N(x)) xi that white noise gives in a kick; xi is a variate of mean 0 and variance 1.
 
     With an ``other`` variate, independent of xi, both noises have one of their own, and no step takes a root:
@@ -198,49 +212,32 @@ def impulse(x, xi, h, n1, n2, n12, other=None):
 
     which has the same mean and variance at every x.
     """
-    if other is not None and n1 is not None and n2 is not None:
-        dv, alone = math.sqrt(2.0 * h * n1) * xi, n2
-        if n12 is not None:
-            dv += n12 / n1 * x * dv
-            alone -= n12 * n12 / n1
+    if other is not None and c.n1 is not None and c.n2 is not None:
+        dv, alone = math.sqrt(2.0 * h * c.n1) * xi, c.n2
+        if c.n12 is not None:
+            dv += c.n12 / c.n1 * x * dv
+            alone -= c.n12 * c.n12 / c.n1
         return dv + math.sqrt(2.0 * h * max(alone, 0.0)) * x * other
-    return xi * math.sqrt(2.0 * h * intensity(x, n1, n2, n12))
+    return xi * math.sqrt(2.0 * h * intensity(x, c))
 
 
 @inlined
-def kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None, other=None):
+def kick(s, xi, h, c, a=None, other=None):
     """The velocity after a kick of length h at fixed x, V and shaking a; xi and other are as of `impulse`.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
     y, and going to 0 with stiff damping, so that no step makes it unstable.
     """
-    force = spring(x, alpha, linear, alpha2)
-    if beta is not None:
-        force -= beta * V
+    force = spring(s.x, c)
+    if c.beta is not None:
+        force -= c.beta * s.V
     if a is not None:
         force += a
     dv = h * force
-    if n1 is not None or n2 is not None:
-        dv += impulse(x, xi, h, n1, n2, n12, other)
-    if c1 is None and c2 is None and c3 is None:
-        return v + dv
-    y = h * friction(x, c1, c2, c3)
-    return (v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)
-
-
-@inlined
-def kick_at_stop(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear=None, alpha2=None, a=None, other=None):
-    """Kick a mass, but leave one that is stuck on the stop there until the force on it points away from the stop."""
-    pressed = beta is not None or a is not None
-    stuck = r is not None and pressed and n1 is None and x == 0.0 and v == 0.0
-    v1 = kick(x, v, V, xi, h, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, a, other)
-    return max(v1, 0.0) if stuck else v1
-
-
-@inlined
-def relaxation(h, mu):
-    """What `drift` needs of the resistive load, once a run: (exp(-mu h), (1 - exp(-mu h))/mu)."""
-    if mu is None:
-        return 1.0, h
-    return math.exp(-mu * h), -math.expm1(-mu * h) / mu
+    if c.n1 is not None or c.n2 is not None:
+        dv += impulse(s.x, xi, h, c, other)
+    if c.c1 is None and c.c2 is None and c.c3 is None:
+        return s.v + dv
+    y = h * friction(s.x, c)
+    return (s.v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)

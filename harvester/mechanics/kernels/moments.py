@@ -10,13 +10,14 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import friction
-from harvester.mechanics.kernels.lanes import SUMS
 from harvester.mechanics.kernels.path import Path
+from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS
+from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 
 GROWN = 1e9  # times the energy: what no noise does to a stationary path, nor a record that begins quietly
-FEWEST = 30  # readings of a path that is long enough to grow
+FEWEST = 30  # samples of a path that is long enough to grow
 
 
 @dataclass(frozen=True)
@@ -103,14 +104,14 @@ def correlation_time(means: Floats, values: Floats, length: float) -> float:
     return 0.5 * length * float(means.var()) / spread if spread > 0.0 else 0.0
 
 
-def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
-    """Moments of each trajectory, from its sums over ``readings`` in the time ``elapsed``.
+def from_sums(sums: Floats, samples: int, elapsed: float, loss: float, mu: float | None = None) -> Moments:
+    """Moments of each trajectory, from its sums over ``samples`` in the time ``elapsed``.
 
-    ``sums`` has the shape (blocks, rows, LANES), the rows those of `SUMS`, with a load circuit also ``load``; of a
-    resistance the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
+    ``sums`` has the shape (blocks, rows, BATCH), the rows those of `IDEAL_SUMS`; of a resistance,
+    whose sums lack the last one, the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
     """
-    s = dict(zip((*SUMS, "load"), np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / readings, strict=False))
-    rate = readings / elapsed
+    s = dict(zip(IDEAL_SUMS, np.moveaxis(sums, 1, 0).reshape(sums.shape[1], -1) / samples, strict=False))
+    rate = samples / elapsed
     v2 = 0.5 * (s["V2_kick"] + s["V2_mid"])
     return Moments(
         V=s["V"],
@@ -128,12 +129,12 @@ def from_sums(sums: Floats, readings: int, elapsed: float, loss: float, mu: floa
     )
 
 
-def check_stationary(readings: Floats) -> None:
-    """Raise UnboundedResponseError where readings of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
-    if len(readings) < FEWEST:
+def check_stationary(samples: Floats) -> None:
+    """Raise UnboundedResponseError where samples of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
+    if len(samples) < FEWEST:
         return
     with np.errstate(over="ignore"):
-        early, _, late = (float(np.mean(one**2)) for one in np.array_split(readings, 3))
+        early, _, late = (float(np.mean(one**2)) for one in np.array_split(samples, 3))
     grown = min(late / max(early, 1e-99), 1e99)
     if late > GROWN * early:
         raise UnboundedResponseError(
@@ -143,22 +144,26 @@ def check_stationary(readings: Floats) -> None:
         )
 
 
-def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Moments:
+def from_path(
+    eqs: Equations, path: Path, discard: float, batches: int = 1, circuit: IdealCircuit | None = None
+) -> Moments:
     """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only.
+
+    The load's power is that of a resistance, or of the ``circuit`` that the path was made with.
 
     Raises UnboundedResponseError where x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last third of them.
     """
     first = math.ceil(discard / (path.h * path.stride) - 1e-6)
-    rows = (len(path.readings) - first) // batches
-    part = path.readings[first : first + rows * batches].reshape(batches, rows, -1)
-    check_stationary(path.readings[first:, 2:])
+    rows = (len(path.samples) - first) // batches
+    part = path.samples[first : first + rows * batches].reshape(batches, rows, -1)
+    check_stationary(path.samples[first:, 2:])
     xk, Vk, x, v, V = np.moveaxis(part, 2, 0)
     length = rows * path.stride * path.h
     edges = first * path.stride * path.h + length * np.arange(batches + 1)
     times, speeds = path.impacts.T if len(path.impacts) else np.empty((2, 0))
     r, r_high = eqs.restitution or 0.0, eqs.opposite_restitution or 0.0
     a: Floats | float = 0.0
-    if path.shaking is not None:  # at the readings, in mid-drift
+    if path.shaking is not None:  # at the samples, in mid-drift
         kicks = np.arange(first + 1, first + 1 + rows * batches) * path.stride
         after = np.minimum(kicks + 1, len(path.shaking) - 1)
         a = 0.5 * (path.shaking[kicks] + path.shaking[after]).reshape(batches, rows)
@@ -168,6 +173,10 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         return np.asarray(values.mean(axis=1))
 
     v2 = mean(0.5 * (Vk**2 + V**2))
+    load = (eqs.mu or 0.0) * v2
+    if circuit is not None and path.U is not None:
+        power = circuit.mu * path.U[first : first + rows * batches] ** 2
+        load = power.reshape(batches, -1).mean(axis=1)
     return Moments(
         V=mean(0.5 * (Vk + V)),
         V2=v2,
@@ -176,9 +185,9 @@ def from_path(eqs: Equations, path: Path, discard: float, batches: int) -> Momen
         v2=mean(v**2),
         xV=mean(0.5 * (xk * Vk + x * V)),
         vV=mean(v * V),
-        damped=mean(_friction(x, eqs.c1, eqs.c2, eqs.c3) * v**2),
+        damped=mean(_friction(x, eqs) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
         impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
         driven=mean(a * v),
-        load=(eqs.mu or 0.0) * v2,
+        load=load,
     )

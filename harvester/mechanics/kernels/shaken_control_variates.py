@@ -15,7 +15,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.control_variates import MARTINGALES
-from harvester.mechanics.kernels.shaking import shake, shake_filter
+from harvester.mechanics.kernels.shaking import shake
 
 SHAKEN = 8
 
@@ -26,38 +26,32 @@ def martingales(coloured: bool) -> int:
 
 
 @forced
-def shake_and_add(x, v, V, states, accelerations, coarse, shaker, controls, mu):
-    """Shake as `shake` does, and add what is new in the filter to ``controls``, where both are there.
+def shake_and_add(b, states, accelerations, coarse, shaker, mu):
+    """Shake a batch as `shake` does, and add what is new in the filter to its controls, where both are there.
 
-    x, v, V: states before the step, shape (LANES,); states: room of shape (2, LANES).
+    ``states``: room of shape (2, BATCH); ``mu`` None: without a load, whose voltage counts.
     """
-    if controls is None:
+    if shaker is None:
+        return
+    if b.controls is None or shaker.l11 is None:
         shake(accelerations, coarse, shaker)
-    elif shaker is not None:
-        _shake_filter_and_add(x, v, V, states, controls, mu, accelerations, coarse, *shaker)
-
-
-@forced
-def _shake_filter_and_add(
-    x, v, V, states, controls, mu, accelerations, coarse,
-    p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples,
-):  # fmt: skip
-    for i in range(len(p)):  # an assignment of rows would compile the text of its errors, in 2.6 s
-        states[0, i], states[1, i] = p[i], q[i]
-    shake_filter(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples)
-    if l11 is not None:
+    else:
+        p, q, x, v, V = shaker.p, shaker.q, b.x, b.v, b.V
+        for i in range(len(p)):  # an assignment of rows would compile the text of its errors, in 2.6 s
+            states[0, i], states[1, i] = p[i], q[i]
+        shake(accelerations, coarse, shaker)
         for i in range(len(p)):
             p0, q0 = states[0, i], states[1, i]
-            _add(i, x[i], v[i], V[i], p0, q0, p[i] - _foreseen(p0, q0, coarse, a11, a12, a21, a22), controls, mu)
+            _add(i, x[i], v[i], V[i], p0, q0, p[i] - _foreseen(p0, q0, coarse, shaker), b.controls, mu)
 
 
 @forced
-def _foreseen(p, q, coarse, a11, a12, a21, a22):
+def _foreseen(p, q, coarse, f):
     """What p becomes but for noise, after one step of the filter or two ``coarse`` ones."""
-    if a12 is None:
-        return a11 * a11 * p if coarse else a11 * p
-    once = a11 * p + a12 * q
-    return a11 * once + a12 * (a21 * p + a22 * q) if coarse else once
+    if f.a12 is None:
+        return f.a11 * f.a11 * p if coarse else f.a11 * p
+    once = f.a11 * p + f.a12 * q
+    return f.a11 * once + f.a12 * (f.a21 * p + f.a22 * q) if coarse else once
 
 
 @forced

@@ -17,10 +17,11 @@ as tau -> 0 the kicks become those of white noise of intensity D, as h -> 0 the 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Floats, Words
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
@@ -64,31 +65,53 @@ def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
-def shaker(eqs: Equations, h: float, coarse: bool = False) -> tuple[float | None, ...]:
-    """The filter (a11, a12, a21, a22, l11, l21, l22, gain) of a shaking other than white noise, each None where absent.
+class Filter(NamedTuple):
+    """A shaking other than white noise, of trajectories side by side: two linear filters of a state (p, q) each.
 
-    Of a record nothing is filtered: p is the present one of its `samples_of`, at the steps that the filter makes, and q
-    its place.  ``coarse``: the filter makes two steps of h/2 in each step, on the noise of both, so that the
-    trajectories of a Richardson pair are shaken alike.
+    p and q are arrays of one state a trajectory, s0 and s1 the words of their random generators; None in a filter of
+    one path.  Of a record nothing is filtered: p is the present one of its ``samples``, and q its index.  ``gain`` is
+    the acceleration over p, where it is not 1.
+    """
+
+    a11: float
+    a12: float | None = None
+    a21: float | None = None
+    a22: float | None = None
+    l11: float | None = None
+    l21: float | None = None
+    l22: float | None = None
+    gain: float | None = None
+    samples: Floats | None = None
+    p: Floats | None = None
+    q: Floats | None = None
+    s0: Words | None = None
+    s1: Words | None = None
+
+
+def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
+    """The filter of a shaking other than white noise, each coefficient None where absent.
+
+    ``coarse``: it makes two steps of h/2 in each step, on the noise of both, so that the trajectories of a Richardson
+    pair are shaken alike.
     """
     whole, h = h, 0.5 * h if coarse else h
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
         c, s = math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h)
-        return c, -s, s, c, None, None, None, None
+        return Filter(c, -s, s, c)
     if eqs.coloured is None:
-        return 0.0, *7 * [None]
+        return Filter(0.0)
     if eqs.correlation_time is not None:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
         gain = deviation(eqs, whole) / spread  # 1, unless coarse
-        innovation = spread * math.sqrt(-math.expm1(-2.0 * fading))
-        return math.exp(-fading), None, None, None, innovation, None, None, gain
+        return Filter(math.exp(-fading), l11=spread * math.sqrt(-math.expm1(-2.0 * fading)), gain=gain)
     a, lower = _noise_filter(eqs, h)
-    return *map(float, a.ravel()), float(lower[0, 0]), float(lower[1, 0]), float(lower[1, 1]), None
+    (a11, a12, a21, a22), (l11, _, l21, l22) = a.ravel().tolist(), lower.ravel().tolist()
+    return Filter(a11, a12, a21, a22, l11, l21, l22)
 
 
-def shaker_start(
+def filter_start(
     eqs: Equations, h: float, trajectories: int, rng: np.random.Generator, samples: Floats | None = None
 ) -> Floats:
     """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law.
@@ -108,87 +131,76 @@ def shaker_start(
 
 @forced
 def shake(accelerations, coarse, shaker):
-    """Advance the filters of all lanes by a step: the accelerations' means over its drift, and values at its kick.
+    """Advance the filters of all trajectories by a step: the accelerations' means over its drift, and at its kick.
 
-    ``shaker`` is None, then nothing is done, or (p, q, s0, s1, *`shaker`, samples) with states and generator of
-    shape (lanes,); ``accelerations`` has shape (2, lanes).
+    ``accelerations`` has shape (2, trajectories).
     """
-    if shaker is not None:
-        shake_filter(accelerations, coarse, *shaker)
-
-
-@forced
-def shake_filter(accelerations, coarse, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
-    """`shake` with the filter's parts one by one."""
-    for i in range(len(p)):
+    p, count = shaker.p, len(shaker.p)
+    for i in range(count):
         accelerations[0, i] = p[i]
     if coarse:
-        for i in range(len(p)):
-            _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
-    for i in range(len(p)):
-        _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples)
+        for i in range(count):
+            _step_of_filter(i, shaker)
+    for i in range(count):
+        _step_of_filter(i, shaker)
         before, after = accelerations[0, i], p[i]
-        if gain is not None:
-            before *= gain
-            after *= gain
+        if shaker.gain is not None:
+            before *= shaker.gain
+            after *= shaker.gain
         accelerations[0, i], accelerations[1, i] = 0.5 * (before + after), after
 
 
 @forced
 def shaken(i, accelerations, shaker):
-    """The two accelerations of lane i, made by `shake`; None without a shaker."""
+    """The two accelerations of trajectory i, made by `shake`; None without a shaker."""
     if shaker is None:
         return None, None
     return accelerations[0, i], accelerations[1, i]
 
 
 @forced
-def _step_of_filter(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, samples):
-    """Make one step of the filter of lane i, or go one sample further."""
-    if samples is not None:
-        place = int(q[i]) + 1
-        place = place if place < len(samples) else 0
-        p[i], q[i] = samples[place], place
+def _step_of_filter(i, f):
+    """Make one step of the filter of trajectory i, or go one sample further."""
+    p, q = f.p, f.q
+    if f.samples is not None:
+        index = int(q[i]) + 1
+        index = index if index < len(f.samples) else 0
+        p[i], q[i] = f.samples[index], index
         return
-    p1, q1 = a11 * p[i], 0.0
-    if a12 is not None:
-        p1 += a12 * q[i]
-        q1 = a21 * p[i] + a22 * q[i]
-    if l11 is not None:
-        bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+    p1, q1 = f.a11 * p[i], 0.0
+    if f.a12 is not None:
+        p1 += f.a12 * q[i]
+        q1 = f.a21 * p[i] + f.a22 * q[i]
+    if f.l11 is not None:
+        bits, f.s0[i], f.s1[i] = shuffle(f.s0[i], f.s1[i])
         xi1, xi2 = two_variates(bits)
-        p1 += l11 * xi1
-        if l22 is not None:
-            q1 += l21 * xi1 + l22 * xi2
+        p1 += f.l11 * xi1
+        if f.l22 is not None:
+            q1 += f.l21 * xi1 + f.l22 * xi2
     p[i] = p1
-    if a12 is not None:
+    if f.a12 is not None:
         q[i] = q1
 
 
 @forced
 def last_acceleration(i, shaker):
-    """The acceleration of lane i at its last kick; None without a shaker."""
+    """The acceleration of trajectory i at its last kick; None without a shaker."""
     if shaker is None:
         return None
-    return _last_acceleration(i, *shaker)
-
-
-@forced
-def _last_acceleration(i, p, q, s0, s1, a11, a12, a21, a22, l11, l21, l22, gain, samples):
-    if gain is not None:
-        return gain * p[i]
-    return p[i]
+    if shaker.gain is not None:
+        return shaker.gain * shaker.p[i]
+    return shaker.p[i]
 
 
 @kernel
-def _filter_path(xi, p, q, a11, a12, a21, a22, l11, l21, l22, gain, samples, out):
+def _filter_path(xi, p, q, f, out):
     """Fill ``out``, shape (3, n), as `filtered` does, from variates of shape (2, n)."""
     for k in range(out.shape[1]):
-        out[0, k], out[1, k], out[2, k] = p, q, l11 * xi[0, k]
-        p1, q1 = a11 * p + l11 * xi[0, k], 0.0
-        if a12 is not None:
-            p1 += a12 * q
-            q1 = a21 * p + a22 * q + l21 * xi[0, k] + l22 * xi[1, k]
+        out[0, k], out[1, k], out[2, k] = p, q, f.l11 * xi[0, k]
+        p1, q1 = f.a11 * p + f.l11 * xi[0, k], 0.0
+        if f.a12 is not None:
+            p1 += f.a12 * q
+            q1 = f.a21 * p + f.a22 * q + f.l21 * xi[0, k] + f.l22 * xi[1, k]
         p, q = p1, q1
 
 
@@ -198,16 +210,16 @@ def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> 
     Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``.
     """
     out = np.empty((3, steps + 1))
-    p, q = shaker_start(eqs, h, 1, rng)[:, 0]
+    p, q = filter_start(eqs, h, 1, rng)[:, 0]
     xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
-    _filter_path(xi, p, q, *shaker(eqs, h), None, out)  # type: ignore[call-arg]
+    _filter_path(xi, p, q, filter_of(eqs, h), out)
     return out
 
 
 def coarse_forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
     """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
     fine = forcing(eqs, 0.5 * h, 2 * steps, rng)
-    gain = None if eqs.coloured is None else shaker(eqs, h, coarse=True)[7]
+    gain = None if eqs.coloured is None else filter_of(eqs, h, coarse=True).gain
     return None if fine is None else np.ascontiguousarray(fine[::2]) * (1.0 if gain is None else gain)
 
 

@@ -11,8 +11,8 @@ theta l w0.
 The diodes are Shockley's (`harvester.mechanics.rectifiers.diode`); of the load it takes that i is uniform over a drift,
 which is exact to second order, and for every mu and h in the limits of a slow and of a fast U.
 
-Switches act at once, after x has come back from an extremum by 1.5 ``play`` as in the netlists: m follows x with a
-play of +-``play``, and the side that x comes back from is discharged while it is above the switch's threshold:
+Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the netlists: m follows x with
+a play of +-``hysteresis``, and the side that x comes back from is discharged while it is above the switch's threshold:
 
     parallel SSHI   V - Vs -> -q (V - Vs) through the coil
     series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through coil and bridge; the charge enters the capacitor
@@ -22,9 +22,9 @@ with Vs the drop of a diode at half of the coil's peak current.
 """
 
 import math
-from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, inlined
 from harvester.mechanics.kernels.offset_stops import move, wall_of
 from harvester.mechanics.rectifiers.diode import lowered, share
@@ -51,13 +51,13 @@ class Flyback(NamedTuple):
     core: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdealCircuit:
+class IdealCircuit(NamedTuple):
     """A load circuit in nondimensional numbers, None for what it does not have.
 
     mu = 1/(R Cp w0), kappa = C/Cp; n = N k T/e of one diode over theta l/Cp, leak its saturation current and loss what
-    all reverse currents take from U, over theta l w0; play over theta l/Cp.  ``bridge`` or ``doubler``: the diodes
-    between piezo and capacitor; one of ``parallel``, ``series`` and ``sece`` with ``play``: the switched coil.
+    all reverse currents take from U, over theta l w0; hysteresis over theta l/Cp.  ``bridge`` or ``doubler``: the
+    diodes between piezo and capacitor; one of ``parallel``, ``series`` and ``sece`` with ``hysteresis``: the switched
+    coil.
     """
 
     mu: float
@@ -67,15 +67,10 @@ class IdealCircuit:
     loss: float
     bridge: bool | None = None
     doubler: bool | None = None
-    play: float | None = None
+    hysteresis: float | None = None
     parallel: Coil | None = None
     series: Coil | None = None
     sece: Flyback | None = None
-
-    @property
-    def arguments(self) -> tuple[Any, ...]:
-        """The numbers in the order of the kernels' arguments."""
-        return tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def memory(self) -> float:
@@ -83,21 +78,35 @@ class IdealCircuit:
         return self.kappa / self.mu
 
 
+class Store(NamedTuple):
+    """What a circuit holds: the voltage U of its capacitor, and the place m that its switch follows x to."""
+
+    U: float
+    m: float
+
+
+class Leg(NamedTuple):
+    """The last part of a drift, without an event: its velocity and its time."""
+
+    v: float
+    t: float
+
+
 @forced
-def conducted(V, U, v, t, mu, kappa, n, leak, loss, bridge, doubler):
+def conducted(V, U, v, t, circuit):
     """The voltages (V, U) after a time t at constant velocity v, without switching.
 
     A charge q that arrives uniformly leaves U higher by g q, g = (1 - exp(-z))/(mu t) with z = mu t/kappa.
     """
-    z = mu * t / kappa
-    g = share(z) / kappa
+    n, leak = circuit.n, circuit.leak
+    g = share(circuit.mu * t / circuit.kappa) / circuit.kappa
     V1 = V + v * t
-    U1 = max(U - (mu * U + loss) * t * g, 0.0)
-    if bridge is not None:
+    U1 = max(U - (circuit.mu * U + circuit.loss) * t * g, 0.0)
+    if circuit.bridge is not None:
         s = 1.0 if V + V1 > 0.0 else -1.0
         q = lowered(s * V - U, s * V1 - U1, t, 2.0 * n, (1.0 + g) * leak) / (1.0 + g)
         return V1 - s * q, U1 + g * q
-    if doubler is not None:
+    if circuit.doubler is not None:
         q = lowered(V - U, V1 - U1, t, n, (1.0 + g) * leak) / (1.0 + g)
         return V1 - q + lowered(-V, -V1, t, n, leak), U1 + g * q
     return V1, U1
@@ -137,68 +146,72 @@ def flown_back(w, U, coil, kappa, n, leak):
 
 
 @inlined
-def switched(V, U, s, kappa, n, leak, parallel, series, sece):
+def switched(V, U, s, circuit):
     """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, where that is too low."""
-    w = s * V
-    if parallel is not None:
-        w -= drop(0.5 * max(w, 0.0) * parallel.peak, n, leak)
-        return V - s * (1.0 + parallel.kept) * max(w, 0.0), U
-    if series is not None:
+    w, kappa, n, leak = s * V, circuit.kappa, circuit.n, circuit.leak
+    if circuit.parallel is not None:
+        w -= drop(0.5 * max(w, 0.0) * circuit.parallel.peak, n, leak)
+        return V - s * (1.0 + circuit.parallel.kept) * max(w, 0.0), U
+    if circuit.series is not None:
         w -= U
-        w -= 3.0 * drop(0.5 * max(w, 0.0) * series.peak, n, leak)
-        q = (1.0 + series.kept) * max(w, 0.0) * kappa / (1.0 + kappa)
+        w -= 3.0 * drop(0.5 * max(w, 0.0) * circuit.series.peak, n, leak)
+        q = (1.0 + circuit.series.kept) * max(w, 0.0) * kappa / (1.0 + kappa)
         return V - s * q, U + q / kappa
-    if sece is not None and w > sece.rest:
-        w, U = flown_back(w, U, sece, kappa, n, leak)
+    if circuit.sece is not None and w > circuit.sece.rest:
+        w, U = flown_back(w, U, circuit.sece, kappa, n, leak)
         return s * w, U
     return V, U
 
 
 @inlined
-def until_switched(x, v, V, U, m, t, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece):
-    """Advance a motion at constant v for a time t to its switching, if there is one: (V, U, m, time left).
+def until_switched(x, v, V, store, t, circuit):
+    """Advance a motion at constant v for a time t to its switching, if there is one: (V, store, time left).
 
-    On the way back from an extremum x passes m at half of the play.
+    On the way back from an extremum x passes m at half of the hysteresis.
     """
     s = 1.0 if v > 0.0 else -1.0
-    before = s * (x - m)
+    before = s * (x - store.m)
     after = before + s * v * t
-    left = t
-    if before <= 0.5 * play < after:
-        left = t - (0.5 * play - before) / (s * v)
-        V, U = conducted(V, U, v, t - left, mu, kappa, n, leak, loss, bridge, doubler)
-        V, U = switched(V, U, -s, kappa, n, leak, parallel, series, sece)
-    return V, U, m + s * max(after - play, 0.0), left
+    U, left = store.U, t
+    if before <= 0.5 * circuit.hysteresis < after:
+        left = t - (0.5 * circuit.hysteresis - before) / (s * v)
+        V, U = conducted(V, U, v, t - left, circuit)
+        V, U = switched(V, U, -s, circuit)
+    return V, Store(U, store.m + s * max(after - circuit.hysteresis, 0.0)), left
 
 
 @forced
-def advance_to_last_event(
-    x, v, V, U, m, h, t, r, beta, n1, stops, a,
-    mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece,
-):  # fmt: skip
-    """Drift by the first t of a step h, with the circuit advanced to the last impact or switching only.
+def until_last_event(s, store, d, c, circuit, a):
+    """Drift, with the circuit advanced to the last impact or switching only: (state, store, leg, impacts).
 
     The mass flies as `harvester.mechanics.kernels.offset_stops.move` says, between kicks and impacts at a constant
-    speed.  Returns x and v at the end of the drift; V, U, m, and the speed and the time that V and U still have to go;
-    the time and the speed of the first impact, negative at the opposite stop, the number of impacts and what they took.
+    speed.  Of the state x and v are those at the end; V and the store go on along the ``leg`` (`conducted`).
     """
-    (x1, v1, _), (first, speed, impacts, lost) = move(x, v, V, h, t, 1.0, t, None, r, beta, n1, stops, a)
-    w, left = v, t
-    if r is not None or stops is not None:
-        if impacts > 0.0:
-            wall = wall_of(speed, stops)
-            if first > 0.0:
-                w = (wall - x) / first
-                rest = first
-                if play is not None:
-                    V, U, m, rest = until_switched(
-                        x, w, V, U, m, first, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
-                    )
-                V, U = conducted(V, U, w, rest, mu, kappa, n, leak, loss, bridge, doubler)
-            x, left = wall, t - first
-        w = (x1 - x) / left if left > 0.0 else 0.0
-    if play is not None:
-        V, U, m, left = until_switched(
-            x, w, V, U, m, left, mu, kappa, n, leak, loss, bridge, doubler, play, parallel, series, sece
-        )
-    return x1, v1, V, U, m, w, left, first, speed, impacts, lost
+    x, V, w, left = s.x, s.V, s.v, d.t
+    s1, impacts = move(s, d, c, a)
+    if c.r is not None or c.gap is not None:
+        if impacts.number > 0.0:
+            wall = wall_of(impacts.speed, c)
+            if impacts.time > 0.0:
+                w = (wall - x) / impacts.time
+                rest = impacts.time
+                if circuit.hysteresis is not None:
+                    V, store, rest = until_switched(x, w, V, store, impacts.time, circuit)
+                V, U = conducted(V, store.U, w, rest, circuit)
+                store = Store(U, store.m)
+            x, left = wall, d.t - impacts.time
+        w = (s1.x - x) / left if left > 0.0 else 0.0
+    if circuit.hysteresis is not None:
+        V, store, left = until_switched(x, w, V, store, left, circuit)
+    return State(s1.x, s1.v, V), store, Leg(w, left), impacts
+
+
+@forced
+def fly(s, store, d, c, circuit, a):
+    """Drift with either load, a resistance of the coefficients or a circuit: (state, store, impacts)."""
+    if circuit is None:
+        s1, impacts = move(s, d, c, a)
+        return s1, store, impacts
+    s1, store1, leg, impacts = until_last_event(s, store, d, c, circuit, a)
+    V, U = conducted(s1.V, store1.U, leg.v, leg.t, circuit)
+    return State(s1.x, s1.v, V), Store(U, store1.m), impacts

@@ -61,7 +61,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     while left > 0:
         some = min(piece, left)
         path = trace(eqs, gaussian_grid(sequence.spawn(1)[0], some * whole), h, stride, start)
-        if not np.isfinite(path.readings[-1]).all():
+        if not np.isfinite(path.samples[-1]).all():
             raise SimulationError("the path is not finite: the response grows without bound, or the step is too long")
         start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
         number = np.minimum((path.impacts[:, 0] / (whole * h)).astype(int), some - 1)

@@ -138,13 +138,8 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | N
     angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
     x, v, voltage = (float(one[0]) for one in trajectories.snapshot())
     quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
-    if circuit is None:
-        path = trace(eqs, quiet, h, 1, (x, v, voltage), shaking)
-    else:
-        from harvester.mechanics.rectifiers.rectifier_path import trace_ideal
-
-        stored = float(trajectories.state[0, 3, 0])
-        path = trace_ideal(eqs, circuit, quiet, h, 1, (x, v, voltage, stored), shaking)
+    stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
+    path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
     there = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - there) <= UNLIKE * there:
         return None, None

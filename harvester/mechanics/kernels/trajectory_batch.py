@@ -1,0 +1,270 @@
+"""The kernel of many trajectories: a batch of them side by side, advanced with the sums of their moments.
+
+The innermost loops run over the trajectories of a batch, so that the compiler turns them into vector instructions; each
+trajectory keeps its own state and its own random generator.  With a resistor a step is one loop.  With a circuit
+(`harvester.mechanics.rectifiers.circuit`) it is three: what happens now and then, an impact or a switching, and then
+what happens at every step, the flow through the diodes, and the kick.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from harvester.arrays import Floats, Words
+from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
+from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.control_variates import add_features
+from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse
+from harvester.mechanics.kernels.intervals import drifts, interval
+from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
+from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
+from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
+from harvester.mechanics.kernels.shaking import last_acceleration, shaken
+from harvester.mechanics.rectifiers.circuit import Store, conducted, until_last_event
+
+BATCH = 64
+
+# Rows of the sums of one trajectory.  A sample has x and V at the kick and in mid-drift: their errors of order h^2 have
+# opposite signs.  The last row is of a circuit only.
+SUMS = ("V", "V2_kick", "V2_mid", "x", "x2_kick", "x2_mid", "v2", "xV", "vV", "fv2", "impacts", "impact_loss", "driven")
+IDEAL_SUMS = (*SUMS, "load")
+
+
+class Batch(NamedTuple):
+    """What a kernel changes in place: states after a kick, words of generators, sums; shapes (BATCH,), (rows, BATCH).
+
+    U and m are the states of a circuit (`Store`); ``controls``, shape (`martingales`, BATCH), are those of
+    `harvester.mechanics.kernels.control_variates`.  None: nothing of them is compiled.
+    """
+
+    x: Floats
+    v: Floats
+    V: Floats
+    s0: Words
+    s1: Words
+    sums: Floats | None = None
+    controls: Floats | None = None
+    U: Floats | None = None
+    m: Floats | None = None
+
+
+class Schedule(NamedTuple):
+    """``samples`` times ``stride`` steps.
+
+    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.  By
+    ngspice's rule the state is that of a sample in mid-drift, where ngspice has ``landed``, and goes on from there.
+    """
+
+    samples: int
+    stride: int
+    coarse: bool
+    landed: bool = False
+
+
+@forced
+def _drift_and_add_impacts(i, sums, s, d, c, a):
+    """Drift trajectory i to its next state, and add up its impacts."""
+    if c.gap is None:  # the squared speed is as good as the energy (`loss_unit`), and costs less
+        s1, speed = drift_at_stop(s, d, c, c.r, None, a)
+        if c.r is not None:
+            sums[10, i] += 1.0 if speed > 0.0 else 0.0
+            sums[11, i] += speed * speed
+        return s1
+    s1, impacts = move(s, d, c, a)
+    sums[10, i] += impacts.number
+    sums[11, i] += impacts.energy
+    return s1
+
+
+@forced
+def _kick_and_add_work(i, sums, s, xi, other, h, c, a):
+    """Kick trajectory i, and add up the work of shaking other than white noise: its velocity."""
+    v1 = kick_at_stops(s, xi, h, c, a, other)
+    if a is not None:
+        sums[12, i] += 0.5 * h * a * (s.v + v1)
+    return v1
+
+
+@forced
+def _step(i, s, xi, xi2, sums, accelerations, d, c, shaker):
+    """Make one step of trajectory i with a resistor, and add up its impacts and its work.
+
+    Returns its state, the velocity just before the kick, and what the noise added to it, over sqrt(2 h).
+    """
+    a, a1 = shaken(i, accelerations, shaker)
+    s = _drift_and_add_impacts(i, sums, s, d, c, a)
+    v1 = _kick_and_add_work(i, sums, s, xi, xi2, d.h, c, a1)
+    if c.n1 is None and c.n2 is None:
+        return State(s.x, v1, s.V), s.v, 0.0
+    return State(s.x, v1, s.V), s.v, impulse(s.x, xi, 0.5, c, xi2)
+
+
+@forced
+def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker):
+    """Drift all trajectories under the first row of ``accelerations``.
+
+    ``did``, shape (4, BATCH), gets in its last two rows the number of impacts and the energy that they took.
+    """
+    if c.r is None and c.gap is None and circuit.hysteresis is None:
+        for i in range(BATCH):
+            x[i] += d.t * v[i]
+            V[i], U[i] = conducted(V[i], U[i], v[i], d.t, circuit)
+        return
+    for i in range(BATCH):
+        a, _ = shaken(i, accelerations, shaker)
+        s, store, leg, impacts = until_last_event(State(x[i], v[i], V[i]), Store(U[i], m[i]), d, c, circuit, a)
+        x[i], v[i], V[i], U[i], m[i] = s.x, s.v, s.V, store.U, store.m
+        did[0, i], did[1, i], did[2, i], did[3, i] = leg.v, leg.t, impacts.number, impacts.energy
+    for i in range(BATCH):
+        V[i], U[i] = conducted(V[i], U[i], did[0, i], did[1, i], circuit)
+
+
+@forced
+def _add_sample(i, sums, s, mid, c):
+    """Add up the states s at a kick and ``mid`` in the drift after it."""
+    sums[0, i] += 0.5 * (s.V + mid.V)
+    sums[1, i] += s.V * s.V
+    sums[2, i] += mid.V * mid.V
+    sums[3, i] += 0.5 * (s.x + mid.x)
+    sums[4, i] += s.x * s.x
+    sums[5, i] += mid.x * mid.x
+    sums[6, i] += mid.v * mid.v
+    sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
+    sums[8, i] += mid.v * mid.V
+    if c.c1 is not None or c.c2 is not None or c.c3 is not None:
+        sums[9, i] += friction(mid.x, c) * mid.v * mid.v
+
+
+@forced
+def _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker):
+    """Fill ``room`` with the states of all trajectories half a step after their kick."""
+    for i in range(BATCH):  # an assignment of rows would compile the text of its errors, in 2.6 s
+        room[0, i], room[1, i], room[2, i], room[3, i], room[4, i] = b.x[i], b.v[i], b.V[i], b.U[i], b.m[i]
+        if shaker is not None:
+            accelerations[0, i] = last_acceleration(i, shaker)
+    _drift_with_circuit(room[0], room[1], room[2], room[3], room[4], did, accelerations, half, c, circuit, shaker)
+
+
+@kernel
+def advance(b, schedule, h, circuit, c, shaker, update):
+    """Advance a `Batch` by a `Schedule` of steps and add up its moments.
+
+    h is the step, ``update`` how the voltage is carried along (`harvester.mechanics.kernels.intervals`), c the
+    coefficients, and ``shaker`` the `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in
+    place.  Where there is noise of the force and of the stiffness, each has a draw with a resistor (`impulse`).
+    """
+    x, v, V, U, sums = b.x, b.v, b.V, b.U, b.sums
+    whole, half = drifts(h, c.mu, update)
+    noise, other, kicks = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    before, mid, did = np.zeros((3, BATCH)), np.zeros((5, BATCH)), np.zeros((4, BATCH))
+    landed, coarse, steps = schedule.landed, schedule.coarse, 1 if schedule.coarse else 2
+    for _ in range(schedule.samples):
+        for first in range(0, schedule.stride, steps):
+            _draw(b, noise, other, coarse, c, circuit, update)
+            _begin_features(b, before, kicks, circuit)
+            for k in range(steps):
+                shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
+                if update.weight is not None:
+                    _step_by_ngspice_rule(b, k, noise, half if landed and first + k == 0 else whole, c)
+                elif circuit is None:
+                    for i in range(BATCH):
+                        (x[i], v[i], V[i]), v_kicked, kicked = _step(
+                            i, State(x[i], v[i], V[i]), noise[k, i], other[k, i], sums, accelerations, whole, c, shaker
+                        )
+                        if b.controls is not None:
+                            kicks[0, i] += v_kicked * kicked
+                            kicks[1, i] += kicked
+                else:
+                    _drift_with_circuit(x, v, V, U, b.m, did, accelerations, whole, c, circuit, shaker)
+                    _add_impacts(sums, did, c)
+                    for i in range(BATCH):
+                        xi = noise[k, i]
+                        if b.controls is not None:
+                            add_circuit_features(i, State(x[i], v[i], V[i]), U[i], xi, b.controls, c)
+                        _, a = shaken(i, accelerations, shaker)
+                        vi = v[i]
+                        v[i] = _kick_and_add_work(i, sums, State(x[i], vi, V[i]), xi, None, h, c, a)
+            _end_features(b, before, kicks, c, circuit)
+        landed = True
+        if circuit is not None:
+            _to_mid_drift(b, mid, did, accelerations, half, c, circuit, shaker)
+        for i in range(BATCH):
+            s = State(x[i], v[i], V[i])
+            if circuit is not None:
+                stored, s_mid, stored_mid = U[i], State(mid[0, i], mid[1, i], mid[2, i]), mid[3, i]
+                sums[13, i] += 0.5 * circuit.mu * (stored * stored + stored_mid * stored_mid)
+            elif update.weight is None:
+                s_mid, _ = move(s, half, c, last_acceleration(i, shaker))
+            else:
+                s_mid = _drift_and_add_impacts(i, sums, s, half, c, None)
+                x[i], v[i], V[i] = s_mid
+            _add_sample(i, sums, s, s_mid, c)
+
+
+@forced
+def _step_by_ngspice_rule(b, k, noise, d, c):
+    """Make one step of all trajectories with a resistor by ngspice's rule, on row k of the noise."""
+    x, v, V = b.x, b.v, b.V
+    for i in range(BATCH):
+        s = _drift_and_add_impacts(i, b.sums, State(x[i], v[i], V[i]), d, c, None)
+        x[i], v[i], V[i] = s.x, kick_at_stops(s, noise[k, i], d.h, c), s.V
+
+
+@forced
+def _add_impacts(sums, did, c):
+    """Add up what impacts did in a drift with a circuit."""
+    if c.r is not None or c.gap is not None:
+        for i in range(BATCH):
+            sums[10, i] += did[2, i]
+            sums[11, i] += did[3, i]
+
+
+@forced
+def _load(c, circuit):
+    """The conductance of the load; None for an open circuit."""
+    if circuit is None:
+        return c.mu
+    return circuit.mu
+
+
+@forced
+def _draw(b, noise, other, coarse, c, circuit, update):
+    """Draw the noise of two steps, or of a coarse one; with a resistor one of the stiffness, too."""
+    if c.n1 is not None and c.n2 is not None and circuit is None and update.weight is None:
+        draw_two_noises(noise, other, b.s0, b.s1, coarse)
+    elif c.n1 is not None or c.n2 is not None:
+        draw_noise(noise, b.s0, b.s1, coarse)
+
+
+@forced
+def _begin_features(b, before, kicks, circuit):
+    """Note the states ahead of a draw, and begin the sums of its kicks, where a resistor's controls are added up."""
+    if b.controls is not None and circuit is None:
+        for i in range(BATCH):
+            before[0, i], before[1, i], before[2, i] = b.x[i], b.v[i], b.V[i]
+            kicks[0, i] = kicks[1, i] = 0.0
+
+
+@forced
+def _end_features(b, before, kicks, c, circuit):
+    """Add the sums of a draw's kicks to the controls."""
+    if b.controls is not None and circuit is None:
+        for i in range(BATCH):
+            add_features(i, before, kicks, b.controls, c)
+
+
+@kernel
+def mid_drift(b, out, h, c, circuit=None, shaker=None):
+    """Go from the states after a kick to x, v and V half a step later, shape (3, BATCH)."""
+    half = interval(h, 0.5 * h, c.mu, None, None)
+    if circuit is None:
+        for i in range(BATCH):
+            s = State(b.x[i], b.v[i], b.V[i])
+            (out[0, i], out[1, i], out[2, i]), _ = move(s, half, c, last_acceleration(i, shaker))
+    else:
+        room, did, accelerations = np.zeros((5, BATCH)), np.zeros((4, BATCH)), np.zeros((2, BATCH))
+        _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker)
+        for i in range(BATCH):
+            out[0, i], out[1, i], out[2, i] = room[0, i], room[1, i], room[2, i]
