@@ -23,10 +23,10 @@ from peers import by_hand
 
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.impact_voltage import lines
-from harvester.mechanics.kernels.lanes import LANES, SUMS, advance
+from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.noise import random_words
-from harvester.mechanics.kernels.path import coefficients
+from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, advance
 from harvester.records.records import Record
 
 H, PAIRS, READINGS = 0.1, 2, 1500
@@ -68,7 +68,7 @@ def scenes():
 def arrays():
     """State, generators and sums of a block, on the boundaries of cache lines: else chance decides the speed."""
     state, sums, words = (
-        aligned((rows, LANES), kind) for rows, kind in ((3, float), (len(SUMS), float), (2, np.uint64))
+        aligned((rows, BATCH), kind) for rows, kind in ((3, float), (len(SUMS), float), (2, np.uint64))
     )
     restart(state, words, sums)
     return state, words, sums
@@ -76,7 +76,7 @@ def arrays():
 
 def restart(state, words, sums):
     """Back to the start: a motion that has died out to subnormal numbers is slow in any kernel."""
-    state[:], sums[:], words[:] = 0.1, 0.0, random_words(np.random.SeedSequence(1), LANES)
+    state[:], sums[:], words[:] = 0.1, 0.0, random_words(np.random.SeedSequence(1), BATCH)
 
 
 def aligned(shape, kind):
@@ -85,29 +85,36 @@ def aligned(shape, kind):
     return raw[skip : skip + 8 * int(np.prod(shape))].view(kind).reshape(shape)
 
 
-def prepared(function, e, held, readings=READINGS, numbers=False):
-    """A call of a kernel on these arrays; ``numbers``: one by hand, where an absent coefficient is a zero not read."""
+def prepared(e, held, readings=READINGS):
+    """A call of the package's kernel on these arrays."""
     state, words, sums = held
-    others = Trajectories(e, LANES, np.random.SeedSequence(2), H).shakers[0]
-    values, steps = (*coefficients(e), others, None, *lines(e, H)), (2 * PAIRS, False)
-    if numbers:  # the paper's scene's
-        values, steps = tuple(0.0 if value is None else value for value in values[:9]), (PAIRS,)
-        values += tuple((0.0, 0.0) if e.mu is None else by_hand.line(e.mu, h) for h in (H, 0.5 * H))
-    return lambda: function(*state, *words, sums, readings, *steps, H, *values)
+    shaker = Trajectories(e, BATCH, np.random.SeedSequence(2), H).shakers[0]
+    batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, False)
+    c, update = coefficients(e), update_of(e, H)
+    return lambda: advance(batch, schedule, H, None, c, shaker, update)
+
+
+def prepared_by_hand(e, split, held, readings=READINGS):
+    """A call of the kernel by hand, where an absent coefficient is a zero that is not read."""
+    state, words, sums = held
+    present = (e.mu, e.restitution, e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2)
+    values = tuple(0.0 if value is None else value for value in present)
+    lines = tuple((0.0, 0.0) if e.mu is None else by_hand.line(e.mu, h) for h in (H, 0.5 * H))
+    function = by_hand.kernel(e, split)
+    return lambda: function(*state, *words, sums, readings, PAIRS, H, *values, *lines)
 
 
 def timed(call, held):
     restart(*held)
     begin = time.thread_time()
     call()
-    return (time.thread_time() - begin) / (READINGS * PAIRS * 2 * LANES) * 1e9
+    return (time.thread_time() - begin) / (READINGS * PAIRS * 2 * BATCH) * 1e9
 
 
 def compared(e, repeats):
     """The row of a scene: nanoseconds of the package's kernel and of both by hand, and the ratios of neighbours."""
     held = arrays()
-    calls = [prepared(advance, e, held)]
-    calls += [prepared(by_hand.kernel(e, split), e, held, numbers=True) for split in (False, True)]
+    calls = [prepared(e, held), *(prepared_by_hand(e, split, held) for split in (False, True))]
     for call in calls:
         call()
     times = np.array([[timed(call, held) for call in calls] for _ in range(repeats)])
@@ -120,7 +127,7 @@ def compared(e, repeats):
 def added(e, repeats):
     """Nanoseconds of the package's kernel for a scene, and what it takes more than for the paper's."""
     held = arrays()
-    calls = [prepared(advance, one, held) for one in (e, PAPER)]
+    calls = [prepared(one, held) for one in (e, PAPER)]
     for call in calls:
         call()
     times = np.array([[timed(call, held) for call in calls] for _ in range(repeats)])

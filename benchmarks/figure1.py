@@ -17,7 +17,7 @@ from harvester.averaging.published.voltage import amplitude_through
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.histograms import Histogram
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.lanes import LANES
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 
 GRID, EACH, H = 80, 1000, 0.1
 EDGES = {"A": np.linspace(0, 2.4, 61), "x": np.linspace(0, 2.4, 61), "x'": np.linspace(-3, 3, 61)}
@@ -27,7 +27,7 @@ def starts(x, each):
     """All starting velocities at each of the displacements, V = 0: shape (3, trajectories), whole blocks."""
     v = (np.arange(GRID) + 0.5) / GRID * 6.0 - 3.0
     x, v = (grid.ravel().repeat(each) for grid in np.meshgrid(x, v, indexing="ij"))
-    x, v = (np.resize(values, -(-values.size // LANES) * LANES) for values in (x, v))
+    x, v = (np.resize(values, -(-values.size // BATCH) * BATCH) for values in (x, v))
     return np.array([x, v, np.zeros_like(v)])
 
 

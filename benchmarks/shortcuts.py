@@ -30,11 +30,13 @@ from numba.core.dispatcher import Dispatcher
 
 from harvester.mechanics.ensemble import trajectories
 from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.kernels import absent_effects
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS
 from harvester.mechanics.kernels.equation_of_motion import impulse
-from harvester.mechanics.kernels.lanes import advance
+from harvester.mechanics.kernels.intervals import Update
 from harvester.mechanics.kernels.noise import HALF_ROOT, draw_noise, draw_two_noises, shuffle, variates
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.trajectory_batch import advance
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 
@@ -46,6 +48,14 @@ SCENES = {
 }
 ROOT3 = math.sqrt(3.0)
 SIXTH, REST = uint64(2**64 // 6), uint64(2**64 - 2**64 // 6)
+
+
+class Narrow(Compiler):
+    """The package's compiler with the vectors that LLVM takes of itself."""
+
+    def define_pipelines(self):
+        """The passes."""
+        return absent_effects.add_to(super().define_pipelines())
 
 
 def rebuilt(function, replaced, options=None, known=None):
@@ -64,14 +74,14 @@ def rebuilt(function, replaced, options=None, known=None):
     return known[function]
 
 
-def one_kick(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a, other):
+def one_kick(s, xi, h, c, a, other):
     """The kick with a variate and a root for both noises."""
-    return kick_at_stops(x, v, V, xi, h, r, alpha, beta, c1, c2, c3, n1, n2, n12, linear, alpha2, stops, a)
+    return kick_at_stops(s, xi, h, c, a)
 
 
-def one_impulse(x, xi, h, n1, n2, n12, other):
+def one_impulse(x, xi, h, c, other):
     """The impulse for it."""
-    return impulse(x, xi, h, n1, n2, n12)
+    return impulse(x, xi, h, c)
 
 
 def one_draw(noise, other, s0, s1, coarse):
@@ -140,22 +150,22 @@ def draw_two64(noise, other, s0, s1, coarse):
         other[0, i], other[1, i] = (one + two) * HALF_ROOT if coarse else one, two
 
 
-def no_lines(eqs, h):
+def no_lines(eqs, h, ngspice_rule):
     """The voltage at an impact by a division and a series."""
-    return None, None
+    return Update()
 
 
 def kinds():
-    """Name -> (kernel, lines): the package's way, and the ways without one shortcut each."""
-    lines, same = trajectories.lines, rebuilt(advance, {})
+    """Name -> (kernel, update): the package's way, and the ways without one shortcut each."""
+    update, same = trajectories.update_of, rebuilt(advance, {})
     one_noise = {draw_two_noises: one_draw, kick_at_stops: one_kick, impulse: one_impulse}
     return {
-        "all of them": (same, lines),
+        "all of them": (same, update),
         "line of impacts": (same, no_lines),
-        "a variate for each noise": (rebuilt(advance, one_noise), lines),
-        "variates of three points": (rebuilt(advance, {variates: normal_variates}), lines),
-        "words of 32 bits": (rebuilt(advance, {draw_noise: draw64, draw_two_noises: draw_two64}), lines),
-        "vectors of 512 bits": (rebuilt(advance, {}, {"pipeline_class": Compiler}), lines),
+        "a variate for each noise": (rebuilt(advance, one_noise), update),
+        "variates of three points": (rebuilt(advance, {variates: normal_variates}), update),
+        "words of 32 bits": (rebuilt(advance, {draw_noise: draw64, draw_two_noises: draw_two64}), update),
+        "vectors of 512 bits": (rebuilt(advance, {}, {"pipeline_class": Narrow}), update),
     }
 
 
@@ -175,11 +185,11 @@ def rows_of(name, eqs, options):
     found = {kind: [] for kind in ways}
     if eqs.n2 is None:
         del ways["a variate for each noise"]
-    if trajectories.lines(eqs, H)[0] is None:
+    if trajectories.update_of(eqs, H).line is None:
         del ways["line of impacts"]
     for seed in range(options.rounds):
-        for kind, (kernel, lines) in ways.items():
-            with mock.patch.multiple(trajectories, advance=kernel, lines=lines):
+        for kind, (kernel, update) in ways.items():
+            with mock.patch.multiple(trajectories, advance=kernel, update_of=update):
                 found[kind].append(sampled(eqs, options.trajectories, options.duration, seed))
     values = {kind: np.concatenate([one[0] for one in found[kind]]) for kind in ways}
     controls = {kind: np.vstack([one[1] for one in found[kind]]) for kind in ways}

@@ -50,7 +50,7 @@ def goes_on():
     paths = list(map_in_workers(worker.path_in_this_process, [(one, NOISE)] * 4 + [(bridge, NOISE)] * 4))
     for k, path in enumerate(paths):
         assert path.V.any()
-        assert (path.readings == paths[k // 4 * 4].readings).all()
+        assert (path.samples == paths[k // 4 * 4].samples).all()
 
 
 def killed_on_the_way(device, noise):
@@ -126,7 +126,7 @@ def in_this_very_process(folder):
         pids += map_in_workers(os.getpid, [()])
     pids += map_in_workers(os.getpid, [()])
     places = Path.cwd(), Path(os.environ["HOME"])
-    return path.readings, [pid == os.getpid() for pid in pids], (sound, here.trusted), places
+    return path.samples, [pid == os.getpid() for pid in pids], (sound, here.trusted), places
 
 
 def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
@@ -137,7 +137,7 @@ def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
         readings, same, sound, places = process.submit(in_this_very_process, tmp_path).result(120)
     finally:
         processes.kill(process)
-    assert (readings == run(GOOD).readings).all()
+    assert (readings == run(GOOD).samples).all()
     assert (same, sound, places) == ([True, False, False], (True, False), (tmp_path, tmp_path))
     assert not (tmp_path / "ran").exists()
 
@@ -157,10 +157,10 @@ def test_jobs_beside_a_failing_one_are_not_lost():
     beside = map_in_workers(worker.path_in_this_process, [(good, NOISE)] * 6)
     first = next(beside)
     jobs = map_in_workers(worker.path_in_this_process, [(good, NOISE), (device(REFUSED), NOISE), (good, NOISE)])
-    assert (next(jobs).readings == first.readings).all()
+    assert (next(jobs).samples == first.samples).all()
     with pytest.raises(CircuitError):
         next(jobs)
-    assert [(path.readings == first.readings).all() for path in beside] == [True] * 5
+    assert [(path.samples == first.samples).all() for path in beside] == [True] * 5
 
 
 @pytest.mark.thorough("test_after_a_fatal_error_a_process_runs_nothing_else")

@@ -20,7 +20,6 @@ by_hand = importlib.import_module("peers.by_hand")
 
 from harvester.equations.coefficients import Equations  # noqa: E402
 from harvester.mechanics.ensemble.trajectories import Trajectories  # noqa: E402
-from harvester.mechanics.kernels.lanes import advance  # noqa: E402
 from tests.support.systems import PAPER, changed  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -34,8 +33,8 @@ def test_kernel_by_hand_gives_the_same_numbers(name, split):
     """State and sums to rounding, random words exactly, in both orders of the loops."""
     e = SCENES[name]
     expected, found = effects.arrays(), effects.arrays()
-    effects.prepared(advance, e, expected, readings=20)()
-    effects.prepared(by_hand.kernel(e, split), e, found, readings=20, numbers=True)()
+    effects.prepared(e, expected, readings=20)()
+    effects.prepared_by_hand(e, split, found, readings=20)()
     for ours, theirs in zip(expected, found, strict=True):
         np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-12)
 
@@ -55,9 +54,9 @@ def test_no_noise_no_draw(e):
     """A scene without noise leaves its generators as they were; with noise they all move on."""
     held = effects.arrays()
     before = held[1].copy()
-    effects.prepared(advance, e, held, readings=5)()
+    effects.prepared(e, held, readings=5)()
     assert (held[1] == before).all()
-    effects.prepared(advance, PAPER, held, readings=5)()
+    effects.prepared(PAPER, held, readings=5)()
     assert (held[1] != before).all()
 
 

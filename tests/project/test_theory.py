@@ -446,7 +446,7 @@ def test_rule_of_the_resistor(z):
     """v1 - v0 + z [(1 - xmu) v1 + xmu v0] = u1 - u0 is exact for v' + v/(R Cp) = u' of a constant slope."""
     from harvester.mechanics.kernels.ngspice_rule import rule_weight
 
-    xmu = rule_weight.py_func(z)
+    xmu = rule_weight(z)
     v0, rise = 0.3, 0.8
     v1 = v0 * np.exp(-z) + rise / z * -np.expm1(-z)
     assert v1 - v0 + z * ((1 - xmu) * v1 + xmu * v0) == pytest.approx(rise, rel=1e-9)
@@ -457,6 +457,7 @@ def test_rule_of_the_resistor(z):
 @checks("kick")
 def test_kick():
     """The change of velocity, with friction that is large in one step."""
+    from harvester.mechanics.kernels.coefficients import State
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
     e = changed(PAPER, n12=0.003)
@@ -465,8 +466,7 @@ def test_kick():
     y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
     force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
     expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
-    coefficients = e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12
-    assert compiled.py_func(x, v, V, xi, h, *coefficients) == pytest.approx(expected, rel=1e-12)
+    assert compiled.py_func(State(x, v, V), xi, h, e) == pytest.approx(expected, rel=1e-12)
 
 
 @checks("linear", "response")

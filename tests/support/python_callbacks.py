@@ -12,6 +12,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.cosimulation import runs
 from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.state import Point
 from harvester.cosimulation.lockstep.transitions import accept_point, proposed_step, source_voltage
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.compiled import interpreted
@@ -67,9 +68,7 @@ class PythonCallbacks:
         if self.error is None:
             drive = self.drive
             try:
-                values = (t, v, power, current, smooth)
-                arrays = (drive.noise, drive.shaking, drive.readings, drive.impacts, drive.charge, drive.kicked)
-                self._accept_point(self.state, *values, *arrays, *drive.coefficients)
+                self._accept_point(self.state, Point(t, v, power, current, smooth), drive.recording, drive.coefficients)
             except Exception as error:
                 self.error = error
         return 0

@@ -45,7 +45,7 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
     first order, and g = x and V.  A round has ``draws`` of two random variates, for two steps each or, where these are
     ``coarse``, for one.
     """
-    x, v, V, d = b.x, b.v, b.V, interval(h, h, c.mu, None, None)
+    x, v, V, d = b.x, b.v, b.V, interval(h, h, c.mu)
     noise, steps = np.zeros((2, BATCH)), 1 if coarse else 2
     force = 0.0 if c.n2 is None else math.sqrt(2.0 * c.n2 * h)
     for _ in range(rounds):

@@ -61,7 +61,7 @@ def drifts(h, mu, update):
 
 
 @forced
-def interval(h, t, mu, line, weight):
+def interval(h, t, mu, line=None, weight=None):
     """The first t of the drift of a step h."""
     if mu is None:
         return Interval(h, t, 1.0, t, line, weight)

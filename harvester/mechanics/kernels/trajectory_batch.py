@@ -258,7 +258,7 @@ def _end_features(b, before, kicks, c, circuit):
 @kernel
 def mid_drift(b, out, h, c, circuit=None, shaker=None):
     """Go from the states after a kick to x, v and V half a step later, shape (3, BATCH)."""
-    half = interval(h, 0.5 * h, c.mu, None, None)
+    half = interval(h, 0.5 * h, c.mu)
     if circuit is None:
         for i in range(BATCH):
             s = State(b.x[i], b.v[i], b.V[i])

@@ -10,8 +10,8 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.linear.solve import solve
 from harvester.mechanics.ensemble.lyapunov import grow
-from harvester.mechanics.kernels.lanes import LANES
 from harvester.mechanics.kernels.noise import random_words
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from tests.support.systems import PAPER, changed
 
 STOPPED = Equations(c1=-0.05, beta=0.05, mu=0.5, n1=0.01, n2=0.1, restitution=0.95)  # ran for ever
@@ -47,12 +47,12 @@ def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
     """Lambda(power) and its standard error: paths multiply by |z|^power after each segment, and as many go on."""
     rng, words = (
         np.random.default_rng(3),
-        np.array([random_words(np.random.SeedSequence([3, k]), LANES) for k in range(8)]),
+        np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)]),
     )
-    phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, LANES))
+    phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
     state, rates, draws, h = np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1), [], 4, 0.05
     for _ in range(segments):
-        logs = np.zeros((blocks, LANES))
+        logs = np.zeros((blocks, BATCH))
         for k in range(blocks):
             motion = rounds, draws, False, h, eqs.mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2
             grow(*state[k], *words[k], logs[k], *motion)
@@ -62,7 +62,7 @@ def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
             np.searchsorted(np.cumsum(weights) / weights.sum(), (rng.random() + np.arange(512)) / 512)
         )
         everybody = np.moveaxis(state, 1, 0).reshape(3, -1)[:, np.minimum(chosen, 511)]
-        state = np.ascontiguousarray(np.moveaxis(everybody.reshape(3, blocks, LANES), 0, 1))
+        state = np.ascontiguousarray(np.moveaxis(everybody.reshape(3, blocks, BATCH), 0, 1))
     batches = np.array(rates[segments // 8 :]).reshape(10, -1).mean(axis=1)
     return batches.mean(), batches.std(ddof=1) / math.sqrt(10)
 

@@ -9,9 +9,10 @@ import pytest
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.compliant_stop import contact_energy
 from harvester.cosimulation.lockstep.energy_ledger import add_works_of_kick, ledger_of, note_stored_energy
-from harvester.cosimulation.lockstep.state import BEFORE, DURING
+from harvester.cosimulation.lockstep.state import BEFORE, DURING, Point
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.noise import gaussian_grid
@@ -80,9 +81,8 @@ def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
         s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
         kinetic = 0.0
         for x, v0, voltage, xi in rng.standard_normal((100, 4)):
-            e = eqs
-            v1 = kick_(x, v0, voltage, xi, 0.1, e.alpha, e.beta, e.c1, e.c2, e.c3, e.n1, e.n2, e.n12)
-            work_(s, v0, v1, x, voltage, xi, 0.1, e.alpha, e.beta, e.n1, e.n2, e.n12)
+            v1 = kick_(State(x, v0, voltage), xi, 0.1, eqs)
+            work_(s, v0, v1, x, voltage, xi, 0.1, eqs)
             kinetic += 0.5 * (v1**2 - v0**2)
         assert sum(vars(s).values()) == pytest.approx(kinetic, rel=1e-11)
         assert (s.damping_work == pytest.approx(0.0, abs=1e-13)) == (eqs.c1 is None)
@@ -92,14 +92,16 @@ def test_stored_energy_is_that_of_every_spring():
     """v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4 + what a compliant stop stores, k y^2/2 of its depth y."""
     x, v, contact, alpha, linear, alpha2 = -1.3, 0.7, 0.11, 0.4, -1.0, 0.9
     s = SimpleNamespace(measuring=BEFORE, since=1.0, x=x, v=v)
-    interpreted(note_stored_energy)(s, 2.0, 0.3, 0.2, contact, alpha, linear, alpha2)
+    point = Point(2.0, 0.3, 0.0, 0.0, 0.2)
+    interpreted(note_stored_energy)(s, point, contact, Coefficients(alpha=alpha, linear=linear, alpha2=alpha2))
     energy = v**2 / 2 + linear * x**2 / 2 + alpha2 * x**3 / 3 + alpha * x**4 / 4 + contact
     assert s.measuring == DURING
     assert s.energy_begin == pytest.approx(energy, rel=1e-12)
     assert (s.begin, s.voltage_begin, s.smooth_begin) == (2.0, 0.3, 0.2)
     in_contact = interpreted(contact_energy)
-    assert [in_contact(-0.1, None, 50.0), in_contact(-0.3, 0.2, 50.0)] == pytest.approx([0.25, 0.25], rel=1e-12)
-    assert [in_contact(0.1, None, 50.0), in_contact(-0.1, 0.2, 50.0)] == [0.0, 0.0]
+    at_rest, apart = Coefficients(k=50.0, gap=0.0), Coefficients(k=50.0, gap=0.2)
+    assert [in_contact(-0.1, at_rest), in_contact(-0.3, apart)] == pytest.approx([0.25, 0.25], rel=1e-12)
+    assert [in_contact(0.1, at_rest), in_contact(-0.1, apart)] == [0.0, 0.0]
 
 
 def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():

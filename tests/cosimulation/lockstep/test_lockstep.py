@@ -136,8 +136,8 @@ def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
         noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(10 / steps[0])), np.random.default_rng(1)
         for i, h in enumerate(steps):
             ours, exact = both(eqs, h, stride=1, noise=noise)
-            assert np.isfinite(ours.readings).all()
-            assert (ours.readings[:, 2] >= 0.0).all()
+            assert np.isfinite(ours.samples).all()
+            assert (ours.samples[:, 2] >= 0.0).all()
             row[i] = rms_difference(ours, exact)
             noise = refined(noise, rng)
     mean = np.exp(np.log(differences).mean(axis=0))
@@ -177,7 +177,7 @@ def test_python_callbacks_are_the_reference(load):
     compiled, python = worker.path_in_worker(one, noise), next(map_in_workers(path_in_python, [(one, noise)]))
     assert len(python.impacts) > 5
     assert rms_difference(python, compiled) < 1e-9
-    assert python.readings == pytest.approx(compiled.readings, rel=1e-9, abs=1e-12)
+    assert python.samples == pytest.approx(compiled.samples, rel=1e-9, abs=1e-12)
     assert python.impacts == pytest.approx(compiled.impacts, rel=1e-9)
 
 
@@ -211,7 +211,7 @@ def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
     noise, one = gaussian_grid(SEED, 100), device(PAPER, 0.1, 4)
     calls, path = next(map_in_workers(failing, [(one, noise, what)]))
     assert calls == 10
-    assert (path.readings == worker.path_in_worker(one, noise).readings).all()
+    assert (path.samples == worker.path_in_worker(one, noise).samples).all()
 
 
 @pytest.mark.parametrize("volts", [1e-6, 1e3])
@@ -255,7 +255,7 @@ def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
     a = both(PAPER, 0.1)[0]
     worker.path_in_worker(device(linear(1.25, 1.0), 0.1), gaussian_grid(SEED, 100))
     b = both(PAPER, 0.1)[0]
-    assert (a.readings == b.readings).all()
+    assert (a.samples == b.samples).all()
     assert (a.impacts == b.impacts).all()
 
 

@@ -10,6 +10,7 @@ import harvester as hv
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.rigid_stop import impact
 from harvester.cosimulation.lockstep.state import DURING
+from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
@@ -142,9 +143,9 @@ def test_works_of_an_impact(side, place):
     """The stop takes (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
     speed, up, before, share = 1.1, 0.8, 0.6, 0.25
     s = SimpleNamespace(side=side, speed=speed, up=up, before=side * before, share=share, measuring=DURING)
-    s.kicks, s.h, s.meet, s.impacts, s.impact_work, s.noise_work = 7, 0.1, 0.04, 0, 2.0, 3.0
+    s.n_steps, s.h, s.meet, s.impacts, s.impact_work, s.noise_work = 7, 0.1, 0.04, 0, 2.0, 3.0
     record = np.zeros((1, 2))
-    interpreted(impact)(s, record, 0.3, 0.5)
+    interpreted(impact)(s, record, Coefficients(gap=0.3, high=0.5))
     assert (s.x, s.impacts, s.flown) == (place, 1, 1)
     assert record[0] == pytest.approx([0.74, side * speed], rel=1e-12)
     assert s.impact_work - 2.0 == pytest.approx((speed**2 - up**2) / 2, rel=1e-12)

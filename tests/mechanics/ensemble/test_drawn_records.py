@@ -7,7 +7,7 @@ from harvester.engines.sampling import mean_with_errors
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.lanes import LANES
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.records.records import TabulatedDensity
 from tests.support.systems import PAPER, changed, linear, linear_v2
 
@@ -36,14 +36,14 @@ def test_errors_are_the_true_spread_of_seeds(duration):
     By 64 independent entries a block, the errors were too small by 2.5 over 1000/w0.
     """
     seeds = 24
-    mean, error = powers(STOP, seeds, 4 * LANES, duration)
+    mean, error = powers(STOP, seeds, 4 * BATCH, duration)
     ratio = np.log(mean.var(ddof=1) / (error**2).mean())
     assert abs(ratio) < 4.0 * np.sqrt(2.0 / (seeds - 1) + 2.0 / (3 * seeds))  # its own spread, by chi-square
 
 
 def test_places_apart_see_the_whole_record():
     """Each line has its power in every record: the linear mean over all of it does not vary; random places, by 2 %."""
-    mean, error = powers(LINEAR, 1, 2 * LANES, SEEN_ONCE)
+    mean, error = powers(LINEAR, 1, 2 * BATCH, SEEN_ONCE)
     assert error[0] < 1e-3 * mean[0]
     assert mean[0] == pytest.approx(linear_v2(LINEAR), rel=0.005)
 
@@ -51,7 +51,7 @@ def test_places_apart_see_the_whole_record():
 @pytest.mark.statistics
 def test_more_effort_takes_more_records():
     """On the same records a mean would not become surer than they are; and others are as unbiased."""
-    pair = RichardsonPair(Trajectories(LINEAR, 2 * LANES, np.random.SeedSequence(1), 0.1), 190.0)
+    pair = RichardsonPair(Trajectories(LINEAR, 2 * BATCH, np.random.SeedSequence(1), 0.1), 190.0)
     assert len(pair.entries("V2")) == 2
     steps = pair.steps
     pair.extend(7.0 * pair.duration)

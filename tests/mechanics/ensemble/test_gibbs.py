@@ -127,7 +127,7 @@ def test_preload_converges_with_the_step():
 @pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 def test_on_top_of_the_barrier():
     """Without noise the mass stays for ever; noise sends it into both wells alike."""
-    assert not trace(changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)).readings.any()
+    assert not trace(changed(BISTABLE, n1=None), np.zeros(2000), 0.05, 1, (0.0, 0.0, 0.0)).samples.any()
     many = Trajectories(changed(BISTABLE, n1=1e-5), 8192, SEED, 0.05, np.zeros(3))
     many.run(200.0)
     x, _, _ = many.snapshot()

@@ -13,7 +13,9 @@ from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble import lyapunov
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop, meeting, relaxation
+from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop, meeting
+from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.path import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, padded, scene, z
@@ -77,10 +79,11 @@ def returns(eta, count, seed):
         x, v, hit = 0.0, 1.0, 0.0
         while hit == 0.0:
             h = eta * (v * v + x ** (2.0 / 3.0))
-            x, v, _, hit = drift(x, v, 0.0, 0.5 * h, 1.0, 0.5 * h, None, 1.0)
+            half = interval(0.5 * h, 0.5 * h, None)
+            (x, v, _), hit = drift(State(x, v, 0.0), half, None, 1.0)
             if hit == 0.0:
                 v += np.sqrt(2.0 * h) * np.random.normal()
-                x, v, _, hit = drift(x, v, 0.0, 0.5 * h, 1.0, 0.5 * h, None, 1.0)
+                (x, v, _), hit = drift(State(x, v, 0.0), half, None, 1.0)
         speeds[k] = hit
     return speeds
 
@@ -190,7 +193,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
     path = quiet(eqs, 1.0, h, start)
     exact, _ = event_driven(eqs, start, 1.1, path.t)
     assert (path.x > 0.0).all()
-    assert path.readings[:, 2:] == pytest.approx(exact, abs=0.3 * h * h)
+    assert path.samples[:, 2:] == pytest.approx(exact, abs=0.3 * h * h)
     many = Trajectories(padded(eqs), 64, SEED, h, np.array(start))
     many.run(h)
     assert many.snapshot()[0].min() > 0.0
@@ -294,7 +297,7 @@ def test_lossless_motion_keeps_its_energy(eqs, start, h, periods):
     """r = 1 - 1e-12, no loss, no noise: energy (with beta V^2/2, open circuit) does not drift in 1e5 periods."""
     steps = round(periods * 2 * np.pi / h)
     path = trace(padded(eqs), np.zeros(steps), h, steps // 100_000, start)
-    x, v, V = path.readings[:, 2:].T
+    x, v, V = path.samples[:, 2:].T
     energy = 0.5 * v**2 + 0.5 * x**2 + 0.25 * (eqs.alpha or 0.0) * x**4 + 0.5 * (eqs.beta or 0.0) * V**2
     slices = energy[: len(energy) // 20 * 20].reshape(20, -1).mean(axis=1)
     assert slices == pytest.approx(slices[0], rel=1e-3 * h * h + 1e-6)
@@ -319,8 +322,8 @@ def test_several_impacts_in_a_step_stay_outside_the_stop(r, h):
     noisy = trace(changed(PAPER, n1=1.0, restitution=r), rng.standard_normal(4000), h)
     pressed = quiet(Equations(beta=5.0, mu=0.01, restitution=r), 100.0, h, (0.3, -1.0, 3.0))
     for path in (noisy, pressed):
-        assert np.isfinite(path.readings).all()
-        assert path.readings[:, [0, 2]].min() >= 0.0
+        assert np.isfinite(path.samples).all()
+        assert path.samples[:, [0, 2]].min() >= 0.0
         assert np.diff(path.impacts[:, 0]).min(initial=1.0) >= 0.0
         assert path.impacts[:, 1].min() > 0.0
 
@@ -350,7 +353,7 @@ def test_at_rest_without_external_noise_nothing_moves(h, r):
     eqs = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=r, n2=4.0)
     moments = Trajectories(eqs, 64, SEED, h, np.zeros(3)).run(100.0)
     assert not any(values.any() for values in vars(moments).values() if values is not None)
-    assert not trace(eqs, np.ones(1000), h).readings.any()
+    assert not trace(eqs, np.ones(1000), h).samples.any()
 
 
 @pytest.mark.parametrize("part", [0.3, 0.03, 0.003])
@@ -425,7 +428,7 @@ def test_start_behind_the_stop_is_refused():
 def test_an_impact_never_raises_energy(x, v, V, h, r, part):
     """v^2/2 - a x, the energy under the push a of the voltage at the stop, never rises, and x >= 0."""
     a, t = -0.7 * (V - x), part * h
-    x1, v1, _, speed = drift_at_stop(x, v, V, h, t, *relaxation(t, 0.3), 0.3, r, 0.7, None)
+    (x1, v1, _), speed = drift_at_stop(State(x, v, V), interval(h, t, 0.3), Coefficients(mu=0.3, beta=0.7), r)
     assert x1 >= 0.0
     if speed > 0.0:
         s, w = meeting(x, v, h, a)
@@ -453,7 +456,7 @@ def test_path_without_noise_is_of_second_order(eqs, start, duration):
         for j, (h, path) in enumerate(zip(steps, paths, strict=True)):
             here, exact = exact[: path.t.size], exact[path.t.size :]
             apart = abs(path.t[:, None] - impacts[:, 0]).min(axis=1) > 0.11  # x' jumps there
-            errors[k, j] = np.sqrt(np.mean((path.readings[:, 2:] - here)[apart] ** 2, axis=0))
+            errors[k, j] = np.sqrt(np.mean((path.samples[:, 2:] - here)[apart] ** 2, axis=0))
             met = path.impacts[path.impacts[:, 0] < duration]
             assert met == pytest.approx(known, abs=12 * h * h)
     for column in np.log(errors).mean(axis=0).T:
@@ -482,7 +485,7 @@ def test_an_absent_noise_is_that_of_no_strength():
     """On a path up to rounding; in an ensemble, where two noises take two draws, in its means."""
     absent, zero = (changed(PAPER, n2=n2, n12=None) for n2 in (None, 0.0))
     noise = np.random.default_rng(2).standard_normal(2000)
-    assert trace(zero, noise, 0.1).readings == pytest.approx(trace(absent, noise, 0.1).readings, rel=1e-10, abs=1e-12)
+    assert trace(zero, noise, 0.1).samples == pytest.approx(trace(absent, noise, 0.1).samples, rel=1e-10, abs=1e-12)
     a, b = (Trajectories(eqs, 4096, SEED, 0.1) for eqs in (zero, absent))
     for many in (a, b):
         many.run(100.0)
@@ -497,4 +500,4 @@ def test_a_stop_never_reached_is_no_stop():
     eqs = changed(PAPER, beta=1.25, mu=1.0)
     for base in (eqs, changed(eqs, n1=None, n2=None)):
         a, b = (trace(changed(base, restitution=r), noise, 0.01, 1, (2.0, 0.0, 0.0)) for r in (None, 0.5))
-        assert a.readings == pytest.approx(b.readings, rel=1e-13)
+        assert a.samples == pytest.approx(b.samples, rel=1e-13)

@@ -75,9 +75,9 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
         noise, rng = gaussian_grid(np.random.SeedSequence(seed), round(duration / first)), np.random.default_rng(seed)
         for level in range(levels):
             h = first / 2**level
-            start = tuple(np.interp(0.2 - 0.5 * h, quiet.t, values) for values in quiet.readings[:, 2:].T)
+            start = tuple(np.interp(0.2 - 0.5 * h, quiet.t, values) for values in quiet.samples[:, 2:].T)
             path = trace(eqs, noise, h, 2**level, start)
-            ends[seed, level] = path.readings[-1, 2:]
+            ends[seed, level] = path.samples[-1, 2:]
             noise = refined(noise, rng)
         impacts += len(path.impacts)
     rms = np.sqrt((np.diff(ends, axis=1) ** 2).mean(axis=0))
@@ -109,7 +109,7 @@ def test_strong_order_without_a_stop(eqs):
         noise, rng = gaussian_grid(np.random.SeedSequence(seed), 100), np.random.default_rng(seed)
         before = None
         for level in range(7):
-            now = trace(eqs, noise, 0.2 / 2**level, 2**level).readings[:, 2:]
+            now = trace(eqs, noise, 0.2 / 2**level, 2**level).samples[:, 2:]
             if before is not None:
                 squares[seed, level - 1] = ((now - before) ** 2).mean(axis=0)
             before, noise = now, refined(noise, rng)

@@ -105,7 +105,7 @@ def test_a_disk_that_takes_nothing_stops_no_kernel(cache):
 def test_constants_of_machine_code_are_in_its_cache_s_name():
     """No compiled file takes a constant from one that the name of the cache is no hash of."""
     files = {".".join(file.relative_to(ROOT).with_suffix("").parts) for file in compiled_sources()}
-    assert "harvester.mechanics.kernels.lanes" in files
+    assert "harvester.mechanics.kernels.trajectory_batch" in files
     assert "harvester.mechanics.ensemble.trajectories" not in files
     for file in compiled_sources():
         for node in ast.walk(ast.parse(file.read_text())):

@@ -115,7 +115,7 @@ def test_grazing_chatter_and_sticking(r, gap, beta):
             eqs = Equations(c1=-0.1, restitution=r, gap=gap or None, drive=share * abs(gap or 0.3) / rest,
                             drive_frequency=frequency, beta=beta, mu=None if beta is None else 0.5)  # fmt: skip
             path = trace(eqs, np.zeros(8000), 0.02)
-            assert np.isfinite(path.readings).all()
+            assert np.isfinite(path.samples).all()
             assert path.x.min() >= -gap
             assert abs(path.x).max() < 60.0
 
@@ -152,7 +152,7 @@ def test_path_converges_at_second_order(more):
     ends = []
     for parts in (20, 40, 80, 160, 1280):
         path = trace(eqs, np.zeros(16 * parts), 1.0 / parts, stride=parts, start=(0.1, 0.0, 0.0))
-        ends.append(path.readings[:, 0])
+        ends.append(path.samples[:, 0])
     errors = [np.abs(x - ends[-1]).mean() for x in ends[:-1]]
     assert np.polyfit(np.log([20, 40, 80, 160]), np.log(errors), 1)[0] < -1.7
     assert errors[-1] < 1e-3

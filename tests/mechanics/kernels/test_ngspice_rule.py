@@ -14,7 +14,7 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import from_path
-from harvester.mechanics.kernels.ngspice_rule import rule_weight, trace_by_ngspice_rule
+from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.mechanics.kernels.noise import fill_three_point, three_point_grid
 from harvester.mechanics.kernels.path import trace
 from harvester.scene.toml import load
@@ -35,7 +35,7 @@ def test_a_resistor_makes_the_steps_of_ngspice(given):
     device = set_up(Problem(scene), Spice()).device
     noise = three_point_grid(SEED, round(600.0 / device.h / device.stride) * device.stride // 2 * 2)
     theirs = worker.path_in_worker(device, noise)
-    ours = trace_by_ngspice_rule(device.eqs, noise, device.h, device.stride)
+    ours = trace(device.eqs, noise, device.h, device.stride, ngspice_rule=True)
     late = slice(len(ours.t) * 4 // 5, None)
     assert np.std(ours.V[late] - theirs.V[late]) < 1e-8 * np.std(ours.V)
     exact = trace(device.eqs, noise, device.h, device.stride)
@@ -62,11 +62,11 @@ def test_a_lane_with_ngspices_rule_is_its_path(r):
     for lane in (0, 63):
         noise = np.empty(round(many.time / h))
         fill_three_point(noise, *words[:, lane])
-        path = trace_by_ngspice_rule(eqs, noise, h, many.stride)
+        path = trace(eqs, noise, h, many.stride, ngspice_rule=True)
         same = from_path(eqs, path, 0.0, 1)
         for name in ("V2", "load", "x2", "impacts"):
             assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=0.01), name
-        assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.readings[-1, 2:]
+        assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
 
 
 @pytest.mark.statistics

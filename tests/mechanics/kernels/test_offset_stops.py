@@ -13,8 +13,9 @@ from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels import path as paths
-from harvester.mechanics.kernels.equation_of_motion import relaxation
-from harvester.mechanics.kernels.offset_stops import between, in_contact, kick_at_stops, move, stops_of
+from harvester.mechanics.kernels.coefficients import Coefficients, State, coefficients
+from harvester.mechanics.kernels.intervals import interval
+from harvester.mechanics.kernels.offset_stops import between, in_contact, kick_at_stops, move
 from tests.support.systems import PAPER, changed, linear, padded
 
 SEED = np.random.SeedSequence(20261123)
@@ -51,7 +52,9 @@ def one_by_one(x, v, V, t, mu, gap, r, high, r_high):
 @settings(deadline=None, max_examples=500, derandomize=True)
 def test_between_is_impact_after_impact(x, v, t, mu, r, r_high):
     exact, count, lost = one_by_one(x, v, 0.3, t, mu, 0.3, r, 0.5, r_high)
-    (x1, v1, V1), (_, _, impacts, took) = between(x, v, 0.3, t, mu, 0.3, r, 0.5, r_high)
+    (x1, v1, V1), (_, _, impacts, took) = between(
+        State(x, v, 0.3), t, Coefficients(mu=mu, gap=0.3, r=r, high=0.5, r_high=r_high)
+    )
     if abs(impacts - count) == 1:  # at the very end of the drift
         assert min(x1 + 0.3, 0.5 - x1) < 1e-9
         return
@@ -67,7 +70,9 @@ def test_between_is_impact_after_impact(x, v, t, mu, r, r_high):
 @pytest.mark.parametrize("r", [1.0, 0.9, 1e-3, 0.0])
 def test_a_gap_of_a_nanometre_costs_no_more(r):
     """1e8 impacts in a step: the law of the speed, L/v grows by (1/q - 1) t, and no time is spent on them."""
-    (x1, v1, V1), (_, _, impacts, lost) = between(0.0, 1.0, 0.0, 0.1, 0.5, 0.0, r, 1e-9, r)
+    (x1, v1, V1), (_, _, impacts, lost) = between(
+        State(0.0, 1.0, 0.0), 0.1, Coefficients(mu=0.5, gap=0.0, r=r, high=1e-9, r_high=r)
+    )
     assert 0.0 <= x1 <= 1e-9
     assert abs(V1) < 1e-9
     assert lost == pytest.approx(0.5 * (1.0 - v1 * v1))
@@ -101,7 +106,7 @@ def test_contact_is_the_equation(mu, k, c, y, v):
         now, state = leg.t[-1], leg.y[:, -1].copy()
         if leg.status == 1:  # on with it, clearly on the other side
             state[0] = math.copysign(1e-15, state[1])
-    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(y, v, V, t, gap, mu, k, c)
+    (x1, v1, V1), (first, speed, impacts, lost) = in_contact(y, v, V, t, Coefficients(gap=gap, mu=mu, k=k, c=c))
     assert (x1 + gap, v1, V1, lost) == pytest.approx(state, abs=1e-8)
     entered = y >= 0.0 and y + t * v < 0.0
     assert (speed, impacts) == ((-v, 1.0) if entered else (0.0, 0.0))
@@ -110,10 +115,11 @@ def test_contact_is_the_equation(mu, k, c, y, v):
 
 def test_contact_longer_than_a_step_goes_on_in_the_next():
     """A soft stop: one drift of length 1, and 100 drifts of .01 that begin and end in contact, are the same."""
-    whole = in_contact(0.1, -1.0, 0.2, 1.0, 0.0, 0.3, 4.0, 0.4)
+    c = Coefficients(gap=0.0, mu=0.3, k=4.0, c=0.4)
+    whole = in_contact(0.1, -1.0, 0.2, 1.0, c)
     x, v, V, took = 0.1, -1.0, 0.2, 0.0
     for _ in range(100):
-        (x, v, V), did = in_contact(x, v, V, 0.01, 0.0, 0.3, 4.0, 0.4)
+        (x, v, V), did = in_contact(x, v, V, 0.01, c)
         took += did[3]
     assert whole[0][0] < 0.0
     assert (x, v, V, took) == pytest.approx((*whole[0], whole[1][3]), abs=1e-12)
@@ -124,7 +130,8 @@ def test_a_whole_contact_has_the_restitution_of_its_damping_ratio(zeta):
     """r = exp(-pi zeta/sqrt(1 - zeta^2)), at any stiffness, for steps however much longer."""
     r = math.exp(-math.pi * zeta / math.sqrt(1 - zeta * zeta))
     for k in (1e4, 1e12, 1e40):
-        _, v, _ = in_contact(0.02, -1.0, 0.0, 0.2, 0.0, 0.5, k, 2.0 * zeta * math.sqrt(k))[0]
+        c = Coefficients(gap=0.0, mu=0.5, k=k, c=2.0 * zeta * math.sqrt(k))
+        _, v, _ = in_contact(0.02, -1.0, 0.0, 0.2, c)[0]
         assert v == pytest.approx(r, rel=1e-11)
 
 
@@ -140,7 +147,7 @@ def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
     errors = []
     for k in stiff:
         soft = trace(changed(base, stop_stiffness=k, stop_damping=2 * zeta * math.sqrt(k)), np.zeros(5000), h, 1, start)
-        errors.append(np.sqrt(np.mean((soft.readings[:, [2, 4]] - rigid.readings[:, [2, 4]]) ** 2)))
+        errors.append(np.sqrt(np.mean((soft.samples[:, [2, 4]] - rigid.samples[:, [2, 4]]) ** 2)))
         assert len(soft.impacts) == len(rigid.impacts) >= 3
     assert np.polyfit(np.log(stiff), np.log(errors), 1)[0] == pytest.approx(-0.5, abs=0.05)
     assert errors[-1] < 3e-3
@@ -152,8 +159,8 @@ def test_no_stiffness_makes_a_step_unstable(k):
     for c in (0.0, 0.2 * math.sqrt(k)):
         eqs = Equations(c1=-0.01, stop_stiffness=k, stop_damping=c or None, gap=0.1)
         path = trace(eqs, np.zeros(100_000), 0.1, 1, (1.0, 0.0, 0.0))
-        assert np.abs(path.readings[:, 2:4]).max() < 1.02
-        assert np.abs(path.readings[-1000:, 2:4]).max() < 0.15
+        assert np.abs(path.samples[:, 2:4]).max() < 1.02
+        assert np.abs(path.samples[-1000:, 2:4]).max() < 0.15
 
 
 def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
@@ -195,7 +202,7 @@ def test_linear_paths_are_sinusoids_between_impacts(gap, r, room, r_high):
             assert len(path.impacts) >= 3
             n = min(len(impacts), len(path.impacts))
             apart = abs(path.t[:, None] - impacts[:, 0]).min(axis=1) > 0.11
-            rows.append(np.sqrt(np.mean((path.readings[:, 2:4] - exact)[apart] ** 2, axis=0)))
+            rows.append(np.sqrt(np.mean((path.samples[:, 2:4] - exact)[apart] ** 2, axis=0)))
             assert path.impacts[:n] == pytest.approx(impacts[:n], abs=20 * h * h)
         errors.append(np.log(rows).mean(axis=0))
     for column in np.array(errors).T:
@@ -213,7 +220,7 @@ def test_a_stop_at_a_distance_of_zero_is_one_at_rest(n1):
     ]
     assert len(paths[0].impacts) > 4
     for path in paths[1:]:
-        assert path.readings == pytest.approx(paths[0].readings, abs=1e-8)
+        assert path.samples == pytest.approx(paths[0].samples, abs=1e-8)
         assert path.impacts == pytest.approx(paths[0].impacts, abs=1e-8)
 
 
@@ -229,7 +236,7 @@ def test_both_stops_are_each_others_mirror_image(n1):
     one, other = trace(a, noise, 0.05, 1, (0.2, 0.7, 0.1)), trace(b, -noise, 0.05, 1, (-0.2, -0.7, -0.1))
     assert (one.impacts[:, 1] > 0).any()
     assert (one.impacts[:, 1] < 0).any()
-    assert one.readings == pytest.approx(-other.readings, abs=1e-9)
+    assert one.samples == pytest.approx(-other.samples, abs=1e-9)
     assert one.impacts[:, 1] == pytest.approx(-other.impacts[:, 1], abs=1e-9)
 
 
@@ -280,7 +287,7 @@ def test_between_two_stops_nothing_hangs_or_leaves(h, r, room):
         quiet = trace(
             changed(eqs, n1=None, n2=None, opposite_restitution=r_high), np.zeros(400), h, 1, (-0.3, 3.0, 1.0)
         )
-        assert np.isfinite(quiet.readings).all()
+        assert np.isfinite(quiet.samples).all()
         assert -0.3 <= quiet.x.min() <= quiet.x.max() <= room - 0.3
 
 
@@ -295,9 +302,8 @@ def test_grazing_is_one_impact():
         {"stop_stiffness": 1e6, "stop_damping": 1e3 * 0.026},
     ):
         e = changed(eqs, **stop)
-        (x, v, _), (first, speed, impacts, _) = move(
-            -0.5 + 1e-14, -1e-12, 0.0, 0.1, 0.1, 1.0, 0.1, None, e.restitution, None, e.n1, stops_of(e)
-        )
+        s, c = State(-0.5 + 1e-14, -1e-12, 0.0), coefficients(e)._replace(mu=None, beta=None)
+        (x, v, _), (first, speed, impacts, _) = move(s, interval(0.1, 0.1, None), c)
         assert (first, speed, impacts) == pytest.approx((0.01, 1e-12, 1.0), rel=0.01)
         assert v == pytest.approx(0.96e-12, rel=0.01)
         assert x >= -0.5
@@ -321,24 +327,9 @@ def test_compiled_and_interpreted_agree():
         changed(PAPER, gap=-0.2),
     ):
         for x, v in ((0.25, 2.0), (0.25, -2.0), (0.25, 20.0), (0.2, 0.0)):
-            arguments = (x, v, 0.3, 0.1, 0.1, *relaxation(0.1, eqs.mu), eqs.mu, eqs.restitution, eqs.beta, eqs.n1)
-            stops = stops_of(eqs)
-            for one, other in zip(move(*arguments, stops), move.py_func(*arguments, stops), strict=True):
+            s, c = State(x, v, 0.3), coefficients(eqs)._replace(c1=None, c2=None, c3=None, linear=-1.0, alpha2=0.2)
+            arguments = s, interval(0.1, 0.1, eqs.mu), c
+            for one, other in zip(move(*arguments), move.py_func(*arguments), strict=True):
                 assert one == pytest.approx(other, rel=1e-12, abs=1e-15, nan_ok=True)
-            given = (
-                x,
-                v,
-                0.3,
-                0.5,
-                0.1,
-                eqs.restitution,
-                eqs.alpha,
-                eqs.beta,
-                *[None] * 3,
-                eqs.n1,
-                None,
-                None,
-                -1.0,
-                0.2,
-            )
-            assert kick_at_stops(*given, stops) == pytest.approx(kick_at_stops.py_func(*given, stops), rel=1e-12)
+            arguments = s, 0.5, 0.1, c._replace(n2=None)
+            assert kick_at_stops(*arguments) == pytest.approx(kick_at_stops.py_func(*arguments), rel=1e-12)

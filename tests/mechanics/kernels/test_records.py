@@ -99,7 +99,7 @@ def test_path_against_solve_ivp(alpha):
     found = []
     for parts in (40, 80):
         path = trace(eqs, np.zeros(50 * parts), 1.0 / parts, parts)
-        found.append(path.readings[:, :2])
+        found.append(path.samples[:, :2])
     extrapolated = (4 * found[1] - found[0]) / 3
     for k, row in enumerate((0, 2)):
         assert extrapolated[:, k] == pytest.approx(exact[row], abs=1e-4 * np.abs(exact[row]).max())

@@ -6,7 +6,7 @@ import pytest
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.noise import coarsened, three_point_grid
 from harvester.mechanics.kernels.shaken_control_variates import martingales, shaken_path_controls
-from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing, shaker
+from harvester.mechanics.kernels.shaking import coarse_forcing, filter_of, filtered, forcing
 
 H, STEPS = 0.2, 4000
 SLOW = Equations(coloured=0.3, correlation_time=2.0)
@@ -22,7 +22,7 @@ def test_new_is_what_the_filter_does_not_foretell(eqs):
     """p of the next step less its mean given (p, q); independent of both, and of the variance that the filter has."""
     p, q, new = filtered(eqs, H, STEPS, rng())
     np.testing.assert_array_equal(p, forcing(eqs, H, STEPS, rng()))
-    a11, a12, *_, l11 = shaker(eqs, H)[:5]
+    a11, a12, *_, l11 = filter_of(eqs, H)[:5]
     np.testing.assert_allclose(p[1:] - a11 * p[:-1] - (a12 or 0.0) * q[:-1], new[:-1], atol=1e-12)
     assert new.std() == pytest.approx(l11, rel=4.0 / np.sqrt(2.0 * STEPS))
     for known in (p, q):

@@ -15,7 +15,7 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import deviation, forcing, shaker
+from harvester.mechanics.kernels.shaking import deviation, filter_of, forcing
 from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import (
     BAND,
@@ -56,7 +56,7 @@ def response(eqs, h, duration=800.0):
     path = trace(eqs, np.zeros(n), h)
     k = np.arange(n - 10 * steps, n)
     turn = np.exp(-1j * eqs.drive_frequency * h * (k + 1))
-    return tuple(2.0 * np.mean(path.readings[k, column] * turn) for column in (0, 1))
+    return tuple(2.0 * np.mean(path.samples[k, column] * turn) for column in (0, 1))
 
 
 @pytest.mark.parametrize("frequency", [0.3, 1.0, 1.1, 2.5])
@@ -169,7 +169,7 @@ def test_short_correlation_time_is_white_noise(h):
 @pytest.mark.parametrize("h", [1e-5, 0.1, 3.0])
 def test_filter_keeps_its_stationary_law(eqs, h):
     """A S A^T + L L^T = S, and A is the exact exponential of the drift."""
-    a11, a12, a21, a22, l11, l21, l22 = (one or 0.0 for one in shaker(eqs, h)[:7])
+    a11, a12, a21, a22, l11, l21, l22 = (one or 0.0 for one in filter_of(eqs, h)[:7])
     s = deviation(eqs, h) ** 2
     if eqs.bandwidth is None:
         assert a11**2 * s + l11**2 == pytest.approx(s, rel=1e-12)
@@ -202,7 +202,7 @@ def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):
 @pytest.mark.parametrize("eqs", NOISES[:4])
 def test_forcing_of_a_path_has_the_law_of_the_filter(eqs):
     """Variance and correlation over one step of long paths, as of the filter."""
-    h, (a11, *_) = 0.1, shaker(eqs, 0.1)
+    h, a11 = 0.1, filter_of(eqs, 0.1).a11
     found = []
     for seed in range(64):
         a = forcing(eqs, h, 4000, np.random.default_rng(seed))

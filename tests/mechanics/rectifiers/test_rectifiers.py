@@ -18,19 +18,14 @@ from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.equation_of_motion import drift
+from harvester.mechanics.kernels.intervals import interval
+from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.rectifiers.circuit import (
-    Coil,
-    Flyback,
-    IdealCircuit,
-    advance_to_last_event,
-    conducted,
-    flown_back,
-)
+from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit, Store, flown_back, fly
 from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
-from harvester.mechanics.rectifiers.rectifier_path import ideal_moments, trace_ideal
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.scene.toml import load
@@ -41,11 +36,11 @@ from tests.support.to_scene import equations
 SEED = np.random.SeedSequence(20261121)
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)
 SWITCHED = {
-    "parallel_sshi": {"bridge": True, "play": 0.005, "parallel": Coil(0.7, 150.0)},
-    "series_sshi": {"play": 0.005, "series": Coil(0.7, 150.0)},
-    "sece": {"play": 0.005, "sece": Flyback(0.03, 150.0, 0.09, 2e-4, 2.0)},
+    "parallel_sshi": {"bridge": True, "hysteresis": 0.005, "parallel": Coil(0.7, 150.0)},
+    "series_sshi": {"hysteresis": 0.005, "series": Coil(0.7, 150.0)},
+    "sece": {"hysteresis": 0.005, "sece": Flyback(0.03, 150.0, 0.09, 2e-4, 2.0)},
 }
-FREE = 5 * (None,)  # of a stop and what acts there
+FREE = Coefficients()
 KINDS = {"bridge": {"bridge": True}, "doubler": {"doubler": True}, **SWITCHED}
 
 
@@ -64,8 +59,7 @@ def moved(one, x, h, U=0.0):
     V, m, seen = 0.0, x[0], []
     for a, b in pairwise(x):
         v = (b - a) / h
-        _, _, V, U, m, _, left, *_ = advance_to_last_event(a, v, V, U, m, h, h, *FREE, *one.arguments)
-        V, U = conducted(V, U, v, left, *one.arguments[:7])
+        (_, _, V), (U, m), _ = fly(State(a, v, V), Store(U, m), interval(h, h, None), FREE, one, None)
         seen.append((V, U))
     return np.array(seen).T
 
@@ -152,7 +146,7 @@ def test_voltage_at_a_fixed_amplitude(kind, share):
     inner = math.pi * best[kind]
     mu = 1.0 / (share * inner)
     open_voltage = {"bridge": 1.0, "doubler": 2.0, "parallel_sshi": 2.0 / (1 - q), "series_sshi": 1.0}[kind]
-    found, square, taken = harmonic(without_drop(kind, mu, play=1e-4 if kind in SWITCHED else None))
+    found, square, taken = harmonic(without_drop(kind, mu, hysteresis=1e-4 if kind in SWITCHED else None))
     assert found == pytest.approx(open_voltage * share / (1 + share), rel=0.03 if kind == "doubler" else 0.012)
     if kind in ("bridge", "doubler"):  # nothing else takes power
         assert taken == pytest.approx(mu * square, rel=3e-3)
@@ -171,7 +165,7 @@ def test_drop_of_the_switch_at_a_fixed_amplitude():
     """Vdc = (2 Voc - (1 + q) Vs)/(1 - q + pi mu): a switch's diode of Vs, a bridge of none."""
     n, threshold, q, mu = 2e-4, 0.1, 0.7, 0.3
     leak = math.exp(-threshold / n)
-    one = circuit("parallel_sshi", mu, 20 * math.pi * mu, n, leak, play=1e-4, parallel=Coil(q, 2.0))
+    one = circuit("parallel_sshi", mu, 20 * math.pi * mu, n, leak, hysteresis=1e-4, parallel=Coil(q, 2.0))
     whole = 2 - 2 * (1 - q) * threshold - (1 + q) * threshold
     assert harmonic(one)[0] == pytest.approx(whole / (1 - q + math.pi * mu), rel=6e-3)
 
@@ -179,7 +173,7 @@ def test_drop_of_the_switch_at_a_fixed_amplitude():
 @pytest.mark.parametrize("mu", [0.02, 0.2])
 def test_sece_at_a_fixed_amplitude(mu):
     """P = 2 w Cp Voc^2/pi, whatever the load, of a coil without loss and a rest of nothing."""
-    one = without_drop("sece", mu, play=1e-4, sece=Flyback(0.0, 1.0, 0.0, 0.0, 0.0))
+    one = without_drop("sece", mu, hysteresis=1e-4, sece=Flyback(0.0, 1.0, 0.0, 0.0, 0.0))
     _, square, taken = harmonic(one)
     assert mu * square == pytest.approx(2 / math.pi, rel=6e-3)
     assert taken == pytest.approx(mu * square, rel=6e-3)
@@ -230,7 +224,7 @@ def test_series_inversion_conserves_charge():
 def test_series_inversion_of_the_voltage_between_both_capacitors():
     """Without drops V - U goes to -q (V - U), whatever the capacitor's size."""
     for kappa in (0.1, 1.0, 1e3):
-        one = without_drop("series_sshi", 1e-9, kappa, play=1e-9)
+        one = without_drop("series_sshi", 1e-9, kappa, hysteresis=1e-9)
         V, U = moved(one, np.array([0.0, 2.0, 2.0 - 1e-6]), 0.1)
         assert V[1] - U[1] == pytest.approx(-0.7 * 2.0, rel=0.02)
 
@@ -239,7 +233,7 @@ def test_series_inversion_of_the_voltage_between_both_capacitors():
 def test_switching_within_a_drift_comes_at_its_time(kind):
     """One long drift or a hundred short ones: the same, but for what the diodes do not see of a step's shape."""
     turns = np.array([0.0, 2.0, 1.0])
-    one = circuit(kind, 0.01, 30.0, play=0.3)
+    one = circuit(kind, 0.01, 30.0, hysteresis=0.3)
     long = moved(one, turns, 1.0)
     short = moved(one, np.concatenate([np.linspace(0, 2, 101)[:-1], np.linspace(2, 1, 101)]), 0.01)
     assert short[:, -1] == pytest.approx(long[:, -1], rel=2e-3, abs=2e-3)
@@ -250,25 +244,22 @@ def test_impact_within_a_drift(kind):
     """Two motions, to the stop and away from it, as `drift` has them."""
     one, r, h = circuit(kind), 0.8, 0.2
     x, v, V, U, m = 0.1, -1.5, 0.6, 0.3, 0.102
-    found = advance_to_last_event(x, v, V, U, m, h, h, r, *FREE[1:], *one.arguments)
-    x1, v1, V1, U1, _, w, left, *impact = found
-    V1, U1 = conducted(V1, U1, w, left, *one.arguments[:7])
+    s, store, d = State(x, v, V), Store(U, m), interval(h, h, None)
+    (x1, v1, V1), (U1, _), impact = fly(s, store, d, Coefficients(r=r), one, None)
     there = 0.1 / 1.5
-    assert (x1, v1, *impact[:2]) == pytest.approx((*drift(x, v, V, h, 1.0, h, None, r)[:2], there, 1.5))
+    assert (x1, v1, *impact[:2]) == pytest.approx((*drift(s, d, None, r)[0][:2], there, 1.5))
     assert impact[2:] == pytest.approx([1.0, 0.5 * (1 - r**2) * 1.5**2])
     away = 0.8 * 1.5 * (h - there)
-    _, _, Va, Ua, ma, _, rest, *_ = advance_to_last_event(x, v, V, U, m, there, there, *FREE, *one.arguments)
-    Va, Ua = conducted(Va, Ua, v, rest, *one.arguments[:7])
+    (_, _, Va), store, _ = fly(s, store, interval(there, there, None), FREE, one, None)
     t = h - there
-    _, _, Vb, Ub, _, _, rest, *_ = advance_to_last_event(0.0, v1, Va, Ua, ma, t, t, *FREE, *one.arguments)
-    Vb, Ub = conducted(Vb, Ub, v1, rest, *one.arguments[:7])
+    (_, _, Vb), (Ub, _), _ = fly(State(0.0, v1, Va), store, interval(t, t, None), FREE, one, None)
     assert pytest.approx((Vb, Ub), rel=1e-12) == (V1, U1)
     assert x1 == pytest.approx(away)
 
 
 def test_switch_waits_for_one_and_a_half_plays():
     """Back by 1.4 plays nothing happens, by 1.6 the voltage is inverted; a small way up and down does not count."""
-    one = circuit("parallel_sshi", 1e-9, 1e9, play=0.01)
+    one = circuit("parallel_sshi", 1e-9, 1e9, hysteresis=0.01)
     x = np.array([0.0, 1.0, 0.986, 0.99, 0.9851, 0.984])
     V, _ = moved(one, x, 0.1, U=2.0)
     assert pytest.approx(x[1:-1], abs=1e-6) == V[:-1]
@@ -297,11 +288,11 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
     for lane in (0, 63):
         noise = np.empty(round(many.time / h))
         fill_three_point(noise, *words[:, lane])
-        same = ideal_moments(eqs, circuit(kind), noise, h, many.stride, 0.0)
-        path = trace_ideal(eqs, circuit(kind), noise, h, many.stride)
+        path = trace(eqs, noise, h, many.stride, circuit=circuit(kind))
+        same = from_path(eqs, path, 0.0, 1, circuit(kind))
         for name in ("V2", "load", "x2", "impacts", "impact_loss"):
             assert getattr(same, name)[0] == pytest.approx(getattr(moments, name)[lane], rel=1e-6), name
-        assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.readings[-1, 2:]
+        assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
         assert path.U[-1, 0] == pytest.approx(many.state[0, 3, lane], rel=1e-6)
 
 
@@ -337,16 +328,14 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     shaking = None
     if eqs.drive is not None:
         shaking = eqs.drive * np.cos(phase + eqs.drive_frequency * h * np.arange(len(noise) + 1))
-    path = trace_ideal(eqs, circuit(kind), noise, h, many.stride, start, shaking)
+    path = trace(eqs, noise, h, many.stride, start, shaking, circuit(kind))
     same = trace(eqs, noise, h, many.stride, start[:3], shaking)
     assert len(path.impacts) > 2
-    assert pytest.approx(same.readings[:, [0, 2, 3]], rel=1e-9, abs=1e-9) == path.readings[:, [0, 2, 3]]
+    assert pytest.approx(same.samples[:, [0, 2, 3]], rel=1e-9, abs=1e-9) == path.samples[:, [0, 2, 3]]
     assert pytest.approx(same.impacts, rel=1e-9) == path.impacts
     assert moments.impacts[5] * many.time == pytest.approx(len(path.impacts), abs=1)
     assert path.U[-1, 0] == pytest.approx(many.state[0, 3, 5], rel=1e-3)
-    assert moments.load[5] == pytest.approx(
-        ideal_moments(eqs, circuit(kind), noise, h, many.stride, 0.0, start=start, shaking=shaking).load[0], rel=1e-3
-    )
+    assert moments.load[5] == pytest.approx(from_path(eqs, path, 0.0, 1, circuit(kind)).load[0], rel=1e-3)
 
 
 @pytest.mark.slow
@@ -397,7 +386,7 @@ def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
     with pytest.raises(InputError, match="beside a load circuit"):
         Trajectories(changed(PLATE, mu=1.0), 64, SEED, 0.1, circuit=circuit())
     with pytest.raises(InputError, match="where the stop is"):
-        trace_ideal(changed(PLATE, restitution=0.5), circuit(), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0))
+        trace(changed(PLATE, restitution=0.5), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0), circuit=circuit())
 
 
 @pytest.mark.slow
@@ -406,7 +395,7 @@ def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
 @pytest.mark.parametrize("kappa", [1e-4, 1e8])
 def test_hard_circuits(kind, mu, kappa, r):
     """From a short to an open load, from no capacitor to a farad, steps of .5, a stop of r = 0, no play."""
-    play = {"play": 0.0} if kind in SWITCHED else {}
+    play = {"hysteresis": 0.0} if kind in SWITCHED else {}
     load = circuit(kind, mu, kappa, loss=1.4e-3, **play)
     many = Trajectories(changed(PLATE, restitution=r), 64, SEED, 0.5, circuit=load)
     moments = many.run(100.0)
@@ -440,8 +429,8 @@ def test_the_packages_netlists(name):
     assert one.n * s.volts == pytest.approx(1.752 * THERMAL)
     assert one.leak * s.coupling * s.length * s.frequency == pytest.approx(2.52e-9)
     assert {key for key in KINDS[name] if getattr(one, key) is not None} == set(KINDS[name])
-    if one.play is not None:
-        assert one.play * s.volts == pytest.approx(0.02)
+    if one.hysteresis is not None:
+        assert one.hysteresis * s.volts == pytest.approx(0.02)
     if one.parallel is not None:
         assert one.parallel.kept == pytest.approx(0.71, abs=0.005)
         assert one.parallel.peak == pytest.approx(1.0 / (s.frequency * math.sqrt(2.0 * s.capacitance)))
@@ -489,8 +478,9 @@ def beside(name, trajectories, time, discard, step=0.1):
     device = worker.CoupledDevice(eqs, s, load_circuit(scene.load, s.capacitance), h, 6)
     noises = [gaussian_grid(child(SEED, k), round(time / h / 6) * 6) for k in range(trajectories)]
     done = list(map_in_workers(_spice, [(device, noise, discard) for noise in noises]))
-    mine = np.array([eqs.beta * ideal_moments(eqs, one, noise, h, 6, discard).load[0] for noise in noises])
-    return np.array([power for power, _, _ in done]), mine, done[-1], trace_ideal(eqs, one, noises[-1], h, 6), s
+    paths = [trace(eqs, noise, h, 6, circuit=one) for noise in noises]
+    mine = np.array([eqs.beta * from_path(eqs, path, discard, 1, one).load[0] for path in paths])
+    return np.array([power for power, _, _ in done]), mine, done[-1], paths[-1], s
 
 
 def rms(a, b):

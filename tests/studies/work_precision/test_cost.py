@@ -16,7 +16,9 @@ from scipy.linalg import solve_discrete_lyapunov
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
-from harvester.mechanics.kernels.equation_of_motion import drift, kick, relaxation
+from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.equation_of_motion import drift, kick
+from harvester.mechanics.kernels.intervals import interval
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.cost import cost, model_bias, table_of
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front, report
@@ -44,10 +46,11 @@ def v2_at_step(eqs, h):
         return np.array([function(*one) for one in np.eye(3)]).T
 
     def moved(t):
-        return columns(lambda x, v, V: drift.py_func(x, v, V, t, *relaxation.py_func(t, eqs.mu), eqs.mu, None)[:3])
+        d = interval.py_func(t, t, eqs.mu)
+        return columns(lambda x, v, V: drift.py_func(State(x, v, V), d, eqs.mu, None)[0])
 
     def kicked(x, v, V, xi=0.0):
-        return x, kick.py_func(x, v, V, xi, h, None, eqs.beta, eqs.c1, None, None, eqs.n1, None, None), V
+        return x, kick.py_func(State(x, v, V), xi, h, eqs), V
 
     noise = np.array(kicked(0.0, 0.0, 0.0, 1.0))
     covariance = solve_discrete_lyapunov(columns(kicked) @ moved(h), np.outer(noise, noise))

@@ -8,9 +8,10 @@ from scipy.integrate import quad
 
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels import impact_voltage
-from harvester.mechanics.kernels.equation_of_motion import drift, relaxation
-from harvester.mechanics.kernels.impact_voltage import HEAT, SLOW, fitted, lines
+from harvester.mechanics.kernels import intervals
+from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.equation_of_motion import drift
+from harvester.mechanics.kernels.intervals import EXACT, HEAT, SLOW, Update, fitted, interval, update_of
 from tests.support.systems import PAPER, changed, z
 
 
@@ -21,8 +22,9 @@ def test_its_error_has_no_mean_and_no_slope_over_the_places_of_an_impact(mu, r):
     h, v, V = 0.1, -0.7, 0.2
 
     def error(a):
-        given = -v * (h - a), v, V, h, *relaxation(h, mu), mu, r
-        return drift(*given, fitted(mu, h))[2] - drift(*given)[2]
+        both = interval(h, h, mu, fitted(mu, h)), interval(h, h, mu)
+        line, exact = (drift(State(-v * (h - a), v, V), d, mu, r)[0].V for d in both)
+        return line - exact
 
     most = (1.0 + r) * abs(v) * mu * h * h / 12.0
     assert max(abs(error(a)) for a in np.linspace(1e-6 * h, h, 50)) < 1.01 * most + 1e-10
@@ -54,8 +56,8 @@ def test_the_line_is_that_of_a_numerical_fit():
     ids=["no noise", "no load", "no stop", "fast load", "no loss", "strong coupling", "two stops"],
 )
 def test_the_voltage_is_exact_where_a_line_might_be_seen(other):
-    assert lines(PAPER, 0.1) == (fitted(0.05, 0.1), fitted(0.05, 0.05))
-    assert lines(changed(PAPER, **other), 0.1) == (None, None)
+    assert update_of(PAPER, 0.1) == Update(fitted(0.05, 0.1), fitted(0.05, 0.05))
+    assert update_of(changed(PAPER, **other), 0.1) == EXACT
 
 
 def stationary(eqs, h):
@@ -73,7 +75,7 @@ def test_means_are_those_of_the_exact_voltage(other, h, monkeypatch):
     """Up to their standard errors, a few parts in 1000, at the ends of where the line serves."""
     eqs = changed(PAPER, **other)
     ours = stationary(eqs, h)
-    monkeypatch.setattr(impact_voltage, "SLOW", 0.0)
+    monkeypatch.setattr(intervals, "SLOW", 0.0)
     exact = stationary(eqs, h)
     assert not np.array_equal(ours.V2, exact.V2)
     for name in ("V", "V2", "load", "x2", "v2", "xV", "impacts"):
