@@ -90,7 +90,7 @@ def test_a_folder_that_the_environment_names_is_not_read(tmp_path):
         path = process.submit(with_settings_of_a_stranger, tmp_path, one, NOISE).result(120)
     finally:
         processes.kill(process)
-    assert (path.readings == run(one.load).readings).all()
+    assert (path.samples == run(one.load).samples).all()
     assert not (tmp_path / "ran").exists()
 
 
@@ -109,7 +109,7 @@ def test_the_temperature_stands_in_the_circuit(tmp_path):
         path = process.submit(at_another_temperature, tmp_path, one, NOISE).result(120)
     finally:
         processes.kill(process)
-    assert (path.readings == run(one.load).readings).all()
+    assert (path.samples == run(one.load).samples).all()
 
 
 def in_this_very_process(folder):

@@ -41,8 +41,8 @@ def energy(x, v, c):
 def add_features(i, before, kicks, controls, c):
     """Add the noise of two steps of lane i to its martingales; rows of V stay zero where it has no load.
 
-    before: states x, v, V ahead of both, shape (3, LANES).  kicks: sums over both of v sqrt(N) xi, with the v just
-    before each kick, and of sqrt(N) xi, shape (2, LANES).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
+    before: states x, v, V ahead of both, shape (3, BATCH).  kicks: sums over both of v sqrt(N) xi, with the v just
+    before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
     kick's own v, because the stop turns it round, and what varies less but once for both.
     """
     x, V, p, q = before[0, i], before[2, i], kicks[0, i], kicks[1, i]
