@@ -1,4 +1,4 @@
-"""The package's netlists as circuits of ideal elements (`harvester.mechanics.rectifiers.circuit`).
+"""The package's netlists as circuits of ideal elements (`harvester.mechanics.kernels.ideal_circuit`).
 
 Engine `ideal` simulates them, and engine `spice` uses them as the control variate beside ngspice.
 
@@ -11,7 +11,7 @@ import math
 from functools import partial
 
 from harvester.equations.scales import Scales
-from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit
+from harvester.mechanics.kernels.ideal_circuit import Coil, Flyback, IdealCircuit
 from harvester.netlists.load_circuit import LoadCircuit
 
 THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V, at ngspice's 27 degrees Celsius

@@ -32,7 +32,7 @@ Start = tuple[float, float, float, float]
 
 if TYPE_CHECKING:
     from harvester.cosimulation.lockstep.drive import Drive
-    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 
 @dataclass(frozen=True)

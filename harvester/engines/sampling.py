@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.hopping import Hopping
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.kernels.moments import Moments
-    from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 KNOWN = 0.1  # of the target: a bias that is known so well needs no further measurement
 TRAJECTORIES, FEWEST = 4096, 256

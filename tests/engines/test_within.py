@@ -8,7 +8,7 @@ import pytest
 
 import harvester as hv
 from harvester.engines.sampling import FEWEST, PURSUING, TRAJECTORIES, affordable
-from harvester.mechanics.rectifiers.circuit import IdealCircuit
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
 
 STOP = hv.load("examples/plate_with_stop.toml")

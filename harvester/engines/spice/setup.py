@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
-    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 LONGEST_CHARGING = 2e4  # nondimensional
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states

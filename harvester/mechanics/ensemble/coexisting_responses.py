@@ -16,10 +16,10 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in, until_steady
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.noise import child
 from harvester.mechanics.periodic import MULTIPLES
-from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 Indices = NDArray[np.intp]
 

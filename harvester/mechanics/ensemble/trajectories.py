@@ -21,6 +21,7 @@ from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
 from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.control_variates import boundary
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.noise import child, random_words
@@ -30,7 +31,6 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
-from harvester.mechanics.rectifiers.circuit import IdealCircuit
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps

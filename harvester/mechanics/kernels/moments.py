@@ -10,9 +10,9 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.equation_of_motion import friction
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS
-from harvester.mechanics.rectifiers.circuit import IdealCircuit
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.value import mean_and_error
 

@@ -9,10 +9,10 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, Store, fly
 from harvester.mechanics.kernels.intervals import EXACT, drifts, update_of
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.shaking import forcing
-from harvester.mechanics.rectifiers.circuit import IdealCircuit, Store, fly
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
 COLUMNS = ("x_kick", "V_kick", "x", "v", "V")

@@ -2,7 +2,7 @@
 
 The innermost loops run over the trajectories of a batch, so that the compiler turns them into vector instructions; each
 trajectory keeps its own state and its own random generator.  With a resistor a step is one loop.  With a circuit
-(`harvester.mechanics.rectifiers.circuit`) it is three: what happens now and then, an impact or a switching, and then
+(`harvester.mechanics.kernels.ideal_circuit`) it is three: what happens now and then, an impact or a switching, and then
 what happens at every step, the flow through the diodes, and the kick.
 """
 
@@ -16,12 +16,12 @@ from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.control_variates import add_features
 from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse
+from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
 from harvester.mechanics.kernels.intervals import drifts, interval
 from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
-from harvester.mechanics.rectifiers.circuit import Store, conducted, until_last_event
 
 BATCH = 64
 

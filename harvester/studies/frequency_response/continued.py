@@ -24,7 +24,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
-    from harvester.mechanics.rectifiers.circuit import IdealCircuit
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
 WAVES = 16  # periods of the drive from which a first harmonic is taken: whole turns of subharmonics, too

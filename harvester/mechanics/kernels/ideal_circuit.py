@@ -8,7 +8,7 @@ theta l w0.
     doubler      i through one diode:  V = U + w;  another one holds V > -w
     open         the piezo is open between switchings
 
-The diodes are Shockley's (`harvester.mechanics.rectifiers.diode`); of the load it takes that i is uniform over a drift,
+The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is uniform over a drift,
 which is exact to second order, and for every mu and h in the limits of a slow and of a fast U.
 
 Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis`` as in the netlists: m follows x with
@@ -26,8 +26,8 @@ from typing import NamedTuple
 
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, inlined
+from harvester.mechanics.kernels.diode import lowered, share
 from harvester.mechanics.kernels.offset_stops import move, wall_of
-from harvester.mechanics.rectifiers.diode import lowered, share
 
 
 class Coil(NamedTuple):

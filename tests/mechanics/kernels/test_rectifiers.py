@@ -19,13 +19,13 @@ from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.diode import exponential, logarithm, lowered
 from harvester.mechanics.kernels.equation_of_motion import drift
+from harvester.mechanics.kernels.ideal_circuit import Coil, Flyback, IdealCircuit, Store, flown_back, fly
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.rectifiers.circuit import Coil, Flyback, IdealCircuit, Store, flown_back, fly
-from harvester.mechanics.rectifiers.diode import exponential, logarithm, lowered
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.scene.toml import load

@@ -6,7 +6,7 @@ import pytest
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.rectifiers.circuit import Coil, IdealCircuit
+from harvester.mechanics.kernels.ideal_circuit import Coil, IdealCircuit
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import changed, z
 

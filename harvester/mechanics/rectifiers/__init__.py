@@ -1,1 +1,0 @@
-"""Load circuits of ideal diodes and switches, solved in closed form beside the mass."""
