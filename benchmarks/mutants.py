@@ -287,8 +287,8 @@ unseen-bias-of-a-longer-step: test_target.py -k seen
 - (bias + 2.0 * bias_error if factor > 1.0 else seen)
 + (bias if factor > 1.0 else seen)
 seconds-still-needed: test_target.py -k budget
-- ** 2 - 1.0, 0.0)
-+ - 1.0, 0.0)
+- (value.sampling95 / (self.within * size)) ** 2 - 1.0
++ (value.sampling95 / (self.within * size)) - 1.0
 split-of-the-effort: test_control_variate.py -k split
 - return math.sqrt(residual / pair_cost) * q
 + return math.sqrt(residual) / pair_cost * q
@@ -302,11 +302,11 @@ spread-of-the-ensemble: test_spice_runs.py
 - (found.value.stderr or 0.0) ** 2 - found.residual / now, 0.0)
 + (found.value.stderr or 0.0) ** 2, 0.0)
 error-of-runs-alone: test_spice_runs.py
-- error = self.ready.relative_bias(name), math.sqrt(variance / len(entries))
-+ error = self.ready.relative_bias(name), math.sqrt(variance) / len(entries)
+- Value(mean, math.sqrt(variance / len(entries)), self._step_bias
++ Value(mean, math.sqrt(variance) / len(entries), self._step_bias
 whole-periods-of-burn-in: test_spice_preparation.py
-- = repeat * math.ceil(time_of_burn_in / repeat - 1e-6)
-+ = 1.0 * time_of_burn_in
+- period * math.ceil(time / period - 1e-6)
++ 1.0 * time
 model-error-of-the-voltage: test_two_scale.py test_engines.py -k (two_scale and test_engine) or formula_says
 - else bias * mean, unknown
 + else bias, unknown
@@ -320,8 +320,8 @@ samples-in-watt: test_engines.py -k samples_have
 - power_samples * units.watts
 + power_samples
 samples-of-the-voltage: test_engines.py -k samples_have
-- pair.entries(what.name) * what.factor
-+ pair.entries(what.name)
+- sampler.pair.entries(setup.model.name) * setup.model.factor
++ sampler.pair.entries(setup.model.name)
 several-responses: test_impact_oscillator.py test_shaking.py -k chaotic or several
 - ALIKE, UNLIKE = 1e-3, 0.05
 + ALIKE, UNLIKE = 1e-3, 5.0

@@ -157,11 +157,7 @@ SLOW = {
 }
 
 
-REMAINING = "c=1e-3", "stop, c=1e-3", "mu=1e-2", "mu=1e-3"
-LONG = pytest.mark.thorough("test_slow_load_is_waited_for")
-
-
-@pytest.mark.parametrize("name", [name if name in REMAINING else pytest.param(name, marks=LONG) for name in SLOW])
+@pytest.mark.parametrize("name", SLOW)
 def test_burn_in_forgets_the_start(name):
     """E of slow scenes right after the burn-in, many small ensembles: no bias against the exact value.
 
