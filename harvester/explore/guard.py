@@ -26,7 +26,8 @@ class Guard(Router):
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
         """The application's handler of a request, or the refusal."""
         origin = request.headers.get("Origin")
-        inside = (request.path or "").split("/")[1:2] == [self._token]
+        parts = (request.path or "").split("/")
+        inside = parts[1:2] == [self._token] and ".." not in parts
         if not inside or request.host not in self._hosts or origin not in (None, *(f"http://{h}" for h in self._hosts)):
             return _Refusal(request)
         return self._application.find_handler(request, **kwargs)

@@ -46,7 +46,7 @@ class Server:
             explorer = Explorer(first())
             pn.state.on_session_destroyed(lambda _: explorer.close())
             made = Frame(template, items=explorer.roots())
-            made.add_variable("app_favicon", "")  # the browser then asks for /favicon.ico, which is Bokeh's
+            made.add_variable("app_favicon", "")  # page.html has one, or browsers would ask elsewhere
             made.add_variable("apple_icon", "")
             return made
 
