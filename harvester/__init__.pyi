@@ -7,7 +7,7 @@ from .engines import Exact as Exact
 from .engines import Ideal as Ideal
 from .engines import Published as Published
 from .engines import Spice as Spice
-from .engines.run import run as run
+from .engines.selection import run as run
 from .errors import CannotServeError as CannotServeError
 from .errors import HarvesterError as HarvesterError
 from .errors import InputError as InputError

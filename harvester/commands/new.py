@@ -165,9 +165,10 @@ def _optimise(problem: "Problem", file: str) -> str:
     """The command that finds the best load."""
     from harvester.devices.best_load import load_range
     from harvester.devices.interpretation import engines
+    from harvester.engines.selection import ENGINES
 
     low, high = load_range(problem)
-    engine = " --engine ideal" if "ideal" in engines(problem) else ""
+    engine = next((f" --engine {name}" for name in engines(problem) if ENGINES[name].needs_netlist), "")
     return f"harvester optimise {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
 
 

@@ -7,9 +7,8 @@ from typing import Any
 from harvester.devices.best_load import NEAR, best_load
 from harvester.devices.drive_frequency import off_resonance
 from harvester.devices.stop_hits import stop_hits
-from harvester.engines import Averaged, Published
 from harvester.engines.cheapest import formula
-from harvester.engines.selection import serving
+from harvester.engines.selection import ENGINES, serving
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
@@ -107,7 +106,7 @@ def _load(problem: Problem) -> Finding:
     kind, shaken = formula(problem), problem.equations.is_shaken
     if not shaken:
         return [note("load_not_sought", "best load")], nothing
-    if kind.refusal(problem) or (kind is Averaged and "external_noise" not in problem.effects):
+    if kind.refusal(problem) or (not kind.is_exact and "external_noise" not in problem.effects):
         return [], nothing
     try:
         found = best_load(problem)
@@ -139,5 +138,6 @@ def engines(problem: Problem) -> list[str]:
     """Names of the engines that give a problem a mean power; none without shaking or load."""
     if problem.scene.load is None or not problem.equations.is_shaken:
         return []
-    formulas = () if "external_noise" in problem.effects else (Published.NAME, Averaged.NAME)
-    return [name for name in serving(problem) if name not in formulas]
+    kinds = {name: ENGINES[name] for name in serving(problem)}
+    noisy = "external_noise" in problem.effects  # without it no theory has a power but the closed form
+    return [name for name, kind in kinds.items() if noisy or kind.is_exact or not kind.is_formula]

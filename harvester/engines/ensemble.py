@@ -13,7 +13,6 @@ from harvester.engines import sampling
 from harvester.engines.coexisting_responses import may_have_several, steady_responses
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.power_balance import power_balance, power_balance_bias
 from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
@@ -239,6 +238,6 @@ class EnsembleSampler:
             details["compilation_seconds"] = setup.compilation_seconds
         if setup.model.circuit is None:
             moments, eqs = pair.moments.averaged(setup.trajectories.together), setup.model.eqs
-            details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
-            details["power_balance_bias"] = power_balance_bias(pair, eqs)
+            details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(moments, eqs)
+            details["power_balance_bias"] = sampling.power_balance_bias(pair, eqs)
         return details

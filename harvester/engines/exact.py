@@ -40,7 +40,6 @@ class Exact(Formula):
     )
     is_exact: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
-    WHO: ClassVar[str] = "engine 'exact', for linear equations,"
     UNSERVED: ClassVar[frozenset[str]] = unknown_to(LINEAR)
 
     def _theory(self) -> Callable[[list[Equations]], Sequence[Any]]:

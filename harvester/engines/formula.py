@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, needs_resistance, served, unknown_effects
+from harvester.engines.protocol import AnyScene, Engine, Progress, needs_resistance, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.diagnostic import Diagnostic, refusal, warning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,17 +23,16 @@ class Formula(Request, Engine):
 
     is_formula: ClassVar[bool] = True
     share_of_time: ClassVar[float] = 0.02
-    WHO: ClassVar[str] = ""  # refuses, if there is more to say than the name
     UNSERVED: ClassVar[frozenset[str]]  # effects that the theory does not know
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the theory cannot serve a problem; None where it can."""
-        who = cls.WHO or f"engine {cls.NAME!r}"
-        instead = "engine 'ensemble'"
-        if unknown_to(LINEAR).isdisjoint(problem.effects):
-            instead += ", or 'exact', which serves all linear scenes"
-        return needs_resistance(problem, cls.NAME) or unknown_effects(problem, cls.UNSERVED, who, instead)
+        if (why := needs_resistance(problem, cls.NAME)) is not None or cls.UNSERVED.isdisjoint(problem.effects):
+            return why
+        effects = " and ".join(name for name in problem.effects if name in cls.UNSERVED)
+        numbers = {"linear_only": cls.is_exact, "linear": unknown_to(LINEAR).isdisjoint(problem.effects)}
+        return refusal("unserved_effects", cls.NAME, engine=cls.NAME, effects=effects, **numbers)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""

@@ -11,7 +11,7 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
-from harvester.presentation.diagnostic import Diagnostic, refusal, warning
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import IDEAL_ELEMENTS
 
@@ -64,7 +64,7 @@ class Ideal(Ensemble):
         try:
             answer = super().run(scene, progress)
         except SimulationError as error:
-            raise type(error)(f"{error}{_cause(Problem.of(scene))}") from None
+            raise _with_cause(error, Problem.of(scene)) from None
         diagnostics = (*answer.diagnostics, *_slow_switching(Problem.of(scene)))
         return dataclasses.replace(answer, effects=(*answer.effects, "ideal_circuit"), diagnostics=diagnostics)
 
@@ -92,17 +92,11 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     return (warning("slow_switching", **numbers, physical=problem.physical),) if share > SLOW else ()
 
 
-def _cause(problem: Problem) -> str:
-    """What a circuit remembers for longer than the mass, in words that follow an error; empty where nothing is."""
-    storage = None if problem.circuit is None else problem.circuit.storage
-    period = 2.0 * math.pi / problem.scales.frequency
-    if storage is None or storage < LONG * period:
-        return ""
-    s = problem.scales
-    told = f"R C = {storage * s.frequency:.3g}/w0"
-    if problem.physical:
-        told = f"R C = {storage:.3g} s, where w0 is {s.frequency:.4g} rad/s,"
-    return (
-        f"; the cause is the time constant {told} of load and storage capacitor, which a mean must outlast: a smaller "
-        "capacitor that still outlasts the mass's periods gives nearly the same mean power, sooner"
-    )
+def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
+    """The error, with what a circuit remembers for longer than the mass, where that is the cause."""
+    storage, w0 = None if problem.circuit is None else problem.circuit.storage, problem.scales.frequency
+    if storage is None or storage < LONG * 2.0 * math.pi / w0:
+        return error
+    numbers = (storage, w0) if problem.physical else (storage * w0, None)
+    cause = note("slow_circuit", constant=numbers[0], frequency=numbers[1])
+    return type(error)(f"{error}; {cause}")

@@ -1,16 +1,17 @@
-"""Which engines there are, which of them serve a problem and why the others do not, and which are the default."""
+"""Which engines there are, which serve a problem and why the others do not, which are the default; and `run`."""
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict, Unpack
 
+from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
 from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
-from harvester.engines.protocol import AnyScene, Engine
+from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.engines.published import Published
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
@@ -23,6 +24,48 @@ ENGINES: dict[str, type[Engine]] = {
     engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Spice)
 }
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
+
+
+class EngineOptions(TypedDict, total=False):
+    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine takes its own."""
+
+    within: float | str | None
+    budget: float | str | None
+    seed: int
+    duration: float | str | None
+    dt: float | str | None
+    trajectories: int | None
+    alone: bool
+    reltol: float
+    gaussian: bool
+    probe: Sequence[str]
+    ledger: bool
+
+
+def run(
+    scene: AnyScene, engine: Named | None = None, *, progress: Progress | None = None, **options: Unpack[EngineOptions]
+) -> Estimate:
+    """The stationary mean square voltage and mean power of a scene, with their errors.
+
+    ``scene`` may be the path of a scene file; ``engine`` a name; without it, ``within`` chooses the cheapest engine
+    that is known to reach it, and else it is `Exact` where that serves, `Spice` for a netlist, and `Ensemble`.
+    ``options`` are the engine's, such as ``within="1%"``.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.run(scene).engine, f"{hv.run(scene, 'published').mean_power.value:.5f}"
+    ('exact', '0.00331')
+
+    Raises
+    ------
+    InputError
+        for an unknown engine or option, with the nearest match, and an option that the engine would ignore.
+    HarvesterError
+        of the engine.
+    """
+    problem = Problem.of(scene)
+    chosen = default_engine(problem, **options) if engine is None else engine
+    return engines([chosen], **options)[0].run(problem, progress)
 
 
 def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:

@@ -77,8 +77,3 @@ def without_repeats(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 def has(diagnostics: Iterable[Diagnostic], *codes: str) -> bool:
     """Whether one of the codes is among them."""
     return any(one.code in codes for one in diagnostics)
-
-
-def worded(text: str, severity: Severity = "warning") -> Diagnostic:
-    """A remark that has its sentence already: what is not yet in the catalogue."""
-    return Diagnostic("worded", severity, "", {"text": text})

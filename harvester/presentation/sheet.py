@@ -13,7 +13,7 @@ from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
 from harvester.presentation.glossary import Term, term
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, percent
 
 ERROR_OF = "error_of_"  # before the name of a number: its whole error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
@@ -30,6 +30,14 @@ class Presentable(Protocol):
     def shown_names(self) -> list[str]:
         """The names of what its text shows."""
         ...
+
+
+@dataclass(frozen=True)
+class WholeError:
+    """A number of which the error at 95 % is known as a whole, and not its parts."""
+
+    value: float
+    error95: float
 
 
 @dataclass
@@ -113,8 +121,11 @@ def with_companions(numbers: Mapping[Any, Any]) -> dict[str, Any]:
         if str(name).startswith(ERROR_OF) or (stem != name and stem in numbers):
             continue
         stderr, bias, whole = companions
-        known = isinstance(one, float | int) and companions != [None, None, None]
-        found[str(name)] = Value(float(one), stderr, whole if bias is None else bias) if known else one
+        found[str(name)] = one
+        if isinstance(one, float | int) and (stderr is not None or bias is not None):
+            found[str(name)] = Value(float(one), stderr, bias)
+        elif isinstance(one, float | int) and whole is not None:
+            found[str(name)] = WholeError(float(one), whole)
     return found
 
 
@@ -131,6 +142,9 @@ def _rows(name: str, one: Any, units: AnswerUnits, own: str) -> Iterator[tuple[s
         yield about.label, "yes" if one else "no"
     elif isinstance(one, Value | float | int):
         yield about.label, quantity(one, about, unit)
+    elif isinstance(one, WholeError):
+        error = f" +- {percent(one.error95, one.value)} (95 %)" if one.value else ""
+        yield about.label, quantity(one.value, about, unit) + error
     elif isinstance(one, str) and one:
         yield about.label, one
     elif isinstance(one, tuple) and one and all(isinstance(part, str) for part in one):

@@ -11,7 +11,7 @@ import pytest
 
 import harvester as hv
 from harvester.errors import InputError
-from harvester.presentation.diagnostic import worded
+from harvester.presentation.diagnostic import note
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
@@ -176,13 +176,13 @@ def test_notebook():
     """Values with unit, error, engine and warnings; what a scene says is escaped."""
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")
     answer = hv.Averaged(within="1%").run(scene)
-    answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, worded("a < b", "note")))
+    answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_followed", error="a < b")))
     table = hv.sweep(scene, vary={"load.resistance": LOADS}, engines=[hv.Published()])
     best = hv.optimise(scene, vary={"load.resistance": ("100 kohm", "1 Mohm")}, engine="averaged")
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
     for thing, texts in (
         (scene, ["<script>alert(1)</script> & co", "[oscillator]", "kg"]),
-        (answer, ["averaged", answer.mean_power.format("W"), "note: a < b"]),
+        (answer, ["averaged", answer.mean_power.format("W"), "note: ngspice does not follow it: a < b"]),
         (table, ["load.resistance", "mean power", "error, 95 %", "published", "1 Mohm"]),
         (best, ["load.resistance", best.mean_power.format("W")]),
         (comparison, ["averaged", "published", "note: spice: did not run: no <ngspice>"]),

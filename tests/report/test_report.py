@@ -18,7 +18,7 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
-from harvester.presentation.diagnostic import warning, worded
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.scene_words import EFFECTS
 from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import effects_section
@@ -174,9 +174,17 @@ def test_paper(harvester, tmp_path):
 def estimates():
     power = Value(2e-6, 1e-8, 2e-9)
     sampled = Estimate(
-        "ensemble", True, power, Value(1.0, 0.01), {"beta": 0.1}, (), 0.3, 1000, (worded("<b>beware</b>"),)
+        "ensemble",
+        True,
+        power,
+        Value(1.0, 0.01),
+        {"beta": 0.1},
+        (),
+        0.3,
+        1000,
+        (warning("step_bias_not_measured", error="<b>beware</b>"),),
     )
-    none = worded("no sampling error", "note")
+    none = note("theory")
     formula = Estimate("averaged", True, Value(2.01e-6, model=1e-8), Value(1.0), {}, (), 0.01, 0, (none,))
 
     return sampled, formula
@@ -186,7 +194,7 @@ def test_comparison():
     result = Comparison(estimates(), {"spice": "ngspice is <missing>"}, ())
     page = checked(report.html(report.of_comparison(hv.load(PLATE), result, 3)))
     provenance_of(page)
-    assert "ensemble: <b>beware</b>" in page.text
+    assert "ensemble: the bias of the step could not be measured: <b>beware</b>" in page.text
     assert "ngspice is <missing>" in page.text
     z = result.z(result.estimates[1])
     assert f"{z:.4g}" in page.text
@@ -229,7 +237,9 @@ def test_front_and_circuits():
     """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
     points = tuple(FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r) for r in (1e5, 1e6))
-    front = ParetoFront("averaged", "peak_displacement", -1, points, True, 1.0, (worded("beware"),))
+    front = ParetoFront(
+        "averaged", "peak_displacement", -1, points, True, 1.0, (warning("step_bias_not_measured", error="beware"),)
+    )
     page = checked(report.html(report.of_search(scene, front, 0)))
     for word in ("100 µm", "100 kΩ", "peak displacement", "beware"):
         assert word in page.text

@@ -4,9 +4,8 @@ import dataclasses
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence
-from harvester.engines.power_balance import power_balance
 from harvester.engines.protocol import estimate
-from harvester.engines.sampling import agreement
+from harvester.engines.sampling import agreement, power_balance
 from harvester.engines.spice.probes import Watch, with_sampled_probes
 from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.setup import stand_in

@@ -28,8 +28,8 @@ def catalogue() -> Mapping[str, Message]:
 def sentence(code: str, numbers: Mapping[str, float | int | str | bool | None]) -> str:
     """The sentence of a code with its numbers.
 
-    >>> sentence("worded", {"text": "all is well"})
-    'all is well'
+    >>> sentence("restitution_untested", {"restitution": 0.2, "least": 0.3})
+    'the error was not measured for a restitution coefficient of 0.2, below 0.3'
     """
     message = catalogue()[code]
     return message.format(**numbers) if isinstance(message, str) else message(**numbers)

@@ -102,14 +102,27 @@ def _variance_missing(surely: bool, **law: float) -> str:
     )
 
 
+def _unserved_effects(engine: str, effects: str, linear_only: bool, linear: bool) -> str:
+    who = f"engine {engine!r}{', for linear equations,' if linear_only else ''}"
+    return _unknown_effects(who, effects, "engine 'ensemble'" + (f", or {EXACT}" if linear else ""))
+
+
+def _slow_circuit(constant: float, frequency: float | None) -> str:
+    told = f"{constant:.3g}/w0" if frequency is None else f"{constant:.3g} s, where w0 is {frequency:.4g} rad/s,"
+    return (
+        f"the cause is the time constant R C = {told} of load and storage capacitor, which a mean must outlast: a "
+        "smaller capacitor that still outlasts the mass's periods gives nearly the same mean power, sooner"
+    )
+
+
 def _unknown_effects(who: str, effects: str, instead: str) -> str:
     return f"{who} does not know {effects.replace('_', ' ')}: use {instead}"
 
 
+EXACT = "'exact', which serves all linear scenes"
 BETWEEN_WELLS = "the mean is known between those of the wells only"
 LESS = "less noise of the stiffness (stiffness_noise, D22), more damping, or one that grows (damping_x2)"
 MESSAGES: dict[str, str | Callable[..., str]] = {
-    "worded": "{text}",
     # powers that no device gives
     "negative_power": lambda power, unit: (
         f"a mean power below 0, {amount(power, unit)}, is none that a load takes: its runs are too few or too short, or "
@@ -129,6 +142,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
     "'ensemble'",
     "unknown_effects": _unknown_effects,
+    "unserved_effects": _unserved_effects,
     # formulas
     "closed_form": "no sampling error and no model: the equations are linear and solved as they stand, but for "
     "rounding",
@@ -179,6 +193,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "between_wells": "the error of the model is half the distance between the wells",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
+    "slow_circuit": _slow_circuit,
     # towards a target
     "effort": _effort,
     "target_missed": _target_missed,

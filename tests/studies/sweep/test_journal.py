@@ -26,7 +26,7 @@ NOW = identity(PARTS)
 def row(point, place, text):
     """A row with all that one can have."""
     power = Value(float(text), stderr=1e-7, bias=1e-8, dof=2.0, unknown="the tolerance")
-    said = (warning("worded", text='a "µ",\nb'), warning("budget_spent", "spice", steps=3, share=0.5, step=None))
+    said = (warning("not_followed", error='a "µ",\nb'), warning("budget_spent", "spice", steps=3, share=0.5, step=None))
     whole = SweepRow("ensemble", Value(0.1, model=0.01), power, 0.25, warnings=said, responses=3)
     assert SweepRow.read(whole.written) == whole
     return JournalRow(point, place, "ensemble", whole.written)
