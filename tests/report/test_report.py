@@ -252,7 +252,7 @@ def test_front_and_circuits():
 
 def test_stability():
     """With the region there is a figure; without it only the exponents."""
-    beware = (warning("worded", text="beware"),)
+    beware = (warning("not_followed", error="beware"),)
     answer = Stability(True, -1.0, -1.1, 0.01, Value(-1.2, 0.1, 0.0), None, beware)
     bare = report.html(report.of_stability(hv.load(PLATE), answer, 3))
     assert "averaged: -1.1 ± 0.01 (model, estimated) 1/s" in bare
