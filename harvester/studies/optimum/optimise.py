@@ -9,7 +9,7 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
-from harvester.machine.progress import Progress, working
+from harvester.machine.progress import working
 from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.circuits import best_circuit
 from harvester.studies.optimum.front import front
@@ -20,7 +20,6 @@ from harvester.studies.optimum.sampled_front import sampled_front
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.optimum.under_limits import RobustRequest, under_limits
 from harvester.studies.output_folder import OutputFolder, provenance
-from harvester.studies.tolerance.limits import lifetime_of, limits
 
 POINTS, MOST_POINTS = 9, 50  # of a front
 Texts = Mapping[str, str] | Sequence[str]
@@ -99,7 +98,7 @@ def optimise(
             return Search.begin(SearchRequest.of(scene, found, engine, within, budget), progress).finish(folder)
         if aim.aimed is not None and not spread and aim.share is None and _samples(engine):
             request = SearchRequest.of(scene, found, engine, within, budget)
-            answer = _sampled(request, aim, constraints, lifetime, progress)
+            answer = sampled_front(request, aim.aimed, constraints, lifetime, progress)
         else:
             robust = RobustRequest.of(scene, found, aim, constraints, spread, engine, lifetime, within, budget)
             if aim.aimed is None:
@@ -122,11 +121,8 @@ def kind_of_search(
     Raises InputError for circuits beside such an aim, and for what cannot be varied.
     """
     circuits, found = varied(vary)
-    special = (
-        bool(constraints or spread or any(one.steps for one in found))
-        or lifetime is not None
-        or Objective.of(objective) != Objective()
-    )
+    series = any(one.steps for one in found)
+    special = bool(constraints or spread or series) or lifetime is not None or Objective.of(objective) != Objective()
     if circuits and special:
         names = "`constraints`, `lifetime`, `spread`, `objective` and series"
         raise InputError(f"{names} must be left out where circuits are compared, but one is given")
@@ -135,23 +131,6 @@ def kind_of_search(
 
 def _samples(engine: Named | None) -> bool:
     return engine is not None and not engine_of(engine).is_formula
-
-
-def _sampled(
-    request: SearchRequest,
-    aim: Objective,
-    constraints: Sequence[str] | str,
-    lifetime: float | str | None,
-    progress: Progress,
-) -> ParetoFront:
-    """The front by an engine that samples."""
-    problem = Problem.of(request.scene)
-    bounds = limits(constraints, problem.physical)
-    assert aim.aimed is not None
-    years = lifetime_of([*bounds, aim.aimed], lifetime, problem)
-    if reason := request.engine.refusal(problem):
-        raise InputError(reason)
-    return sampled_front(request, aim.aimed, bounds, years, progress)
 
 
 def _write_front(

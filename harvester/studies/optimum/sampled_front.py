@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, SimulationError
+from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.progress import Progress
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.studies.extremes.levels import limited_peaks
@@ -21,7 +21,7 @@ from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surfac
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
 from harvester.studies.optimum.ranges import problem_at, scan
 from harvester.studies.optimum.search import Search, SearchRequest
-from harvester.studies.tolerance.limits import PEAKS, Limit
+from harvester.studies.tolerance.limits import PEAKS, Limit, lifetime_of, limits
 from harvester.studies.tolerance.peaks import BLOCKS
 from harvester.uncertainty.value import Value
 
@@ -30,13 +30,22 @@ FEWEST = 3  # places that a front is made of
 
 
 def sampled_front(
-    request: SearchRequest, aimed: Limit, limits: Sequence[Limit], lifetime: float | None, progress: Progress
+    request: SearchRequest,
+    aimed: Limit,
+    constraints: Sequence[str] | str,
+    lifetime: float | str | None,
+    progress: Progress,
 ) -> ParetoFront:
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
-    Raises SimulationError where fewer than `FEWEST` places have an answer that keeps the limits, with what to change.
+    Raises InputError for limits that cannot be and an engine that does not serve the scene; SimulationError where fewer
+    than `FEWEST` places have an answer that keeps the limits, with what to change.
     """
-    begin, warnings = time.perf_counter(), list[Diagnostic]()
+    begin, warnings, problem = time.perf_counter(), list[Diagnostic](), Problem.of(request.scene)
+    bounds = limits(constraints, problem.physical)
+    years = lifetime_of([*bounds, aimed], lifetime, problem)
+    if reason := request.engine.refusal(problem):
+        raise InputError(reason)
     search = Search.begin(request, progress)
     surface, engine = search.surface, request.engine
     if getattr(engine, "trajectories", None) is None:
@@ -48,7 +57,7 @@ def sampled_front(
         for u in places:
             there = surface.evaluate(u[None], engine, "scan")[0]
             try:
-                design = _design(surface, there, aimed, limits, lifetime)
+                design = _design(surface, there, aimed, bounds, years)
             except HarvesterError as error:
                 refused = error
                 continue
@@ -71,7 +80,7 @@ def sampled_front(
     points, alike = split(designs, aimed.sign)
     said = (*warnings, *remarks(aimed.quantity, aimed.sign, points, alike))
     head = engine.NAME, aimed.quantity, aimed.sign
-    return ParetoFront(*head, points, Problem.of(request.scene).physical, time.perf_counter() - begin, said, alike)
+    return ParetoFront(*head, points, problem.physical, time.perf_counter() - begin, said, alike)
 
 
 def split(designs: Sequence[FrontPoint], sign: int) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
