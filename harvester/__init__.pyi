@@ -46,6 +46,8 @@ from .studies.optimum.circuits import CircuitChoice as CircuitChoice
 from .studies.optimum.optimise import optimise as optimise
 from .studies.optimum.pareto_front import ParetoFront as ParetoFront
 from .studies.optimum.under_limits import RobustOptimum as RobustOptimum
+from .studies.sensitivity import Sensitivity as Sensitivity
+from .studies.sensitivity import sensitivity as sensitivity
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep

@@ -16,6 +16,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
     "harvester run mine.toml --lifetime '5 years'",
+    "harvester run mine.toml --sensitivity",
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
 @scene_argument
@@ -38,6 +39,9 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option(
         "--lifetime", metavar="TIME", help="Also the largest displacement, voltage and impact in that time: '5 years'."
     ),
+    cloup.option(
+        "--sensitivity", is_flag=True, help="Also how much the power changes with each key, by engine density."
+    ),
 )
 @sampling
 @cloup.option_group("Output", report_option, json_option)
@@ -48,6 +52,7 @@ def run(
     report: str | None,
     as_json: bool,
     lifetime: str | None,
+    sensitivity: bool,
     **options: Any,
 ) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
@@ -55,6 +60,7 @@ def run(
     from harvester.engines import selection
     from harvester.scene.toml import load
     from harvester.studies.extremes.extremes import check_asked, extremes
+    from harvester.studies.sensitivity import sensitivity as sensitivities
 
     scene = load(path)
     options["probe"] = probe or None
@@ -67,10 +73,12 @@ def run(
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar:
         answer = chosen.run(scene, bar.tell)
     largest = None if lifetime is None else extremes(scene, lifetime=lifetime, seed=options["seed"])
-    if largest is None:
+    keys = sensitivities(scene, budget=options.get("budget")) if sensitivity else None
+    further = {name: one for name, one in (("extremes", largest), ("sensitivity", keys)) if one is not None}
+    if not further:
         echo_answer(answer, as_json)
     elif as_json:
-        echo_json(answer.as_json() | {"extremes": largest.as_json()})
+        echo_json(answer.as_json() | {name: one.as_json() for name, one in further.items()})
     else:
-        echo(f"{answer}\n{largest}")
+        echo("\n".join(str(one) for one in (answer, *further.values())))
     save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json, scene=path)

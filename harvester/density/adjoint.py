@@ -18,10 +18,11 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from harvester.arrays import Floats
+from harvester.density.box import Setting
+from harvester.density.coupled_modes import RESIDUAL, SWEEPS, Factors, integrals
 from harvester.density.functionals import functionals
 from harvester.density.mesh import Mesh
-from harvester.density.refine import Answer
-from harvester.density.solve import RESIDUAL, SWEEPS, Factors, integrals
+from harvester.density.refine import Solution
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 
@@ -51,12 +52,11 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
     return from_above(z.reshape(form.shape))
 
 
-def gradient(eqs: Equations, answer: Answer, place: int = 0) -> dict[str, float]:
+def gradient(eqs: Equations, found: Solution, setting: Setting, place: int = 0) -> dict[str, float]:
     """The derivative of a mean (by its place in `functionals.NAMES`) with respect to each coefficient that is present.
 
-    Where the answer has the relative error e, so has its gradient, but for a factor of order one.
+    ``found`` is the density in a setting; the error of a gradient is seen by that on another mesh.
     """
-    found = answer.solution
     form, p, mean = found.form, found.p, float(found.means[place])
     masses = np.zeros(form.shape)
     masses[0] = integrals(form)
@@ -71,7 +71,7 @@ def gradient(eqs: Equations, answer: Answer, place: int = 0) -> dict[str, float]
 
     result = {}
     for name in (one.name for one in fields(eqs) if isinstance(getattr(eqs, one.name), float)):
-        size = answer.setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
+        size = setting.box.reach if name in ("gap", "opposite_gap") else abs(getattr(eqs, name))
         if size == 0.0:
             size = 1.0
         wide, narrow = ((changed(name, h) - changed(name, -h)) / (2.0 * h) for h in (STEP * size, 0.5 * STEP * size))

@@ -7,11 +7,11 @@ import numpy as np
 from scipy.special import gamma
 
 from harvester.arrays import Floats
+from harvester.density.coupled_modes import Factors, integrals, pinned, stationary
 from harvester.density.elements import quadrature
 from harvester.density.mesh import RESOLUTIONS, Box, mesh
-from harvester.density.moments import Moments, value
-from harvester.density.solve import Factors, integrals, pinned, stationary
-from harvester.density.weak_form import Frame, WeakForm, force, friction
+from harvester.density.moment_weights import MomentWeights, value
+from harvester.density.weak_form import ModeFrame, WeakForm, force, friction
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import refusal
@@ -27,11 +27,11 @@ class Setting:
     """Where a density is solved: its box, its frame, and an x near which it has much of its mass."""
 
     box: Box
-    frame: Frame
+    frame: ModeFrame
     peak: float
 
 
-def potential(eqs: Equations, frame: Frame, x: Floats) -> Floats:
+def potential(eqs: Equations, frame: ModeFrame, x: Floats) -> Floats:
     """The energy of the mean force on the mass, 0 at its lowest on a grid of x in ascending order."""
     beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
     pull = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
@@ -41,7 +41,7 @@ def potential(eqs: Equations, frame: Frame, x: Floats) -> Floats:
     return above
 
 
-def extent(eqs: Equations, frame: Frame, tail: float, below: float, above: float, warmth: float) -> Box:
+def extent(eqs: Equations, frame: ModeFrame, tail: float, below: float, above: float, warmth: float) -> Box:
     """The box between the stops on which no energy is more than ``tail`` times that of the motion.
 
     The latter is ``below`` on the left, ``above`` on the right, and ``warmth`` of the velocity.
@@ -79,7 +79,11 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
         loss = float(friction(eqs, np.array([math.sqrt(warmth / stiff)]))[0]) + electrical
         aim = (n1 + n2 * warmth / stiff) / max(loss, 0.02 * math.sqrt(n1 / warmth) if n1 else 0.02)
         warmth = warmth**0.7 * aim**0.3
-    frame = Frame(0.0, 0.0, 1.0) if mu is None else Frame(mu**2 / (1.0 + mu**2), 0.0, math.sqrt(warmth) / (1.0 + mu))
+    frame = (
+        ModeFrame(0.0, 0.0, 1.0)
+        if mu is None
+        else ModeFrame(mu**2 / (1.0 + mu**2), 0.0, math.sqrt(warmth) / (1.0 + mu))
+    )
     box = extent(eqs, frame, tail, warmth, warmth, warmth)
     return Setting(box, frame, 0.5 * (box.low + box.high))
 
@@ -101,21 +105,21 @@ def settled(eqs: Equations, tail: float) -> Setting:
     raise SimulationError(refusal("density_without_box"))
 
 
-def regression(form: WeakForm, p: Floats) -> Frame:
+def regression(form: WeakForm, p: Floats) -> ModeFrame:
     """The frame in which z has no mean, no correlation with x, and the variance 1."""
     if form.modes == 1:
         return form.frame
-    moments = Moments(form)
+    moments = MomentWeights(form)
     x, y, xx, xy, yy = (value(moments.mean(i, 0, j), p) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     slope = (xy - x * y) / (xx - x * x)
     left = yy - y * y - slope**2 * (xx - x * x)
-    return Frame(slope, y - slope * x, math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale)
+    return ModeFrame(slope, y - slope * x, math.sqrt(left) if left > 0.0 else 0.5 * form.frame.scale)
 
 
 def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     """The box at which the marginals, continued as exp(-energy/warmth) from moments of the energy, reach exp(-tail).
 
-    Moments are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n + 1/2)/Gamma(1/2).
+    MomentWeights are what a coarse mesh knows best: with exp(-U/T), E[U^n] = T^n Gamma(n + 1/2)/Gamma(1/2).
     """
     mesh = form.mesh
     along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)

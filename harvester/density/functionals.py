@@ -3,7 +3,7 @@
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.density.moments import Moments
+from harvester.density.moment_weights import MomentWeights
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 
@@ -26,7 +26,7 @@ def functionals(eqs: Equations, form: WeakForm) -> Floats:
     ``impact_rate`` counts the impacts at the stop in unit time, or the contacts with a compliant one, and
     ``impact_loss`` is the energy that rigid stops take in unit time.
     """
-    m = Moments(form)
+    m = MomentWeights(form)
     if form.modes == 1:
         products = [m.of(2, 0), m.of(1, 1)]
     else:

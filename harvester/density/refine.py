@@ -14,9 +14,9 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.box import Setting, settled
+from harvester.density.coupled_modes import Factors, pinned, stationary
 from harvester.density.functionals import functionals
 from harvester.density.mesh import RESOLUTIONS, Mesh, mesh
-from harvester.density.solve import Factors, pinned, stationary
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
@@ -67,6 +67,7 @@ class Answer:
     modes_error: Floats
     box_error: Floats
     solution: Solution
+    coarser: Solution
     setting: Setting
 
     @property
@@ -149,7 +150,7 @@ def refined(
         before = time.perf_counter()
         finer = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[place]), found.modes)
         off = np.abs(finer.means - coarse.means)
-        best = Answer(finer.means, off, found.modes_error, found.box_error, finer, found.setting)
+        best = Answer(finer.means, off, found.modes_error, found.box_error, finer, coarse, found.setting)
         coarse, first = finer, first or best.share
         if progress is not None:
             progress(min(max(math.log(first / best.share), 0.1) / max(math.log(first / within), 0.1), 1.0))

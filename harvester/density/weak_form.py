@@ -38,7 +38,7 @@ from harvester.equations.coefficients import Equations
 
 
 @dataclass(frozen=True)
-class Frame:
+class ModeFrame:
     """The change of variable y = a x + m + s z in which the modes are taken."""
 
     slope: float
@@ -77,7 +77,7 @@ class WeakForm:
     ``back_coupled``: whether mode j + 1 acts on mode j.
     """
 
-    def __init__(self, eqs: Equations, mesh: Mesh, frame: Frame, modes: int) -> None:
+    def __init__(self, eqs: Equations, mesh: Mesh, frame: ModeFrame, modes: int) -> None:
         self.mesh, self.frame, self.modes, self.mu = mesh, frame, modes, eqs.mu or 0.0
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale

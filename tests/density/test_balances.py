@@ -7,7 +7,7 @@ from harvester.density.box import settled
 from harvester.density.functionals import NAMES
 from harvester.density.mesh import RESOLUTIONS, mesh
 from harvester.density.refine import refined, solution
-from harvester.density.weak_form import Frame
+from harvester.density.weak_form import ModeFrame
 from harvester.equations.coefficients import Equations
 from tests.support.systems import PAPER, changed
 
@@ -59,7 +59,7 @@ def test_answer_does_not_depend_on_the_frame():
     on = mesh(PAPER, setting.box, RESOLUTIONS[1])
     ours = solution(PAPER, setting, on, 10).means[0]
     frame = setting.frame
-    turned = type(setting)(setting.box, Frame(frame.slope + 0.05, frame.offset, 1.2 * frame.scale), setting.peak)
+    turned = type(setting)(setting.box, ModeFrame(frame.slope + 0.05, frame.offset, 1.2 * frame.scale), setting.peak)
     assert solution(PAPER, turned, on, 16).means[0] == pytest.approx(ours, rel=1e-7)
 
 

@@ -7,6 +7,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "memory_longer_than_burn_in": "burn-in stopped at {longest:g}/w0, before the load's memory 1/mu ended",
     "impacts_lock_to_steps": "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value",
     "averaged_is_exact": "averaged is exact for this scene",
+    "elasticity_explained": "one percent more of a key changes the power by its elasticity in percent, all else equal",
     "did_not_run": "did not run: {why}",
     "one_path": "one path is no mean: for the power and its error, harvester run",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",

@@ -1,4 +1,4 @@
-"""Moments of a density: those of x and v are integrals of the first mode, those with V need three modes."""
+"""MomentWeights of a density: those of x and v are integrals of the first mode, those with V need three modes."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from harvester.density.elements import quadrature
 from harvester.density.weak_form import WeakForm
 
 
-class Moments:
+class MomentWeights:
     """Linear functionals of the density of `weak_form`, as weights of the same shape."""
 
     def __init__(self, form: WeakForm) -> None:
