@@ -52,15 +52,15 @@ def test_elasticities_add_up_to_what_units_ask_for():
 
     Units of mass, time and charge: the elasticities of the keys times their dimensions are those of a power.
     """
-    found = hv.sensitivity("examples/plate.toml", within=1e-6)
+    found = hv.sensitivity("examples/plate.toml", within=1e-3)
     of = {key: one.value for key, one in zip(found.keys, found.elasticities, strict=True)}
-    assert of["excitation.acceleration_psd"] == pytest.approx(1.0, abs=1e-6)
+    assert of["excitation.acceleration_psd"] == pytest.approx(1.0, abs=1e-5)
     mass = [("oscillator.mass", 1), ("oscillator.stiffness", 1), ("oscillator.damping", 1), ("piezo.coupling", 1)]
     # In units of kg, m, s and V: stiffness kg/s^2, damping kg/s, coupling N/V, capacitance J/V^2, resistance V^2/W.
     mass += [("piezo.capacitance", 1), ("load.resistance", -1)]
-    assert sum(power * of.get(key, 0.0) for key, power in mass) == pytest.approx(1.0, abs=1e-6)
+    assert sum(power * of.get(key, 0.0) for key, power in mass) == pytest.approx(1.0, abs=1e-5)
     volts = [("piezo.coupling", -1), ("piezo.capacitance", -2), ("load.resistance", 2)]
-    assert sum(power * of[key] for key, power in volts) == pytest.approx(0.0, abs=1e-6)
+    assert sum(power * of[key] for key, power in volts) == pytest.approx(0.0, abs=1e-5)
 
 
 def test_the_largest_stands_first_and_the_table_has_units():
