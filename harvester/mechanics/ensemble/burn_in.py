@@ -81,40 +81,63 @@ def until_steady(
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but still changes
     after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
-    eqs, circuit, mu = trajectories.eqs, trajectories.circuit, trajectories.eqs.mu
-    load = CHARGING_TIMES * circuit.memory if circuit is not None else LOAD_TIMES / mu if mu is not None else 0.0
-    begin = time.perf_counter() if begin is None else begin
+    load, begin = _load_memory(trajectories), time.perf_counter() if begin is None else begin
     length, before, first = FIRST_WINDOW, None, None
     while True:
         _check_cost(trajectories, length, budget, begin)
         now = trajectories.run(length)
-        told = now.averaged(trajectories.together)
-        energy = told.mean("x2")[0] + told.mean("v2")[0]
+        means = now.averaged(trajectories.together)
+        energy = means.mean("x2")[0] + means.mean("v2")[0]
         first = energy if first is None else first
-        if energy > GROWN * max(first, 1e-300) and not friction_bounds(eqs):
-            raise UnboundedResponseError(
-                f"the response grows without bound: its energy grew {energy / first:.1e} times in "
-                f"{trajectories.time:g}/w0; {remedy(eqs, trajectories.h)}"
-            )
-        steady = before is not None and all(told.agrees(before, name) for name in ("x2", "v2"))
+        _check_growth(trajectories, energy, first)
+        steady = _agree(means, before, "x2", "v2")
         response = CORRELATION_TIMES * memory(trajectories, now, length)
-        loaded = before is not None and told.agrees(before, "V2") and told.agrees(before, "load")
-        if steady and loaded and trajectories.time >= max(load, response):
+        same = steady and _agree(means, before, "V2", "load")
+        if same and trajectories.time >= max(load, response):
             return now, []
-        if before is not None and eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random:
-            hops = hopping(eqs, trajectories.start[0], trajectories.snapshot()[0], trajectories.time)
-            if 2 * hops.hops < hops.count and _apart(trajectories, now, length, steady and loaded, load, hops):
-                forgotten = CORRELATION_TIMES / hops.rate
-                if forgotten > LONGEST or _cost(trajectories, forgotten, budget, begin)[0]:
-                    trajectories.hopping = hops
-                    return now, []
+        if before is not None and (hops := _rare_hops(trajectories, now, length, same, load)):
+            forgotten = CORRELATION_TIMES / hops.rate
+            if forgotten > LONGEST or _cost(trajectories, forgotten, budget, begin)[0]:
+                trajectories.hopping = hops
+                return now, []
         if energy <= first / GROWN:
             return now, [warning("dies_out")]
         if trajectories.time >= LONGEST:
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length, before = 2.0 * length, told
+        length, before = 2.0 * length, means
+
+
+def _agree(means: Moments, before: Moments | None, *names: str) -> bool:
+    """Whether the means of two windows agree in these moments; False of a first window."""
+    return before is not None and all(means.agrees(before, name) for name in names)
+
+
+def _load_memory(trajectories: Trajectories) -> float:
+    """The time in which the load forgets the start: `CHARGING_TIMES` or `LOAD_TIMES` of its own."""
+    if trajectories.circuit is not None:
+        return CHARGING_TIMES * trajectories.circuit.memory
+    return 0.0 if trajectories.eqs.mu is None else LOAD_TIMES / trajectories.eqs.mu
+
+
+def _check_growth(trajectories: Trajectories, energy: float, first: float) -> None:
+    """Refuse an energy that grew `GROWN` times, unless a growing friction bounds it."""
+    if energy > GROWN * max(first, 1e-300) and not friction_bounds(trajectories.eqs):
+        raise UnboundedResponseError(
+            f"the response grows without bound: its energy grew {energy / first:.1e} times in "
+            f"{trajectories.time:g}/w0; {remedy(trajectories.eqs, trajectories.h)}"
+        )
+
+
+def _rare_hops(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float) -> Hopping | None:
+    """The hops between unlike wells, where they are few and all else is forgotten; None elsewhere."""
+    eqs = trajectories.eqs
+    if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
+        return None
+    hops = hopping(eqs, trajectories.start[0], trajectories.snapshot()[0], trajectories.time)
+    rare = 2 * hops.hops < hops.count and _apart(trajectories, now, length, same, load, hops)
+    return hops if rare else None
 
 
 def _apart(trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping) -> bool:
