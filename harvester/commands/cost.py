@@ -3,8 +3,16 @@
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_written
-from harvester.commands.options import duration, figure, scene_argument, seed_option, vector_option
+from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.options import (
+    duration,
+    figure,
+    json_option,
+    scene_argument,
+    seed_option,
+    vector_needs_out,
+    vector_option,
+)
 from harvester.commands.reports import report_file, report_option, save_report
 
 
@@ -19,22 +27,27 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for cost.csv, cost.png and provenance.json."),
+    cloup.option("--out", help="Folder for cost.csv, cost.png and provenance.json."),
     vector_option,
     report_option,
+    json_option,
 )
-def cost(path: str, out: str, seed: int, budget: float, vector: tuple[str, ...], report: str | None) -> None:
+@vector_needs_out()
+def cost(
+    path: str, out: str | None, seed: int, budget: float, vector: tuple[str, ...], report: str | None, as_json: bool
+) -> None:
     """What accuracy costs: seconds and errors of every engine that can serve SCENE, at many settings."""
     from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
     from harvester.scene.toml import load
     from harvester.studies.work_precision import cost as study
-    from harvester.studies.work_precision.cost_table import report as table
 
     scene = load(path)
     file = report_file(report, out)
     with Bar("cost", shorter="a shorter --budget", budget=budget) as bar:
         bar.announce(budget)
-        answer = study.cost(scene, out, seed, budget, lambda what, spent: bar.tell(spent, what), vector)
-    echo(table(answer))
-    echo_written(out, "cost.csv", *figure("cost", vector), "provenance.json")
-    save_report(file, lambda report: report.of_cost(scene, answer, seed, budget), scene=path)
+        answer = study.cost(scene, seed=seed, budget=budget, execution=Execution(out=out, formats=vector, progress=bar))
+    echo_answer(answer, as_json)
+    if out is not None and not as_json:
+        echo_written(out, "cost.csv", *figure("cost", vector), "provenance.json")
+    save_report(file, lambda report: report.of_cost(scene, answer, seed, budget), quiet=as_json, scene=path)

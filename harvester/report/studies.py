@@ -7,10 +7,8 @@ import numpy as np
 from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine.provenance import origin
-from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.sheet import sheet
 from harvester.presentation.table import Column, Table, error_in_percent
-from harvester.report.engines import refusals
 from harvester.report.numbers import amount, share, signs, with_errors
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.result import text_table
@@ -20,69 +18,40 @@ from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
 from harvester.studies.sweep.table import SweepTable
-from harvester.studies.work_precision.cost_table import TARGETS, Cost, CostRow
+from harvester.studies.work_precision.cost_table import TARGETS, Cost, errors_of
 from harvester.uncertainty.value import Value
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
     """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
     problem = Problem.of(scene)
-    power = with_errors(cost.power, AnswerUnits.of(problem.physical).power)
-    engines, needed = cost.needed_cells()
-    fastest = [
-        f"Within {100 * target:g} %: {row[-1]} in {row[engines.index(row[-1])]} s" if row[-1] else ""
-        for target, row in zip(TARGETS, needed, strict=True)
-    ]
-    figure = drawing(
-        cost.plot(None),
-        f"Total error against seconds. {'. '.join(line for line in fastest if line)}.",
-        "Each marker is an engine at one setting; the line is the front, where no other is as fast and as accurate.",
-    )
-    failed = [[row.engine, row.setting, signs(row.error)] for row in cost.rows if row.error]
-    rows = [row for row in cost.rows if not row.error]
-    unknown = any(row.step is not None and row.step_bias is None for row in rows)
-    found = Section(
+    reached = [(target, *cost.fastest(target)) for target in TARGETS]
+    lead = [f"Within {100 * target:g} %: {name} in {seconds:.2g} s" for target, name, seconds in reached if seconds]
+    found = sheet(cost)
+    section = Section(
         "What accuracy costs",
         texts=[
-            f"Errors are relative to the power of {cost.reference} at a step of zero, {power}."
-            " Total: sampling at 95 % + step + model, a bias that was not seen counted as large as it may be unseen.",
-            *(["The bias of the step is not known for a netlist of one's own, and not counted."] if unknown else []),
+            f"Errors are relative to the power of {cost.reference} at a step of zero, "
+            f"{with_errors(cost.power, cost.unit_names.power)}. Total: sampling at 95 % + step + model, unknown parts "
+            "at their upper bound.",
+            *map(signs, found.notes),
         ],
-        drawings=[figure],
+        drawings=[
+            drawing(
+                cost.plot(None),
+                f"Total error against seconds. {'. '.join(lead)}.",
+                "Each marker is an engine at one setting; the line is the front, where none is as fast and accurate.",
+            )
+        ],
         tables=[
-            _errors("The front: no other is as fast and as accurate", cost.best),
-            _needed(engines, needed),
-            _errors("All settings", rows),
-            *([TextTable("Settings that failed", ["engine", "setting", "error"], failed)] if failed else []),
-            *refusals(cost.refused),
+            *map(text_table, found.tables),
+            text_table(errors_of([row for row in cost.rows if not row.error], "All settings")),
         ],
+        warnings=[signs(line) for line in found.warnings],
     )
-    lead = [line for line in fastest if line] or ["No engine is known to reach 10 % in the time given."]
+    lead = lead or ["No engine is known to reach 10 % in the time given."]
     made: dict[str, Any] = {"seed": seed, "budget": f"{budget:g} s", "reference": cost.reference}
-    return scene_page(problem, "cost", lead, found, provenance(problem), **made)
-
-
-def _needed(engines: list[str], needed: list[list[str]]) -> TextTable:
-    """The table of the seconds that each engine needs for each target."""
-    rows = [[f"{100 * target:g} %", *map(signs, row)] for target, row in zip(TARGETS, needed, strict=True)]
-    note = "~: a prediction. -: the engine's biases are not known to be smaller."
-    return TextTable(
-        "Seconds to know the mean power", ["within", *engines, "fastest"], rows, range(1, 1 + len(engines)), note
-    )
-
-
-def _errors(caption: str, rows: list[CostRow]) -> TextTable:
-    heads = ["engine", "setting", "seconds", "sampling, 95 %", "step", "model", "total"]
-    cells = [
-        [
-            row.engine,
-            row.setting,
-            "-" if row.seconds is None else f"{row.seconds:.2g}",
-            *(share(error, 1.0) for error in (row.sampling_error, row.step_bias, row.model_bias, row.total_error)),
-        ]
-        for row in rows
-    ]
-    return TextTable(caption, heads, cells, range(2, len(heads)))
+    return scene_page(problem, "cost", lead, section, provenance(problem), **made)
 
 
 def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:

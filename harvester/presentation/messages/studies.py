@@ -8,6 +8,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "impacts_lock_to_steps": "without noise the Monte Carlo's impacts can lock to the grid of steps: trust the exact value",
     "averaged_is_exact": "averaged is exact for this scene",
     "elasticity_explained": "one percent more of a key changes the power by its elasticity in percent, all else equal",
+    "step_bias_not_counted": "the bias of the step is not known for a netlist of one's own, and not counted",
+    "setting_failed": "({setting}) failed: {why}",
     "did_not_run": "did not run: {why}",
     "one_path": "one path is no mean: for the power and its error, harvester run",
     "smaller_step_converges": "ngspice did not converge with a step of {asked}: it is {taken}",

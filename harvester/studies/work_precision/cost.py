@@ -15,72 +15,76 @@ All are relative to one power, the finest engine's for a step of zero, and each 
 so that a bias that is lost in its own error is counted at its upper limit.
 """
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
-from harvester.engines import Ensemble, Exact, Spice
+from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
-from harvester.studies.work_precision.measurement import Measurement, Run, Tick
+from harvester.studies.work_precision.measurement import Measurement, Run
 from harvester.studies.work_precision.settings import ALONE, label, setting, whole
 from harvester.uncertainty.value import Value
 
 
-def cost(
-    scene: AnyScene,
-    out: str | Path,
-    seed: int = 0,
-    budget: float = 60.0,
-    tick: Tick | None = None,
-    vector: Sequence[str] = (),
-) -> Cost:
+def cost(scene: AnyScene, *, seed: int = 0, budget: float = 60.0, execution: Execution = DEFAULT) -> Cost:
     """Measure every engine that can serve a scene in about ``budget`` seconds, compilation apart, at least once each.
 
-    Writes cost.csv, cost.png, its ``vector`` forms (svg, pdf) and provenance.json.  An engine that fails is a row with
-    its error.
+    Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine that fails is a row
+    with its error.
 
-    Raises InputError for a folder that cannot be written, or another form; HarvesterError where no engine that samples
-    gives a power above zero.
+    Raises InputError for a folder that cannot be written, or what `Execution` has for other studies; HarvesterError
+    where no engine that samples gives a power above zero.
     """
-    folder = OutputFolder(out, vector)
+    execution.only("cost", "out", "formats", "progress")
+    folder = OutputFolder.of(execution)
     problem = Problem.of(scene)
-    measurement = Measurement(problem, seed, budget, tick)
-    measurement.measure()
+    with contextlib.closing(execution.progress) as progress:
+        progress.start()
+        measurement = Measurement(problem, seed, budget, progress)
+        measurement.measure()
     answer = table_of(measurement)
-    about = provenance(problem, seed=seed, budget=budget, reference=answer.reference)
-    folder.save("cost", answer.text(), answer.plot(problem.scene.title), about)
+    if folder is not None:
+        about = provenance(problem, seed=seed, budget=budget, reference=answer.reference)
+        folder.save("cost", answer.table.csv(), answer.plot(problem.scene.title), about)
     return answer
 
 
 def table_of(measurement: Measurement) -> Cost:
     """The table that the runs and biases of a measurement make."""
     power, reference = _reference(measurement)
-    runs, cheap, ngspice = measurement.runs, measurement.cheap, measurement.ngspice
-    steps = [_step(measurement, run) for run in runs]
-    models: dict[str, Bias] = {}
-    for name in dict.fromkeys(whole(label(run.engine)) for run in measurement.runs):
-        if name in (reference, ALONE, Exact.NAME):
-            models[name] = NONE
-        elif ngspice is not None and cheap is not None and name == label(cheap.engine):
-            models[name] = ngspice.cheap
-        else:
-            of_engine = [(run, step) for run, step in zip(runs, steps, strict=True) if whole(label(run.engine)) == name]
-            models[name] = model_bias(power, *min(of_engine, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
-    rows = [
-        _row(run, step, models[whole(label(run.engine))], abs(power.value))
-        for run, step in zip(runs, steps, strict=True)
-    ]
-    for place in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
-        rows[place] = dataclasses.replace(rows[place], best=True)
+    runs = [(run, _step(measurement, run)) for run in measurement.runs]
+    models = _models(measurement, runs, power, reference)
+    rows = [_row(run, step, models[whole(label(run.engine))], abs(power.value)) for run, step in runs]
+    for index in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
+        rows[index] = dataclasses.replace(rows[index], best=True)
     rows += [CostRow(label(engine), setting(engine), error=str(error)) for engine, error in measurement.failed]
     order = list(dict.fromkeys(row.engine for row in rows))
     rows.sort(key=lambda row: order.index(row.engine))
-    return Cost(tuple(rows), reference, power, {name: str(why) for name, why in measurement.refused.items()})
+    refused = {name: str(why) for name, why in measurement.refused.items()}
+    return Cost(tuple(rows), reference, power, refused, measurement.problem.physical)
+
+
+def _models(
+    measurement: Measurement, runs: Sequence[tuple[Run, Bias | None]], power: Value, reference: str
+) -> dict[str, Bias]:
+    """The bias of each engine's model: none for the reference and a closed form, of the others from their best run."""
+    cheap, ngspice = measurement.cheap, measurement.ngspice
+    found: dict[str, Bias] = {}
+    for name, engine in {whole(label(run.engine)): run.engine for run, _ in runs}.items():
+        if name in (reference, ALONE) or engine.is_exact:
+            found[name] = NONE
+        elif ngspice is not None and cheap is not None and name == label(cheap.engine):
+            found[name] = ngspice.cheap
+        else:
+            own = [one for one in runs if whole(label(one[0].engine)) == name]
+            found[name] = model_bias(power, *min(own, key=lambda one: one[0].answer.mean_power.stderr or 0.0))
+    return found
 
 
 def _reference(measurement: Measurement) -> tuple[Value, str]:

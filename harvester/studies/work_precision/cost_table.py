@@ -3,10 +3,12 @@
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from harvester import figures
-from harvester.presentation.columns import columns
-from harvester.studies.output_folder import csv_text
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
@@ -40,26 +42,79 @@ class CostRow:
     error: str = ""
 
 
-@dataclass(frozen=True)
-class Cost:
+@dataclass(frozen=True, repr=False)
+class Cost(TableResult):
     """What accuracy costs: all rows, the reference that they are measured against, and the engines that refused.
 
     ``reference`` names the finest engine, ``power`` is its mean power.
     """
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("mean_power", "front", "seconds_needed", "table")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"rows"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"power", "refused", "table"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"mean_power", "front"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"table": "rows"}
+    SHORT: ClassVar[tuple[str, ...]] = ("reference", "power", "rows")
+
     rows: tuple[CostRow, ...]
     reference: str
     power: Value
     refused: dict[str, str]
+    physical: bool = False
 
     @property
     def best(self) -> list[CostRow]:
         """The Pareto front, fastest first."""
         return sorted((row for row in self.rows if row.best), key=lambda row: row.seconds or 0.0)
 
-    def text(self) -> str:
-        """The CSV file."""
-        return csv_text([f.name for f in dataclasses.fields(CostRow)], (vars(row).values() for row in self.rows))
+    @property
+    def mean_power(self) -> Value:
+        """The mean power of the reference."""
+        return self.power
+
+    @property
+    def engines(self) -> list[str]:
+        """The engines that were measured."""
+        return list(dict.fromkeys(row.engine for row in self.rows if not row.error))
+
+    @property
+    def table(self) -> Table:
+        """All rows, as cost.csv has them."""
+        names = [one.name for one in dataclasses.fields(CostRow)]
+        return Table(tuple(Column(name, [getattr(row, name) for row in self.rows]) for name in names))
+
+    @property
+    def front(self) -> Table:
+        """The settings that no other beats in both time and error."""
+        return errors_of(self.best, f"no other is as fast and as accurate (errors relative to {self.reference!r})")
+
+    @property
+    def seconds_needed(self) -> Table:
+        """The seconds in which each engine reaches each of `TARGETS`, and the fastest that was measured."""
+        columns = [Column("within", [100.0 * target for target in TARGETS], "%")]
+        found = {name: [self.needed(name, target) for target in TARGETS] for name in self.engines}
+        for name, needed in found.items():
+            told = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed]
+            columns.append(Column(name, told, label=name))
+        title = "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller)"
+        return Table((*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What is not counted, which settings failed, and which engines did not run."""
+        unknown = any(row.step is not None and row.step_bias is None for row in self.rows)
+        failed = [
+            warning("setting_failed", row.engine, setting=row.setting, why=row.error) for row in self.rows if row.error
+        ]
+        refused = [note("did_not_run", name, why=why) for name, why in self.refused.items()]
+        return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
+
+    def fastest(self, target: float) -> tuple[str, float | None]:
+        """The engine that reached a total error in the least time, and that; an empty name where none did."""
+        needed = {name: self.needed(name, target) for name in self.engines}
+        measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
+        name = min(measured, key=lambda name: measured[name], default="")
+        return name, measured.get(name)
 
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
         """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
@@ -74,17 +129,6 @@ class Cost:
             return min(reached), True
         longer = [s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within]
         return (min(longer), False) if longer else None
-
-    def needed_cells(self) -> tuple[list[str], list[list[str]]]:
-        """The engines, and for each of `TARGETS` each one's seconds in words and the fastest measured."""
-        engines = list(dict.fromkeys(row.engine for row in self.rows if not row.error))
-        rows = []
-        for target in TARGETS:
-            needed = {name: self.needed(name, target) for name in engines}
-            measured = {name: one[0] for name, one in needed.items() if one is not None and one[1]}
-            cells = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed.values()]
-            rows.append([*cells, min(measured, key=lambda name: measured[name], default="")])
-        return engines, rows
 
     def plot(self, title: str | None = "") -> "figures.Plot":
         """Total error against seconds as a matplotlib figure."""
@@ -101,25 +145,10 @@ def front(points: Sequence[tuple[float, float]]) -> list[int]:
     return best
 
 
-def report(cost: Cost) -> str:
-    """The text that the command prints: the front, and each engine's seconds for each of `TARGETS`."""
-    cells = [["engine", "setting", "seconds", "sampling", "step", "model", "total"]]
-    for row in cost.best:
-        errors = (row.sampling_error, row.step_bias, row.model_bias, row.total_error)
-        cells.append([row.engine, row.setting, f"{row.seconds:.2g}", *(_percent(error) for error in errors)])
-    lines = [f"no other is as fast and as accurate (errors relative to {cost.reference!r}):", *columns(cells, "  ")]
-    engines, needed = cost.needed_cells()
-    cells = [["within", *engines, "fastest"]]
-    cells += [[f"{100 * target:g} %", *row] for target, row in zip(TARGETS, needed, strict=True)]
-    lines += [
-        "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller):",
-        *columns(cells, "  "),
-    ]
-    if any(row.step is not None and row.step_bias is None for row in cost.rows):
-        lines.append("the bias of the step is not known for a netlist of one's own, and not counted")
-    lines += [f"{row.engine} ({row.setting}) failed: {row.error}" for row in cost.rows if row.error]
-    return "\n".join(lines + [f"{name} did not run: {why}" for name, why in cost.refused.items()])
-
-
-def _percent(error: float | None) -> str:
-    return "" if error is None else f"{error:.2%}".replace("-0.00%", "0.00%")
+def errors_of(rows: Sequence[CostRow], title: str) -> Table:
+    """Settings with their seconds and their errors in percent."""
+    columns = [Column(name, [getattr(row, name) for row in rows]) for name in ("engine", "setting", "seconds")]
+    for name in ("sampling_error", "step_bias", "model_bias", "total_error"):
+        errors = [getattr(row, name) for row in rows]
+        columns.append(Column(name, [None if one is None else round(100.0 * one, 4) + 0.0 for one in errors], "%"))
+    return Table(tuple(columns), title)

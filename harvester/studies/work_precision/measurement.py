@@ -6,7 +6,7 @@ import math
 import statistics
 import time
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from harvester.answers.estimate import Estimate
@@ -17,6 +17,7 @@ from harvester.engines.protocol import Engine
 from harvester.engines.selection import ENGINES, refusals
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
+from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import STEP_FACTORS, RichardsonLadder, richardson_ladder
 from harvester.studies.work_precision.settings import (
@@ -33,8 +34,6 @@ from harvester.studies.work_precision.settings import (
 
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
-
-Tick = Callable[[str, float], None]  # called with what runs, and the fraction of the budget that is spent
 
 
 @dataclass(frozen=True)
@@ -68,9 +67,9 @@ class Measurement:
     problem: Problem
     seed: int = 0
     budget: float = 60.0
-    tick: Tick | None = None
+    progress: Progress = NO_PROGRESS
     begin: float = field(default_factory=time.perf_counter)  # later by what warming up takes
-    fraction: float = 0.0  # of the budget, as told to ``tick``: it never goes back
+    fraction: float = 0.0  # of the budget, as told: it never goes back
     runs: list[Run] = field(default_factory=list)
     failed: list[tuple[Engine, HarvesterError]] = field(default_factory=list)
     refused: dict[str, CannotServeError] = field(default_factory=dict)
@@ -190,6 +189,5 @@ class Measurement:
                 self.ngspice = ngspice_bias(self.problem, model, self.steps, h, self.seed, self.left(0.3))
 
     def _report(self, what: str) -> None:
-        if self.tick is not None:
-            self.fraction = max(self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0))
-            self.tick(what, self.fraction)
+        self.fraction = max(self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0))
+        self.progress.step(self.fraction, what)

@@ -16,12 +16,13 @@ from scipy.linalg import solve_discrete_lyapunov
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
+from harvester.machine.progress import CallingBack
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.equation_of_motion import drift, kick
 from harvester.mechanics.kernels.intervals import interval
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.cost import cost, model_bias, table_of
-from harvester.studies.work_precision.cost_table import Cost, CostRow, front, report
+from harvester.studies.work_precision.cost_table import Cost, CostRow, front
 from harvester.studies.work_precision.measurement import Measurement, Run
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
@@ -170,11 +171,11 @@ def test_needed():
     assert told.needed("b", 0.1) is None
     assert told.needed("b", 0.5) == (0.1, True)
     assert told.needed("c", 0.5) is None
-    lines = report(told).splitlines()
-    assert "c () failed: failed" in lines
-    assert "not counted" not in report(told)
-    assert "not counted" in report(dataclasses.replace(told, rows=(dataclasses.replace(rows[0], step=0.1),)))
-    assert next(line.split() for line in lines if line.startswith("  10 % ")) == ["10", "%", "1", "-", "a"]
+    lines = [line.strip() for line in str(told).splitlines()]
+    assert "warning: c: () failed: failed" in lines
+    assert "not counted" not in str(told)
+    assert "not counted" in str(dataclasses.replace(told, rows=(dataclasses.replace(rows[0], step=0.1),)))
+    assert next(line.split() for line in lines if line.startswith("10 % ")) == ["10", "%", "1", "-", "a"]
 
 
 @pytest.mark.parametrize(
@@ -215,9 +216,9 @@ def cases(bridge, resistor):
 
 
 @pytest.fixture(scope="module")
-def spent(tmp_path_factory):
+def spent():
     """The linear scene, measured in next to no time, which starts ngspice's processes and compiles all kernels."""
-    return cost(LINEAR, tmp_path_factory.mktemp("spent"), budget=1e-3)
+    return cost(LINEAR, budget=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -228,7 +229,8 @@ def measured(tmp_path_factory, spent):
     """
     for budget in (4.0, 8.0, 16.0, 32.0):
         folder, told = tmp_path_factory.mktemp("cost"), []
-        answer = cost(LINEAR, folder, seed=5, budget=budget, tick=lambda *one, told=told: told.append(one))
+        progress = CallingBack(lambda done, what, told=told: told.append((what, done)))
+        answer = cost(LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress))
         if len(answer.rows) > len(spent.rows):
             break
     return folder, answer, told
@@ -299,8 +301,7 @@ def test_front_is_marked_and_told(measured):
     answer = measured[1]
     marked = [k for k, row in enumerate(answer.rows) if row.best]
     assert sorted(front([(row.seconds, row.total_error) for row in answer.rows])) == marked
-    lines = report(answer).splitlines()
-    assert len([line for line in lines if line.startswith("  ")]) == 1 + len(marked) + 1 + 4
+    assert (len(answer.front), len(answer.seconds_needed)) == (len(marked), 4)
     assert [row.seconds for row in answer.best] == sorted(row.seconds for row in answer.best)
 
 
@@ -419,14 +420,14 @@ def test_units_of_a_device():
 )
 def test_scenes_without_an_answer(tmp_path, text, error, line):
     with pytest.raises(error, match=line):
-        cost(hv.loads(f"[nondimensional]\n{text}"), tmp_path, budget=1.0)
+        cost(hv.loads(f"[nondimensional]\n{text}"), budget=1.0)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_folder_that_is_none(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"^`out` must be a folder that can be written"):
-        cost(LINEAR, tmp_path / "file")
+        cost(LINEAR, execution=hv.Execution(out=tmp_path / "file"))
 
 
 BRIDGE = hv.loads("""
