@@ -6,7 +6,8 @@ import click
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.options import vector_option
+from harvester.commands.messages import echo, echo_json
+from harvester.commands.options import json_option, vector_needs_out, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
 from harvester.errors import unknown
 
@@ -15,13 +16,18 @@ from harvester.errors import unknown
 @cloup.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
 @cloup.option_group(
     "Output",
-    cloup.option("--out", required=True, help="Folder for fig1.csv, fig1.png and so on."),
+    cloup.option("--out", help="Folder for fig1.csv, fig1.png and so on."),
     vector_option,
     report_option,
+    json_option,
 )
-def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: str | None) -> None:
+@vector_needs_out()
+def paper(
+    figures: tuple[str, ...], out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
+) -> None:
     """The paper's FIGURES 1 to 9 (default: all): published theory, ours and Monte Carlo, data and plots."""
     from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
     from harvester.studies import paper as study
 
     numbers = list(figures or study.TITLES)
@@ -30,7 +36,12 @@ def paper(figures: tuple[str, ...], out: str, vector: tuple[str, ...], report: s
             raise unknown("figure", number, study.TITLES)
     file = report_file(report, out)
     with Bar("paper") as bar:
-        drawn = study.draw(numbers, out, bar.tell, vector)
-    forms = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
-    click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {forms} of each")
-    save_report(file, lambda report: report.of_paper(drawn))
+        drawn = study.draw(numbers, Execution(out=out, formats=vector, progress=bar))
+    if as_json:
+        echo_json({"figures": [one.as_json() for one in drawn]})
+    elif out is None:
+        echo("\n".join(map(str, drawn)))
+    else:
+        forms = " and ".join(f".{form}" for form in ("csv", *dict.fromkeys(vector)))
+        click.echo(f"written: {', '.join(str(Path(out) / f'fig{n}.png') for n in numbers)}, and the {forms} of each")
+    save_report(file, lambda report: report.of_paper(drawn), quiet=as_json)

@@ -93,6 +93,7 @@ GLOSSARY = _terms(
     share=("share", "share", "The share of the devices that may have less power."),
     met=("all limits met", "", "Whether the design keeps all limits."),
     best=("best circuit", "", "The circuit of most power."),
+    PaperFigure=("figure of the paper", "", "Published theory, ours and Monte Carlo."),
     Cost=("what accuracy costs", "", "Seconds against errors, engine by engine."),
     reference=("reference", "", "What the others are measured against."),
     sampling_error=("sampling", "share", "The relative half-width of the 95 % interval of sampling."),

@@ -16,7 +16,7 @@ from harvester.report.scenes import coefficients, command_line, made_by, scene_p
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
-from harvester.studies.paper import RESPONSE, STABILITY, Drawn, FigurePoint
+from harvester.studies.paper import RESPONSE, STABILITY, FigurePoint, PaperFigure
 from harvester.studies.sweep.table import SweepTable
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, errors_of
 from harvester.uncertainty.value import Value
@@ -117,7 +117,7 @@ def _points(table: SweepTable, failures: bool) -> Table:
     return Table(tuple(columns[name] for name in shown), "Points")
 
 
-def of_paper(drawn: list[Drawn]) -> Page:
+def of_paper(drawn: list[PaperFigure]) -> Page:
     """The page of the paper's figures: each one, how far both theories are from the Monte Carlo, and all parameters."""
     about = origin()
     sections = [_section(one) for one in drawn]
@@ -136,7 +136,7 @@ def of_paper(drawn: list[Drawn]) -> Page:
     )
 
 
-def _section(one: Drawn) -> Section:
+def _section(one: PaperFigure) -> Section:
     rows = []
     for panel in dict.fromkeys(p.panel for p in one.points):
         points = [p for p in one.points if p.panel == panel]

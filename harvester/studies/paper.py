@@ -3,12 +3,12 @@
 Where the text does not print a value, the one assumed stands in `ASSUMED` and in the figure's title.
 """
 
+import contextlib
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,7 +20,11 @@ from harvester.averaging.stability import exponent as stability
 from harvester.averaging.two_scale import densities as two_scale_densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
-from harvester.studies.output_folder import OutputFolder, csv_text
+from harvester.machine.execution import DEFAULT, Execution
+from harvester.machine.progress import PartOfProgress
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
+from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability import region
 
 # Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = .1 in Figure 1, r = .96 in Figure 2.
@@ -62,8 +66,7 @@ GRIDS: dict[str, Floats] = {
     "8": np.geomspace(0.05, 2.0, 9),
     "9": np.geomspace(0.05, 2.0, 7),
 }
-# What each figure takes, to one another, and its points: for the time that is left.
-SECONDS = {"1": 1.0, "2": 1.0, "3": 1.0, "4": 1.0, "5": 1.0, "6": 1.0, "7": 1.0, "8": 1.0, "9": 1.0}
+# How many points each figure has: for the time that is left.
 POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 27, "9": 21}
 
 
@@ -80,39 +83,51 @@ class FigurePoint(region.Measured):
     ensemble_stderr: float
 
 
-@dataclass(frozen=True)
-class Drawn:
+@dataclass(frozen=True, repr=False)
+class PaperFigure(TableResult):
     """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
+
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"points"})
+    DERIVED: ClassVar[tuple[str, ...]] = ("table",)
+    SHORT: ClassVar[tuple[str, ...]] = ("number", "points", "seconds")
 
     number: str
     title: str
-    points: list[FigurePoint]
+    points: tuple[FigurePoint, ...]
     seconds: float
 
+    @property
+    def table(self) -> Table:
+        """Its points."""
+        return Table(tuple(Column(name, [getattr(point, name) for point in self.points]) for name in COLUMNS))
 
-def draw(
-    numbers: list[str], out: str | Path, tick: Callable[[float, str], None] | None = None, vector: Sequence[str] = ()
-) -> list[Drawn]:
-    """Write figN.csv and figN.png, and its ``vector`` forms (svg, pdf), for each figure number into a folder.
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The figure, with its own title (empty), another, or none (None) above."""
+        return figures.paper(self.points, self.title if title == "" else title)
 
-    ``tick`` is called with the fraction done and what is at work.  Raises InputError where the folder cannot be
-    written, or for another form.
+
+def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:
+    """Compute figures by their numbers; into a folder write figN.csv and figN.png for each.
+
+    Raises InputError where the folder cannot be written, and for what `Execution` has for other studies.
     """
-    folder, drawn = OutputFolder(out, vector), []
-    done, total = 0.0, sum(SECONDS[number] for number in numbers)
-    for number in numbers:
-        begin, points = time.perf_counter(), []
-        for point in figure(number):
-            points.append(point)
-            if tick is not None:
-                part = min(len(points) / POINTS[number], 1.0)
-                tick((done + part * SECONDS[number]) / total, f"figure {number}")
-        seconds = time.perf_counter() - begin
-        assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
-        drawn.append(Drawn(number, f"Figure {number}: {TITLES[number]}{assumed}", points, seconds))
-        text = csv_text(COLUMNS, map(dataclasses.astuple, points))
-        folder.save(f"fig{number}", text, figures.paper(points, drawn[-1].title))
-        done += SECONDS[number]
+    execution.only("paper", "out", "formats", "progress")
+    folder, drawn = OutputFolder.of(execution), []
+    with contextlib.closing(execution.progress) as progress:
+        progress.start()
+        for index, number in enumerate(numbers):
+            part = PartOfProgress(progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}")
+            part.start(POINTS[number])
+            begin, points = time.perf_counter(), []
+            for point in figure(number):
+                points.append(point)
+                part.step()
+            seconds = time.perf_counter() - begin
+            assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
+            title = f"Figure {number}: {TITLES[number]}{assumed}"
+            drawn.append(PaperFigure(number, title, tuple(points), seconds))
+            if folder is not None:
+                folder.save(f"fig{number}", drawn[-1].table.csv(), drawn[-1].plot())
     return drawn
 
 

@@ -72,6 +72,11 @@ class Value:
         return self.quantile * (self.stderr or 0.0)
 
     @property
+    def normal_stderr(self) -> float:
+        """The standard error of many samples that would have the same 95 % interval of sampling."""
+        return self.sampling95 / NORMAL_QUANTILE
+
+    @property
     def known_error95(self) -> float:
         """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)

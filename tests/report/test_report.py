@@ -25,7 +25,7 @@ from harvester.report.scenes import effects_section
 from harvester.studies.compare import Comparison
 from harvester.studies.optimum.circuits import CircuitChoice
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront
-from harvester.studies.paper import Drawn, FigurePoint
+from harvester.studies.paper import FigurePoint, PaperFigure
 from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
 from harvester.studies.work_precision.cost_table import Cost, CostRow
@@ -165,7 +165,7 @@ def test_sweep_with_failed_points(harvester, tmp_path):
 
 def test_paper(harvester, tmp_path):
     points = [FigurePoint("lambda against mu", "beta = 1", mu, 2.0, 1.0, 1.0, 0.01) for mu in (0.1, 1.0)]
-    page = checked(report.html(report.of_paper([Drawn("8", "Figure 8: <exponents>", points, 1.5)])))
+    page = checked(report.html(report.of_paper([PaperFigure("8", "Figure 8: <exponents>", tuple(points), 1.5)])))
     provenance_of(page)
     assert "Figure 8: <exponents>" in page.text
     assert "100 %" in page.text  # published is off by as much as the value

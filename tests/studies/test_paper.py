@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 
+import harvester as hv
 from harvester.cli import cli
 from harvester.studies import paper
 
@@ -18,9 +19,9 @@ def drawn(tmp_path_factory):
     grids = {name: grid[:: len(grid) - 1] for name, grid in paper.GRIDS.items()} | {"9": paper.GRIDS["9"][3:4]}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(paper, "GRIDS", grids)
-        paper.draw(["4", "7", "9"], out)
+        paper.draw(["4", "7", "9"], hv.Execution(out=out))
         patch.setattr(paper, "_TRAJECTORIES", 2048)  # the bounds of Figure 1 are of its own scale
-        paper.draw(["1"], out)
+        paper.draw(["1"], hv.Execution(out=out))
     return out
 
 

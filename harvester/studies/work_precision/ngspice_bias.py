@@ -13,7 +13,7 @@ from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.engines.spice.runs import Runs
@@ -72,7 +72,7 @@ def ngspice_bias(
     found = controlled(exact, low, Value(known, 0.0)).value
     ratio = found.value / known
     return NgspiceBias(
-        Bias(1.0 / ratio - 1.0, found.sampling95 / NORMAL_QUANTILE / abs(known) / ratio**2),
+        Bias(1.0 / ratio - 1.0, found.normal_stderr / abs(known) / ratio**2),
         {r: _mean((one - exact) / exact.mean()) for r, one in zip(tolerances, high, strict=True)} if high[1:] else {},
     )
 
@@ -88,4 +88,4 @@ def _high(runs: "Runs", model: Model) -> Floats:
 def _mean(values: Floats) -> Bias:
     """Mean and standard error, as large as few values ask for (Student)."""
     error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), dof=len(values) - 1.0)
-    return Bias(float(values.mean()), error.sampling95 / NORMAL_QUANTILE)
+    return Bias(float(values.mean()), error.normal_stderr)
