@@ -1,6 +1,7 @@
 from .answers.estimate import Estimate as Estimate
 from .engines import Averaged as Averaged
 from .engines import Cheapest as Cheapest
+from .engines import Compiled as Compiled
 from .engines import Density as Density
 from .engines import Ensemble as Ensemble
 from .engines import Exact as Exact

@@ -3,14 +3,23 @@
 import shutil
 from collections.abc import Iterator
 
+import cloup
+
 from harvester.commands.help import command
 from harvester.commands.messages import echo
+from harvester.errors import InputError, shown
+
+CAPACITANCE = 50e-9  # F, of a netlist that asks for that of a piezo
 
 
 @command("harvester doctor")
-def doctor() -> None:
-    """What is installed, what is missing, and how to get it."""
-    for line in examine():
+@cloup.argument("file", required=False, type=cloup.Path(), help="A netlist, or a scene with one.")
+def doctor(file: str | None) -> None:
+    """What is installed, what is missing, and how to get it.
+
+    Of a netlist FILE, or a scene file, which of its elements a compiled circuit has (engine 'compiled').
+    """
+    for line in examine() if file is None else examine_netlist(file):
         echo(line)
 
 
@@ -26,6 +35,26 @@ def examine() -> Iterator[str]:
     yield _line("netlists", ", ".join(names), "run 'make setup'")
     this = machine()
     yield _line("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}", "")
+
+
+def examine_netlist(file: str) -> Iterator[str]:
+    """One line for each element of a netlist: whether compiled circuits have it, and why not."""
+    from harvester.circuits.parts import parts_of
+    from harvester.circuits.solvability import check_parts, unserved_parts
+    from harvester.netlists.load_circuit import load_circuit
+    from harvester.scene.load import Load
+    from harvester.scene.toml import load as load_scene
+
+    asked = Load(netlist=file if "/" in file else f"./{file}") if file.endswith(".cir") else load_scene(file).load
+    if asked is None or asked.netlist is None:
+        raise InputError(f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none")
+    parts = {part.name: part for part in parts_of(load_circuit(asked, CAPACITANCE))}
+    served = 0
+    for name, why in unserved_parts(parts):
+        served += not why
+        yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
+    check_parts(parts)
+    yield f"{served} of {len(parts)} elements are served by engine 'compiled'; engine 'spice' takes all"
 
 
 def _ngspice() -> Iterator[str]:

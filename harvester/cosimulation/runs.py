@@ -1,4 +1,7 @@
-"""Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only."""
+"""Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only.
+
+Long because a run, its means and its control variate share one device.
+"""
 
 import dataclasses
 import itertools
@@ -6,7 +9,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,10 +30,11 @@ from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
 
-# x, x', V and the voltage of Csmooth
-Start = tuple[float, float, float, float]
+# x, x', V and the voltage of Csmooth; then the state of a compiled circuit, where runs begin in that
+Start = tuple[Any, ...]
 
 if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.lockstep.drive import Drive
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
@@ -43,7 +47,7 @@ class CoupledDevice:
     nondimensional step, ``stride`` the kicks between readings. A run that makes less than a kick a second over
     ``patience`` seconds is given up; ``norton`` see `harvester.cosimulation.ngspice.deck.build_deck`; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do. ``ideal`` is the load made of ideal elements, where there is such a circuit; ``ngspice_rule`` says that the load
+    do. ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule`` says that the load
     resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
     ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2.
     """
@@ -57,7 +61,7 @@ class CoupledDevice:
     norton: bool = False
     reltol: float = 1e-4
     gaussian: bool = False
-    ideal: "IdealCircuit | None" = None
+    ideal: "IdealCircuit | CompiledCircuit | None" = None
     ngspice_rule: bool = False
     probes: tuple[Probe, ...] = ()
     trapezoidal: bool = False
@@ -123,9 +127,11 @@ def run_in_this_process(
     from harvester.cosimulation.ngspice.instance import ngspice
 
     scales, vectors = device.scales, vectors_of(device.probes)
-    x, _, voltage, charge = (scales.volts * one for one in drive.start)
+    x, _, voltage, charge = (scales.volts * one for one in drive.start[:4])
     whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
-    deck = build_deck(device.load, scales.capacitance, *whole, device.reltol, nodes, vectors, device.trapezoidal)
+    keeps = len(drive.start) == 4
+    given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
+    deck = build_deck(device.load, scales.capacitance, *given)
     ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
@@ -146,7 +152,8 @@ def _measure(
     grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
     noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
     shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
-    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline)
+    nodes = None if len(start) == 4 else _nodes_of(device, start)
+    drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes)
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
     load = np.array([ledger.load])
@@ -158,6 +165,12 @@ def _measure(
     control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
     probed = means_of_probes(device.probes, drive) if device.probes else None
     return TrajectoryMeans(moments, load, int(drive.state[0].accepted), ledger, control, probed)
+
+
+def _nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
+    """The voltages of ngspice's nodes (V) in a state of the compiled circuit; those of junctions find themselves."""
+    voltages = device.ideal.voltages(start[4])  # type: ignore[union-attr]
+    return {name if name == "p" else f"xload.{name}": value for name, value in voltages.items() if "#" not in name}
 
 
 def _blocks(drive: "Drive", burn_in: float, blocks: int, new: Floats | None) -> tuple[Floats, Floats]:
@@ -178,6 +191,10 @@ def _control(
     device: CoupledDevice, noise: Floats, shaking: Floats | None, burn_in: float, start: Start, blocks: int
 ) -> Moments:
     """The control variate: the same means without ngspice, of the ideal circuit or of the load resistor."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+
+    if isinstance(device.ideal, CompiledCircuit):
+        return device.ideal.path_moments(device.eqs, noise, device.h, device.stride, burn_in, blocks, start, shaking)
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
     path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)

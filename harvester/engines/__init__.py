@@ -2,6 +2,7 @@
 
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
+from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
@@ -14,6 +15,7 @@ __all__ = [
     "ENGINES",
     "Averaged",
     "Cheapest",
+    "Compiled",
     "Density",
     "Ensemble",
     "Exact",

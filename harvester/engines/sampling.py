@@ -16,6 +16,7 @@ from harvester.uncertainty.value import Value, amount, mean_and_error
 if TYPE_CHECKING:
     from harvester.answers.responses import SteadyResponse
     from harvester.mechanics.ensemble.hopping import Hopping
+    from harvester.mechanics.ensemble.own_circuit import OwnCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
@@ -43,7 +44,7 @@ class Model:
     """
 
     eqs: Equations
-    circuit: "IdealCircuit | None"
+    circuit: "IdealCircuit | OwnCircuit | None"
     name: str
     factor: float
 
@@ -68,7 +69,7 @@ def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
     return None
 
 
-def affordable(steady: bool, circuit: "IdealCircuit | None", within: float | None = None) -> int:
+def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within: float | None = None) -> int:
     """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
 
     Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an

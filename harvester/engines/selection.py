@@ -7,6 +7,7 @@ from typing import Any, TypeAlias, TypedDict, Unpack
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest
+from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.exact import Exact
@@ -21,7 +22,7 @@ from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
 ENGINES: dict[str, type[Engine]] = {
-    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Spice)
+    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Compiled, Spice)
 }
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 

@@ -228,6 +228,7 @@ def test_engines_are_told_apart_without_colour():
         "density": "#8C6D1F",
         "ensemble": "#888888",
         "ideal": "#CC79A7",
+        "compiled": "#E69F00",
         "spice": "#0072B2",
         "spice alone": "#56B4E9",
     }

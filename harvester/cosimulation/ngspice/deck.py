@@ -40,13 +40,14 @@ def build_deck(
     nodes: Mapping[str, float] | None = None,
     probes: Sequence[str] = (),
     trapezoidal: bool = False,
+    keeps: bool = True,
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
     capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the terminals'
     voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
-    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved; ``probes`` are
-    the names of further vectors that are.
+    `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved if it ``keeps``
+    them; ``probes`` are the names of further vectors that are.
     The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
     with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
     x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same
@@ -73,7 +74,8 @@ def build_deck(
     if nodes:
         elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
     saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
-    if nodes is not None:
+    keeps = keeps and nodes is not None
+    if keeps:
         saved = ["all", "@r.xload.rload[p]"]
     saved = list(dict.fromkeys([*saved, *(name if name.startswith("@") else f"v({name})" for name in probes)]))
     text = re.sub(r"(?im)^(csmooth\b.*)$", rf"\1 ic={charge!r}", load.text) if charge else load.text
@@ -84,7 +86,7 @@ def build_deck(
         f".tran {step!r} {duration!r} 0 {step!r} uic",
         ".end",
     ]
-    return Deck("\n".join([*elements, *cards]) + "\n", vectors, nodes is not None, tuple(probes))
+    return Deck("\n".join([*elements, *cards]) + "\n", vectors, keeps, tuple(probes))
 
 
 def _norton(capacitance: float, open_circuit: float, terminals: float) -> list[str]:

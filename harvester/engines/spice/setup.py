@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.sampling import DRAWN, FINE, KNOWN, affordable, first_duration, run_burn_in, step_and_effort
+from harvester.engines.sampling import (
+    DRAWN,
+    FINE,
+    KNOWN,
+    LOOSE,
+    affordable,
+    first_duration,
+    run_burn_in,
+    step_and_effort,
+)
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import invalid
@@ -18,6 +27,7 @@ from harvester.presentation.messages.unknown_parts import WELLS
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.runs import CoupledDevice, Start
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -118,7 +128,7 @@ def set_up(
 
     MissingProgramError when ngspice is not installed.
     """
-    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.cosimulation.cheap_circuit import cheap_circuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
@@ -128,7 +138,7 @@ def set_up(
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
-    ideal = ideal_circuit(circuit, scales) if charging <= LONGEST_CHARGING else None
+    ideal = cheap_circuit(circuit, scales) if charging <= LONGEST_CHARGING and eqs.mu is None else None
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
     pilot, compilation_seconds = _pilot(problem, options, ideal, ngspice_rule)
@@ -168,9 +178,10 @@ def _whole_periods(time: float, period: float | None) -> float:
 
 
 def _pilot(
-    problem: Problem, options: MonteCarloOptions, ideal: "IdealCircuit | None", ngspice_rule: bool
+    problem: Problem, options: MonteCarloOptions, ideal: "IdealCircuit | CompiledCircuit | None", ngspice_rule: bool
 ) -> "tuple[Trajectories, float]":
     """The trajectories of the cheap model, compiled, and the seconds that compiling took."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -179,6 +190,8 @@ def _pilot(
     seed = np.random.SeedSequence([options.seed, 1])
     h = None if options.dt is None else options.dt * problem.units.frequency
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
+    if isinstance(ideal, CompiledCircuit) and many is not None:
+        many = LOOSE  # whose steps take a hundred times as long
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
     with compilation() as compiling:
@@ -205,13 +218,15 @@ def _settled_starts(
 
     It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls take what is left.
     """
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.burn_in import memory
 
     pilot = pair.trajectories
     slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
-    states = np.moveaxis(pilot.state[:, :4], 1, 2).reshape(-1, 4)
-    starts = [(float(x), float(v), float(V), float(U)) for x, v, V, U in rng.permutation(states)]
+    states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
+    own = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
+    starts: list[Start] = [(*map(float, one[:4]), *([one[4:]] if own else [])) for one in states]
     return min(MEMORIES * slowest, from_rest), starts
 
 

@@ -15,6 +15,7 @@ from scipy.cluster.hierarchy import fclusterdata
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in, until_steady
+from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.moments import Moments
@@ -55,7 +56,9 @@ class Attractor:
         return self.turns == other.turns and bool(_alike(mine[None], its, SAME)[0])
 
 
-def from_many_starts(eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | None) -> Trajectories:
+def from_many_starts(
+    eqs: Equations, seed: np.random.SeedSequence, circuit: IdealCircuit | OwnCircuit | None
+) -> Trajectories:
     """Settled trajectories from `STARTS` starts, all over the places and velocities that a response may have.
 
     Raises as `harvester.mechanics.ensemble.burn_in.burn_in`.

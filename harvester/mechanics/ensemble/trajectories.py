@@ -2,6 +2,8 @@
 
 One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every trajectory gives one
 independent time average, so that standard errors need no correlation time; of tabulated noise every block, on a record.
+
+Long because loads of three kinds have kernels of their own.
 """
 
 import math
@@ -18,6 +20,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
+from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
 from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.control_variates import boundary
@@ -85,7 +88,7 @@ class Trajectories:
         seed: np.random.SeedSequence,
         h: float | None = None,
         start: Floats | None = None,
-        circuit: IdealCircuit | None = None,
+        circuit: IdealCircuit | OwnCircuit | None = None,
         ngspice_rule: bool = False,
         controlled: bool = False,
         origin: tuple[Any, Any, Any] | None = None,
@@ -110,6 +113,8 @@ class Trajectories:
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
         self._kind = circuit, ngspice_rule, self.controlled
+        self._own = None if isinstance(circuit, IdealCircuit) else circuit
+        self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
         self._coarse, self._origin = False, origin  # the first: the noise of two steps of h/2 makes that of one step
         self.restart(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
@@ -128,9 +133,12 @@ class Trajectories:
             _check_period(h, repeat)
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        self.state = aligned((self.blocks, 3 if self.circuit is None else 5, BATCH))
+        rows = (3 if self.circuit is None else 5) if self._own is None else self._own.rows
+        self.state = aligned((self.blocks, rows, BATCH))
         self.state[:, :3] = start
-        if self.circuit is not None:
+        if self._own is not None:
+            self._own.begin(self.state)
+        elif self.circuit is not None:
             self.state[:, 4] = start[:, 0]
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
@@ -163,7 +171,8 @@ class Trajectories:
         eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        sums = aligned((self.blocks, len(SUMS if self.circuit is None else IDEAL_SUMS), BATCH))
+        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if self._own is None else self._own.sums
+        sums = aligned((self.blocks, rows, BATCH))
         noise = aligned((self.blocks, martingales(eqs.coloured is not None), BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
         schedule = Schedule(samples, self.stride, self._coarse, self.ngspice_rule and self.time > 0.0)
@@ -171,7 +180,10 @@ class Trajectories:
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
-            advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
+            if self._own is not None:
+                self._own.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
+            else:
+                advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
                 progress(samples * time * BATCH)
 
@@ -185,6 +197,7 @@ class Trajectories:
                 f"the response grows without bound: it left the finite numbers after {self.time:g}/w0 "
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
+        self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
         unit = loss_unit(self._coefficients) if self.circuit is None else 1.0
         moments = from_sums(sums, samples, elapsed, unit, eqs.mu)
         if noise is None:
@@ -196,7 +209,7 @@ class Trajectories:
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
         (x, v, voltage, *circuit), (s0, s1) = self.state[k], self.words[k]
-        return Batch(x, v, voltage, s0, s1, sums, controls, *circuit)
+        return Batch(x, v, voltage, s0, s1, sums, controls, *circuit[:2])
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
@@ -205,7 +218,10 @@ class Trajectories:
             return self._states().copy()
         for k, shaker in enumerate(self.shakers):
             columns = out[:, k * BATCH : (k + 1) * BATCH]
-            mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
+            if self._own is not None:
+                self._own.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
+            else:
+                mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
         return out
 
     def _states(self) -> Floats:

@@ -55,7 +55,8 @@ COMPILER: dict[str, Any] = {"pipeline_class": Compiler}
 def compiled_sources() -> tuple[Path, ...]:
     """The files of this package that machine code is made of: kernels and what they take, and how it is compiled."""
     package = Path(__file__).parents[2]
-    files = sorted([*package.glob("mechanics/**/*.py"), *package.glob("cosimulation/**/*.py")])
+    rooms = ("mechanics", "circuits", "cosimulation")
+    files = sorted(file for room in rooms for file in package.glob(f"{room}/**/*.py"))
     return (
         Path(__file__),
         Path(absent_effects.__file__),

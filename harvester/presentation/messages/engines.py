@@ -136,6 +136,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_resistance": "engine {engine!r} must have a load resistance, but the load is netlist {netlist!r}: use "
     "engine 'spice', or 'ideal' for one of the package's netlists",
     "needs_netlist": "engine {engine!r} must have a netlist as load, but has none: use engine 'ensemble'",
+    "needs_compiled_circuit": "engine {engine!r} must have a netlist of elements that it knows, but {why}: use engine 'spice'",
     "needs_ideal_circuit": "engine {engine!r} must have one of the netlists {known}, but the load is {netlist!r}: use "
     "engine 'spice'",
     "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
@@ -191,6 +192,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "several responses, a chaotic one, or one that settles late; the mean is over the starts",
     "rare_hops": _rare_hops,
     "between_wells": "the error of the model is half the distance between the wells",
+    "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
     "slow_circuit": _slow_circuit,

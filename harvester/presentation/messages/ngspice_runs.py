@@ -24,7 +24,7 @@ def _biases(followed: int, cheap_model: bool, tolerance_measured: bool) -> str:
         measured = "was not measured (for want of time, or as a warning says)"
     step = f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
     if cheap_model:
-        step = "that of the ideal circuit"
+        step = "that of the circuit without ngspice"
     return (
         f"the bias of the step is {step}, that of ngspice's tolerance {measured}; the ledger is of the ngspice runs "
         "alone"

@@ -22,6 +22,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.own_circuit import OwnCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
@@ -64,7 +65,9 @@ def _state(trajectories: "Trajectories") -> State:
     return {"h": trajectories.h, "seed": list(trajectories.seed.spawn_key), **arrays}
 
 
-def _trajectories(problem: Problem, circuit: "IdealCircuit | None", seed: int, state: State | None) -> "Trajectories":
+def _trajectories(
+    problem: Problem, circuit: "IdealCircuit | OwnCircuit | None", seed: int, state: State | None
+) -> "Trajectories":
     """Trajectories at rest (None), or of a state from a file; ValueError and such for what is none."""
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
@@ -122,12 +125,13 @@ def _spread(each: Floats) -> float:
     return float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
 
 
-def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | None") -> Phases:
+def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | OwnCircuit | None") -> Phases:
     """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
 
     They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
     drive that this path has.  None where its displacement is not that of the trajectories: it went to another response.
     """
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.kernels.path import trace
 
     trajectories, eqs = pair.trajectories, problem.equations
@@ -139,7 +143,10 @@ def _phases(problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | N
     x, v, voltage = (float(one[0]) for one in trajectories.snapshot())
     quiet, shaking = np.zeros(steps), abs(eqs.drive) * np.cos(angles)
     stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
-    path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
+    if circuit is None or isinstance(circuit, IdealCircuit):
+        path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
+    else:
+        path = circuit.trace(eqs, quiet, h, 1, (x, v), trajectories.state[0, 4:, 0], shaking)
     there = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - there) <= UNLIKE * there:
         return None, None

@@ -1,0 +1,1 @@
+"""A netlist as a compiled circuit: its equations, their kernel, and the mass that moves with it."""

@@ -1,0 +1,98 @@
+"""The kernel of many trajectories of the mass with a compiled circuit, one after the other in each step.
+
+As `harvester.mechanics.kernels.trajectory_batch`, with the sums of the same moments.
+"""
+
+import numpy as np
+
+from harvester.circuits.mass import drifted
+from harvester.circuits.pointers import advance
+from harvester.circuits.substeps import DID, ROOMS
+from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
+from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.equation_of_motion import friction
+from harvester.mechanics.kernels.noise import draw_noise
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
+from harvester.mechanics.kernels.shaking import last_acceleration, shaken
+from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS
+
+OWN = 4  # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+MORE_SUMS = (*SUMS, "load", "substeps", "failed")
+
+
+@inlined
+def fly(i, state, one, own, room, x1, wall, first, t, whole):
+    """Advance the circuit of trajectory i, whose state is copied to ``one``, by a drift; see `follow`."""
+    for k in range(len(one)):
+        one[k] = state[OWN + k, i]
+    advance(own.address, own.record, one, room, state[0, i], x1, wall, first, t, whole)
+
+
+@kernel
+def advance_circuit(b, state, schedule, h, own, c, shaker):
+    """Advance a `Batch` by a `Schedule` of steps of h and add up its moments.
+
+    ``state``, shape (OWN + length of a circuit's state, BATCH), holds all states, of which those of the mass and U are
+    the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``own`` is the `Own` circuit, c the coefficients.
+    """
+    room, one = np.empty((ROOMS, own.length)), np.empty(state.shape[0] - OWN)
+    last, volts, sums, steps = len(one) - DID, own.volts, b.sums, 1 if schedule.coarse else 2
+    noise, accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
+    unit = own.unit / (schedule.stride * own.record[0].seconds)
+    for _ in range(schedule.samples):
+        for k in range(schedule.stride):
+            if (c.n1 is not None or c.n2 is not None) and k % steps == 0:
+                draw_noise(noise, b.s0, b.s1, schedule.coarse)
+            shake_and_add(b, filtered, accelerations, schedule.coarse, shaker, 1.0)
+            for i in range(BATCH):
+                a, a1 = shaken(i, accelerations, shaker)
+                s, wall, first, did = drifted(State(b.x[i], b.v[i], b.V[i]), h, h, c, a)
+                fly(i, state, one, own, room, s.x, wall, first, h, 1)
+                for j in range(len(one)):
+                    state[OWN + j, i] = one[j]
+                s, U, xi = State(s.x, s.v, one[own.told] / volts), one[own.told + 1] / volts, noise[k % steps, i]
+                if b.controls is not None:
+                    add_circuit_features(i, s, U, xi, b.controls, c)
+                v1 = kick_at_stops(s, xi, h, c, a1)
+                b.x[i], b.v[i], b.V[i], b.U[i] = s.x, v1, s.V, U
+                sums[10, i] += did.number
+                sums[11, i] += did.energy
+                if shaker is not None:
+                    sums[12, i] += 0.5 * h * a1 * (s.v + v1)
+                sums[13, i] += one[last] * unit
+                sums[14, i] += one[last + 1]
+                sums[15, i] += one[last + 2]
+        for i in range(BATCH):
+            s = State(b.x[i], b.v[i], b.V[i])
+            mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
+            fly(i, state, one, own, room, mid.x, wall, first, 0.5 * h, 0)
+            _add_sample(i, sums, s, State(mid.x, mid.v, one[own.told] / volts), c)
+
+
+@inlined
+def _add_sample(i, sums, s, mid, c):
+    """Add up the states s at a kick and ``mid`` in the drift after it."""
+    sums[0, i] += 0.5 * (s.V + mid.V)
+    sums[1, i] += s.V * s.V
+    sums[2, i] += mid.V * mid.V
+    sums[3, i] += 0.5 * (s.x + mid.x)
+    sums[4, i] += s.x * s.x
+    sums[5, i] += mid.x * mid.x
+    sums[6, i] += mid.v * mid.v
+    sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
+    sums[8, i] += mid.v * mid.V
+    if c.c1 is not None or c.c2 is not None or c.c3 is not None:
+        sums[9, i] += friction(mid.x, c) * mid.v * mid.v
+
+
+@kernel
+def circuit_mid_drift(state, out, h, own, c, shaker):
+    """Go from the states of a batch after a kick to x, v, V half a step later: shape (3, BATCH)."""
+    room, one = np.empty((ROOMS, own.length)), np.empty(state.shape[0] - OWN)
+    for i in range(BATCH):
+        s = State(state[0, i], state[1, i], state[2, i])
+        mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
+        fly(i, state, one, own, room, mid.x, wall, first, 0.5 * h, 0)
+        out[0, i], out[1, i], out[2, i] = mid.x, mid.v, one[own.told] / own.volts

@@ -1,0 +1,95 @@
+"""One recorded trajectory of the mass with a compiled circuit, on a noise path."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.mass import drifted
+from harvester.circuits.pointers import advance
+from harvester.circuits.substeps import DID, ROOMS, TOLD, Own
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
+from harvester.mechanics.kernels.shaking import forcing
+
+
+@dataclass(frozen=True)
+class CircuitPath(Path):
+    """A `Path` with a compiled circuit.
+
+    ``told`` has the voltages (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
+    integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
+    many of them did not converge; ``state`` its last state.
+    """
+
+    told: Floats = field(default_factory=lambda: np.empty((0, TOLD)))
+    square: Floats = field(default_factory=lambda: np.empty(0))
+    steps: int = 0
+    failed: int = 0
+    state: Floats = field(default_factory=lambda: np.empty(0))
+
+
+@kernel
+def _trace(noise, shaking, s, state, own, h, stride, found, c):
+    samples, told, square, counts, impacts = found
+    count, total = 0, 0.0
+    room, other, last = np.empty((ROOMS, own.length)), state.copy(), len(state) - DID
+    at, volts = own.told, own.volts
+    # From a start other than rest half a kick comes first: the force of the first half step.
+    _, a = between_kicks(shaking, 0)
+    s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
+    for k in range(1, len(samples) * stride + 1):
+        mean, a = between_kicks(shaking, k)
+        s1, wall, first, did = drifted(s, h, h, c, mean)
+        advance(own.address, own.record, state, room, s.x, s1.x, wall, first, h, 1)
+        s = State(s1.x, s1.v, state[at] / volts)
+        total += state[last]
+        counts[0] += state[last + 1]
+        counts[1] += state[last + 2]
+        if did.speed != 0.0:
+            impacts[count, 0], impacts[count, 1] = (k - 1) * h + first, did.speed
+            count += 1
+        s = State(s.x, kick_at_stops(s, noise[k - 1], h, c, a), s.V)
+        if k % stride == 0:
+            row = samples[k // stride - 1]
+            for i in range(len(state)):
+                other[i] = state[i]
+            mid, wall, first, _ = drifted(s, h, 0.5 * h, c, a)
+            advance(own.address, own.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0)
+            row[0], row[1], row[2], row[3], row[4] = s.x, s.V, mid.x, mid.v, other[at] / volts
+            for i in range(TOLD):
+                told[k // stride - 1, i] = state[at + i]
+            square[k // stride - 1] = total
+    return count
+
+
+def trace_circuit(
+    eqs: Equations,
+    own: Own,
+    state: Floats,
+    noise: Floats,
+    h: float,
+    stride: int = 1,
+    start: tuple[float, float] = (0.0, 0.0),
+    shaking: Floats | None = None,
+) -> CircuitPath:
+    """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
+
+    ``own`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
+    `harvester.mechanics.kernels.path.trace`.
+
+    Raises InputError for a start behind a stop, and random shaking without ``shaking``.
+    """
+    check_start(eqs.rigid_stops, start[0], start[0])
+    rows = len(noise) // stride
+    samples, told, square = np.empty((rows, len(COLUMNS))), np.empty((rows, TOLD)), np.empty(rows)
+    impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(2), state.copy()
+    shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
+    found = samples, told, square, counts, impacts
+    begin = State(float(start[0]), float(start[1]), float(state[own.told]) / own.volts)
+    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs))
+    steps, failed = int(counts[0]), int(counts[1])
+    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, told, square, steps, failed, state)

@@ -1,0 +1,231 @@
+"""A load's netlist as a compiled circuit on a device, and its motion beside the mass."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.circuit_batch import MORE_SUMS, OWN, advance_circuit, circuit_mid_drift
+from harvester.circuits.circuit_path import CircuitPath, trace_circuit
+from harvester.circuits.newton import Solver
+from harvester.circuits.parts import Part, parts_of
+from harvester.circuits.reduction import Reduction
+from harvester.circuits.solvability import check_parts
+from harvester.circuits.stamps import stamp
+from harvester.circuits.substeps import CIRCUIT, DID, GAMMA, LEVELS, TOLD, Own, follow
+from harvester.circuits.system import System
+from harvester.equations.coefficients import Equations
+from harvester.equations.scales import Scales
+from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.moments import Moments, from_path
+from harvester.mechanics.kernels.shaking import Filter
+from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
+from harvester.netlists.load_circuit import LoadCircuit
+
+TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
+TOLERANCE, RINGING = 0.01, 0.002  # of a charge's size: what the two orders of a step may differ by; with coils
+LEAST = 1e-2  # of theta l/Cp: the least size of a charge
+
+
+def system_of(parts: dict[str, Part], capacitance: float) -> System:
+    """The equations of a load circuit's elements beside a piezo of a capacitance (F).
+
+    Raises UnservedError for what compiled circuits do not have; InputError for values that cannot be.
+    """
+    system = System(capacitance)
+    across = system.across("p", "0")
+    system.add_charge("piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance)
+    for part in parts.values():
+        stamp(part, system, parts)
+    return system
+
+
+class CompiledCircuit:
+    """A load circuit on a device, compiled for its topology; ``rows`` and ``sums`` as of `OwnCircuit`.
+
+    ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
+
+    Raises UnservedError for what compiled circuits do not have, and InputError for a circuit without a solution.
+    """
+
+    sums = len(MORE_SUMS)
+
+    def __init__(self, load: LoadCircuit, scales: Scales) -> None:
+        self.load, self.scales = load, scales
+        parts = {part.name: part for part in parts_of(load)}
+        check_parts(parts)
+        self.system = system_of(parts, scales.capacitance)
+        rload, store = parts["rload"], parts.get("csmooth")
+        self.resistance = resistance_of(rload)
+        across = self.system.across
+        told = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
+        self.reduction = Reduction(self.system, told, self._tau(TYPICAL))
+        impedance = TYPICAL / (scales.frequency * scales.capacitance)
+        self.solver = Solver(self.reduction, impedance, scales.volts)
+        self._arrays: dict[float, tuple[Any, ...]] = {}
+
+    @property
+    def has_coils(self) -> bool:
+        """Whether charges are fluxes of coils, which ring."""
+        return any(k in self.system.owners for _, column, _, _ in self.system.charges for k in column)
+
+    def _tau(self, h: float) -> float:
+        return float(GAMMA * h / self.scales.frequency)
+
+    @property
+    def mu(self) -> float:
+        """The load's power over its squared voltage, nondimensional."""
+        return 1.0 / (self.resistance * self.scales.capacitance * self.scales.frequency)
+
+    @property
+    def memory(self) -> float:
+        """Time constant of the smoothing capacitor with the load."""
+        return (self.load.storage or 0.0) * self.scales.frequency
+
+    @property
+    def sizes(self) -> tuple[int, int, int, int]:
+        """Of the parts of a state: charges, unknowns that functions read, switches, and linear charges."""
+        charges = len(self.system.charges)
+        return charges + len(self.system.diodes), len(self.reduction.columns), len(self.system.switches), charges
+
+    @property
+    def told_at(self) -> int:
+        """Where the voltages of piezo, store and load stand in a state."""
+        ns, n, switches, charges = self.sizes
+        return ns + n + switches + charges + 1
+
+    @property
+    def rest(self) -> Floats:
+        """The state of the circuit without voltages, but for those that the netlist begins with."""
+        ns, n, switches, charges = self.sizes
+        state = np.zeros(self.told_at + TOLD + switches + DID)
+        state[:charges] = self.system.starts
+        state[ns + n : ns + n + switches] = [one.closed for one in self.system.switches]
+        return state
+
+    @property
+    def rows(self) -> int:
+        """Rows of the states of many trajectories."""
+        return OWN + len(self.rest)
+
+    @property
+    def room(self) -> int:
+        """Length of the workspace of kernels."""
+        return max(len(self.rest), self.solver.work)
+
+    def __reduce__(self):
+        """Another process compiles, or reads from the cache, what it needs: addresses are of this one only."""
+        return compiled_circuit, (self.load, self.scales)
+
+    def trace(
+        self,
+        eqs: Equations,
+        noise: Floats,
+        h: float,
+        stride: int = 1,
+        start: tuple[float, float] = (0.0, 0.0),
+        state: Floats | None = None,
+        shaking: Floats | None = None,
+    ) -> CircuitPath:
+        """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`."""
+        state = self.rest if state is None else state
+        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking)
+
+    def path_moments(
+        self,
+        eqs: Equations,
+        noise: Floats,
+        h: float,
+        stride: int,
+        discard: float,
+        batches: int,
+        start: tuple[Any, ...],
+        shaking: Floats | None = None,
+    ) -> Moments:
+        """Moments of one trajectory after the time ``discard``, one entry a batch (`from_path`).
+
+        ``start`` is x, x' and further on the state of the circuit, where it is not at rest.
+        """
+        x, v, *_ = start
+        state = start[4] if len(start) > 4 else None
+        path = self.trace(eqs, noise, h, stride, (x, v), state, shaking)
+        moments = from_path(eqs, path, discard, batches)
+        first = math.ceil(discard / (h * stride) - 1e-6)
+        rows = (len(path.square) - first) // batches
+        ends = np.concatenate([[0.0], path.square])[first + rows * np.arange(batches + 1)]
+        seconds = rows * stride * h / self.scales.frequency
+        return dataclasses.replace(moments, load=np.diff(ends) / seconds * self._unit)
+
+    @property
+    def _unit(self) -> float:
+        """The load's power, as of `Moments`, over its mean squared voltage in V^2."""
+        return self.mu / self.scales.volts**2
+
+    def voltages(self, state: Floats) -> dict[str, float]:
+        """The voltages of all nodes (V) in a state of the circuit, by their names."""
+        ns, n, *_ = self.sizes
+        found = self.reduction.unknowns(state[:ns], state[ns : ns + n], self._tau(TYPICAL) / 2 ** (LEVELS - 1))
+        return {name: float(found[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
+
+    def begin(self, state: Floats) -> None:
+        """Fill the rows of circuits at rest."""
+        state[:, OWN:] = self.rest[:, None]
+
+    def advance(
+        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
+        """Advance a batch of trajectories; see `OwnCircuit`."""
+        advance_circuit(batch, state, schedule, h, self.for_kernels(h), coefficients(eqs), shaker)
+
+    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+        """The states of a batch half a step later; see `OwnCircuit`."""
+        circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
+
+    def for_kernels(self, h: float) -> Own:
+        """The circuit at steps of h."""
+        if h not in self._arrays:
+            self._arrays[h] = self._record(h)
+        address = int(follow.address)
+        return Own(self._arrays[h][0], address, self.room, self.told_at, self.scales.volts, self._unit)
+
+    def _record(self, h: float) -> tuple[Any, ...]:
+        """The record of `CIRCUIT`, and the arrays that it points to."""
+        stages = [self.reduction.stage(self._tau(h) / 2**k) for k in range(LEVELS)]
+        matrices = [np.array([getattr(one, name) for one in stages]) for name in ("admittances", "right", "outputs")]
+        switches, s = self.system.switches, self.scales
+        thresholds = np.array([[one.on for one in switches], [one.off for one in switches]]).reshape(2, -1)
+        volts = np.array([volts for _, _, _, volts in self.system.charges])
+        given = np.array(self.solver.arguments or [0.0])
+        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (*matrices, given, thresholds, volts)]
+        found = np.zeros(1, CIRCUIT)
+        for name, array in zip(("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at"), arrays, strict=True):
+            found[name] = array.ctypes.data
+        ns, n, many, nz = self.sizes
+        found["solver_at"], found["switches"] = self.solver.address, many
+        found["n"], found["nz"], found["ns"] = n, nz, ns
+        found["least"], found["tolerance"] = LEAST * s.volts, RINGING if self.has_coils else TOLERANCE
+        found["charge"], found["seconds"] = s.capacitance * s.volts, h / s.frequency
+        return found, arrays
+
+
+def resistance_of(part: Part) -> float:
+    """The resistance of Rload."""
+    options = part.options
+    given = [options[name] for name in ("r", "resistance") if name in options]
+    return given[0] if given else part.number(part.words[0])
+
+
+def compiled_circuit(load: LoadCircuit, scales: Scales) -> CompiledCircuit:
+    """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
+    key = repr((load, scales))
+    if key not in _MADE:
+        if len(_MADE) >= MOST_KEPT:
+            _MADE.clear()
+        _MADE[key] = CompiledCircuit(load, scales)
+    return _MADE[key]
+
+
+_MADE: dict[str, CompiledCircuit] = {}
+MOST_KEPT = 64

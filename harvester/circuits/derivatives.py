@@ -1,0 +1,134 @@
+"""Trees of expressions written as lines of Python, each value with its derivatives by the inputs (forward mode).
+
+    z = f(a, b)   =>   dz/dw = df/da da/dw + df/db db/dw      for each input w that a or b depends on
+
+A constant becomes an argument, so that the lines depend on the expression's form only; a sub-tree that occurs twice is
+computed once; of c ? a : b only the branch taken is computed.
+"""
+
+from dataclasses import dataclass, field
+
+from harvester.circuits.expression import Node
+
+Derivatives = dict[int, str]  # the name of each derivative by the number of its input
+
+
+@dataclass
+class Writer:
+    """Writes lines: ``inputs`` are their variables by number, ``constants`` the values of the arguments p[0], ..."""
+
+    inputs: list[str]
+    constants: list[float] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    indent: str = ""
+    _known: dict[Node, tuple[str, Derivatives]] = field(default_factory=dict)
+    _names: int = 0
+
+    def write(self, node: Node) -> tuple[str, Derivatives]:
+        """The name of a node's value, and those of its derivatives that are not zero."""
+        if node.operation == "constant":
+            self.constants.append(node.value)
+            return f"p[{len(self.constants) - 1}]", {}
+        if node.operation == "input":
+            return self.inputs[node.index], {node.index: "1.0"}
+        if node.operation == "state":
+            return f"s[{node.index}]", {}
+        if node not in self._known:
+            self._known[node] = self._branches(node) if node.operation == "?" else self._operation(node)
+        return self._known[node]
+
+    def line(self, text: str) -> str:
+        """Write an assignment, and return its variable."""
+        name = f"t{self._names}"
+        self._names += 1
+        self.lines.append(f"{self.indent}{name} = {text}")
+        return name
+
+    def argument(self, value: float) -> str:
+        """A number as an argument."""
+        self.constants.append(value)
+        return f"p[{len(self.constants) - 1}]"
+
+    def _operation(self, node: Node) -> tuple[str, Derivatives]:
+        parts = [self.write(one) for one in node.arguments]
+        a, b = parts[0][0], parts[-1][0]
+        text, slopes = _rule(node.operation, a, b)
+        value = self.line(text)
+        total: dict[int, list[str]] = {}
+        for (_, derivatives), slope in zip(parts, slopes, strict=True):
+            if slope is None or not derivatives:
+                continue
+            by_this = slope if slope in ("1.0", "-1.0") else self.line(slope.replace("$z", value))
+            for index, inner in derivatives.items():
+                product = inner if by_this == "1.0" else by_this if inner == "1.0" else f"{by_this}*{inner}"
+                total.setdefault(index, []).append(product)
+        return value, {k: some[0] if some == ["1.0"] else self.line(" + ".join(some)) for k, some in total.items()}
+
+    def _branches(self, node: Node) -> tuple[str, Derivatives]:
+        condition, outer, found = self.write(node.arguments[0])[0], self.indent, []
+        before = dict(self._known)
+        blocks: list[list[str]] = []
+        for one in node.arguments[1:]:
+            kept, self.lines = self.lines, []
+            self.indent = outer + "    "
+            found.append(self.write(one))
+            blocks.append(self.lines)
+            self.lines, self._known = kept, dict(before)  # what a branch computes is known in it only
+        self.indent = outer
+        indices = sorted(set(found[0][1]) | set(found[1][1]))
+        names = [f"t{self._names + k}" for k in range(len(indices) + 1)]
+        self._names += len(names)
+        for head, block, (value, derivatives) in zip((f"if {condition} != 0.0:", "else:"), blocks, found, strict=True):
+            self.lines += [outer + head, *block, f"{outer}    {names[0]} = {value}"]
+            for k, name in zip(indices, names[1:], strict=True):
+                self.lines.append(f"{outer}    {name} = {derivatives.get(k, '0.0')}")
+        return names[0], dict(zip(indices, names[1:], strict=True))
+
+
+def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
+    """The text of an operation on a and b, and its derivatives by them; None where that is zero ($z: the value)."""
+    if operation in ("<", ">", "<=", ">=", "==", "!="):
+        return f"1.0 if {a} {operation} {b} else 0.0", [None, None]
+    binary: dict[str, tuple[str, list[str | None]]] = {
+        "+": (f"{a} + {b}", ["1.0", "1.0"]),
+        "-": (f"{a} - {b}", ["1.0", "-1.0"]),
+        "*": (f"{a} * {b}", [b, a]),
+        "/": (f"{a} / fudged({b})", [f"1.0 / fudged({b})", f"-$z / fudged({b})"]),
+        "%": (f"math.fmod({a}, {b})", ["1.0", None]),
+        "and": (f"1.0 if {a} != 0.0 and {b} != 0.0 else 0.0", [None, None]),
+        "or": (f"1.0 if {a} != 0.0 or {b} != 0.0 else 0.0", [None, None]),
+        "min": (f"min({a}, {b})", [f"1.0 if {a} < {b} else 0.0", f"0.0 if {a} < {b} else 1.0"]),
+        "max": (f"max({a}, {b})", [f"1.0 if {a} > {b} else 0.0", f"0.0 if {a} > {b} else 1.0"]),
+        "pow": (f"abs({a}) ** {b}", [f"{b} * power_slope({a}, {b})", f"$z * math.log(max(abs({a}), 1e-300))"]),
+        "pwr": (
+            f"math.copysign(abs({a}) ** {b}, {a})",
+            [f"{b} * abs(power_slope({a}, {b}))", f"$z * math.log(max(abs({a}), 1e-300))"],
+        ),
+    }
+    if operation in binary:
+        return binary[operation]
+    unary: dict[str, tuple[str, str | None]] = {
+        "negative": (f"-{a}", "-1.0"),
+        "not": (f"1.0 if {a} == 0.0 else 0.0", None),
+        "abs": (f"abs({a})", f"1.0 if {a} >= 0.0 else -1.0"),
+        "exp": (f"math.exp(min({a}, 500.0))", "$z"),
+        "ln": (f"math.log(max({a}, 1e-300))", f"1.0 / max({a}, 1e-300)"),
+        "log10": (f"math.log10(max({a}, 1e-300))", f"0.4342944819032518 / max({a}, 1e-300)"),
+        "sqrt": (f"math.sqrt(max({a}, 0.0))", "0.5 / max($z, 1e-150)"),
+        "sin": (f"math.sin({a})", f"math.cos({a})"),
+        "cos": (f"math.cos({a})", f"-math.sin({a})"),
+        "tan": (f"math.tan({a})", "1.0 + $z * $z"),
+        "atan": (f"math.atan({a})", f"1.0 / (1.0 + {a} * {a})"),
+        "tanh": (f"math.tanh({a})", "1.0 - $z * $z"),
+        "sinh": (f"math.sinh({a})", f"math.cosh({a})"),
+        "cosh": (f"math.cosh({a})", f"math.sinh({a})"),
+        "u": (f"1.0 if {a} > 0.0 else 0.0", None),
+        "uramp": (f"max({a}, 0.0)", f"1.0 if {a} > 0.0 else 0.0"),
+        "sign": (f"math.copysign(1.0, {a}) if {a} != 0.0 else 0.0", None),
+        "floor": (f"math.floor({a})", None),
+        "ceil": (f"math.ceil({a})", None),
+        "int": (f"math.trunc({a})", None),
+        "nint": (f"math.floor({a} + 0.5)", None),
+    }
+    text, slope = unary[operation]
+    return text, [slope]

@@ -1,0 +1,170 @@
+"""The solver of a circuit's stages, generated for its topology and compiled once: all values are arguments.
+
+Newton's method on Y y + A (i(w) + q(w)/tau) = r, w = W y: the functions and their derivatives as straight lines
+(`harvester.circuits.derivatives`), the voltages of junctions limited, until no function differs from its tangent by
+more than its tolerance.
+"""
+
+import hashlib
+import importlib.util
+import math
+import sys
+import types
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from harvester.circuits.derivatives import Writer
+from harvester.circuits.reduction import Reduction
+from harvester.circuits.system import Row
+from harvester.machine import files
+
+_HEAD = '''"""Made by harvester.circuits.newton for one topology; it may be deleted at any time."""
+
+import math
+
+from numba import carray
+
+from harvester.circuits.junctions import diode
+from harvester.circuits.newton_parts import (
+    MOST_ITERATIONS, RELATIVE, SIGNATURE, assemble, fudged, limited, power_slope, solve_dense,
+)
+from harvester.mechanics.kernels.compiled import c_function
+
+
+@c_function(SIGNATURE)
+def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
+'''
+SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
+
+
+class Solver:
+    """A compiled solver: its source ``text``, and the ``arguments`` of its values."""
+
+    def __init__(self, reduction: Reduction, impedance: float, volts: float) -> None:
+        """``impedance`` (ohm) and ``volts`` are sizes of the device, for the knees of junctions and for tolerances."""
+        self.reduction, self.n = reduction, len(reduction.columns)
+        system = reduction.system
+        writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
+        self._row = {k: i for i, k in enumerate(reduction.rows)}
+        self._column = {k: i for i, k in enumerate(reduction.columns)}
+        self._before, self._tests, self._last, self._stamps, self._after = [], [], [], [], []
+        for k, one in enumerate(system.diodes):
+            w, given = f"w{one.input}", ", ".join(map(writer.argument, one.arguments))
+            writer.lines += [
+                f"        i{k}, g{k}, x{k}, c{k} = diode({w}, {given})",
+                f"        I{k}, G{k} = i{k} + rate*x{k}, g{k} + rate*c{k}",
+            ]
+            self._add(f"{k}", f"I{k}", {one.input: f"G{k}"}, one.rows, writer.argument(SMALL * volts / impedance))
+            self._stamps += [f"X{k}, C{k} = x{k}, c{k}"]
+            self._before += [f"X{k}, C{k} = 0.0, 0.0"]
+            self._last += [f"q[{k}] = X{k} + C{k}*(v{one.input} - u{one.input})"]
+        for k, two in enumerate(system.functions, len(system.diodes)):
+            value, slopes = writer.write(two.tree)
+            is_voltage = all(i in system.owners for i in two.rows)
+            size = 1.0 if is_voltage else 1e-2 / impedance
+            self._add(f"{k}", value, slopes, two.rows, writer.argument(SMALL * size))
+        limits = {
+            k: ", ".join(map(writer.argument, (
+                one.thermal, _knee(one.thermal, one.saturation, impedance), min(one.breakdown, 1e30),
+                one.reverse, _knee(one.reverse, one.saturation, impedance),
+            )))
+            for k, (_, one) in enumerate(system.inputs) if one is not None
+        }  # fmt: skip
+        for k, (row, _) in enumerate(system.inputs):
+            self._before += [f"w{k} = {self._at(row, 'y')}", f"v{k} = u{k} = w{k}"]
+            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'b')}"]
+            self._after += [f"w{k} = limited(v{k}, w{k}, {limits[k]})" if k in limits else f"w{k} = v{k}"]
+        self._tests += [f"w{k} == v{k}" for k in limits]
+        self.arguments, self._lines = writer.constants, writer.lines
+        self.work = self.n * self.n + self.n
+        self.text = self._text(len(system.switches), len(system.diodes))
+
+    def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
+        """Add a function to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
+        tangent = _sum([f"F{name}", *(f"F{name}_{k}*(w{k} - u{k})" for k in slopes)])
+        self._before += [f"F{name} = 0.0", *(f"F{name}_{k} = 0.0" for k in slopes)]
+        self._tests.append(f"abs({value} - ({tangent})) <= RELATIVE*abs({value}) + {tolerance}")
+        self._stamps += [f"F{name} = {value}", *(f"F{name}_{k} = {slope}" for k, slope in slopes.items())]
+        self._stamps += ["e = " + _sum([f"F{name}", *(f"-F{name}_{k}*w{k}" for k in slopes)])]
+        for i, weight in rows.items():
+            self._stamps.append(f"b[{self._row[i]}] -= {_times(weight, 'e')}")
+            for k in slopes:
+                for j, factor in self.reduction.system.inputs[k][0].items():
+                    place = f"J[{self._row[i]}, {self._column[j]}]"
+                    self._stamps.append(f"{place} += {_times(weight * factor, f'F{name}_{k}')}")
+
+    def _at(self, one: Row, array: str) -> str:
+        """The text of an input, from an array of the unknowns."""
+        return _sum([_times(value, f"{array}[{self._column[k]}]") for k, value in one.items()])
+
+    def _text(self, switches: int, charges: int) -> str:
+        """The source of the solver."""
+        n = self.n
+        tests = ["            if not (" + one + "):\n                done = False" for one in self._tests]
+        lines = [
+            f"    y, r, Y = carray(y_at, {n}), carray(r_at, {n}), carray(Y_at, ({n}, {n}))",
+            f"    b = carray(work_at, {n * n + n})",
+            f"    J = b[{n} :].reshape(({n}, {n}))",
+            f"    p, s = carray(p_at, {max(len(self.arguments), 1)}), carray(s_at, {max(switches, 1)})",
+            f"    q = carray(q_at, {max(charges, 1)})",
+            *(f"    {one}" for one in self._before),
+            "    for iteration in range(MOST_ITERATIONS):",
+            *self._lines,
+            "        if iteration > 0:",
+            "            done = True",
+            *tests,
+            "            if done:",
+            *(f"                {one}" for one in self._last),
+            f"                for k in range({n}):",
+            "                    y[k] = b[k]",
+            "                return iteration",
+            f"        assemble(J, b, Y, r, {n})",
+            *(f"        {one}" for one in self._stamps),
+            f"        if not solve_dense(J, b, {n}):",
+            "            return -1",
+            *(f"        {one}" for one in self._after),
+            "    return -1",
+        ]
+        return _HEAD + "\n".join(lines) + "\n"
+
+    @property
+    def address(self) -> int:
+        """The address of the compiled function."""
+        return int(_compiled(self.text).address)
+
+
+def _knee(thermal: float, saturation: float, impedance: float) -> float:
+    """The voltage of a junction whose resistance is the impedance of what it is connected to."""
+    return max(thermal * math.log(thermal / (impedance * saturation)), 0.0) if saturation > 0.0 else 0.0
+
+
+def _sum(terms: list[str]) -> str:
+    """The text of a sum."""
+    return " + ".join(terms).replace("+ -", "- ") or "0.0"
+
+
+def _times(weight: float, name: str) -> str:
+    """The text of a product with a number that belongs to the topology."""
+    return name if weight == 1.0 else f"-{name}" if weight == -1.0 else f"{weight!r}*{name}"
+
+
+@cache
+def _compiled(text: str) -> Any:
+    """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
+    from harvester.mechanics.kernels.compiled import _cache_folder
+
+    name, folder = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}", _cache_folder()
+    if folder is None:
+        module = types.ModuleType(name)
+        exec(compile(text, f"<{name}>", "exec"), module.__dict__)
+        return module.__dict__["solve"]
+    path = Path(folder) / f"{name}.py"
+    if not path.exists():
+        files.write(path, text)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None, "a Python file has a loader"
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module.__dict__["solve"]

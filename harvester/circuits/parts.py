@@ -1,0 +1,178 @@
+"""The elements of a load circuit with the values of their subcircuit's parameters: all subcircuits written out."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from harvester.circuits.expression import number
+from harvester.errors import CannotServeError, InputError
+from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.read_lines import Line
+from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
+from harvester.netlists.syntax import GROUND, NODES
+
+_PAIR = re.compile(r"(\w+)=(\{[^}]*\}|'[^']*'|[^\s()]+)")
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """A model card: its name, the type such as ``d``, and the values of its parameters by their names."""
+
+    name: str
+    kind: str
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """An element: name and nodes as ``x1.d2`` (the second terminal is ``0``), and the text behind its nodes.
+
+    ``values`` are the parameters that hold where it stands, ``models`` the models; ``path`` is that of its subcircuit,
+    whose terminals are connected to the nodes ``outer``.
+    """
+
+    name: str
+    nodes: tuple[str, ...]
+    rest: str
+    values: Mapping[str, float]
+    models: Mapping[str, ModelCard] = field(repr=False)
+    path: str
+    outer: Mapping[str, str] = field(repr=False)
+
+    @property
+    def kind(self) -> str:
+        """The letter of its kind: d is a diode."""
+        return self.name.removeprefix(self.path)[0]
+
+    @property
+    def where(self) -> str:
+        """The element, as an error names it."""
+        return f"netlist element {self.name}"
+
+    @property
+    def words(self) -> list[str]:
+        """What stands behind its nodes, without pairs of a name and a value."""
+        return _PAIR.sub(" ", joined(self.rest)).split()
+
+    @property
+    def options(self) -> dict[str, float]:
+        """Pairs of a name and a value behind its nodes, such as ic=1."""
+        return {name: self.number(text) for name, text in _PAIR.findall(joined(self.rest))}
+
+    def number(self, text: str) -> float:
+        """The value of a number or an expression where the element stands."""
+        return number(text, self.where, self.values)
+
+    def node(self, name: str) -> str:
+        """The node of the whole circuit that a name in an expression of the element means."""
+        return "0" if name in GROUND else self.outer.get(name, self.path + name)
+
+
+class UnservedError(CannotServeError):
+    """A compiled circuit does not have this element, or this form of it."""
+
+
+def unserved(part: Part, why: str) -> UnservedError:
+    """The error of an element that is not served."""
+    return UnservedError(f"{part.where} {why}")
+
+
+def parts_of(load: LoadCircuit) -> list[Part]:
+    """The elements of a load circuit in their order.
+
+    Raises InputError for values that cannot be computed, and subcircuits called with too few nodes.
+    """
+    lines = [Line("load", text) for text in load.text.splitlines() if text]
+    bodies, outside = split_subcircuits("load", lines)
+    first, second = load.terminals
+    values = _parameters(outside, {})
+    models = _models(outside, values, {})
+    given = {name.lower(): value for name, value in load.parameters.items()}
+    body = bodies[load.name.lower()]
+    return list(_inside(body, bodies, "", {first: "p", second: "0"}, given, values, models))
+
+
+def _inside(
+    body: list[Line],
+    bodies: dict[str, list[Line]],
+    path: str,
+    outer: Mapping[str, str],
+    given: Mapping[str, float],
+    common: Mapping[str, float],
+    models: Mapping[str, ModelCard],
+) -> Iterator[Part]:
+    """The elements of one call of a subcircuit, whose terminals are ``outer`` and parameters ``given``."""
+    values = dict(common)
+    for name, text in header_of(body[0]).defaults.items():
+        key = name.lower()
+        where = f"parameter {name} of {path or 'the netlist'}"
+        values[key] = given[key] if key in given else number(text or "", where, values)
+    values |= {name: value for name, value in given.items() if name not in values}
+    values = _parameters(body, values)
+    scope = _models(body, values, models)
+
+    def node(name: str) -> str:
+        return "0" if name in GROUND else outer.get(name, path + name)
+
+    for line in body:
+        text = joined(line.text.lower())
+        name, *words = text.replace("(", " ( ").split() if line.word[0] != "b" else text.split()
+        if name.startswith("."):
+            continue
+        if name[0] == "x":
+            yield from _called(name, text, bodies, path, node, values, common, scope)
+            continue
+        count = _node_count(name, words, scope)
+        found = re.match(r"\S+" + r"[\s(,]+([^\s(),]+)" * count, text)
+        if found is None:
+            raise InputError(f"netlist element {path}{name} must have {count} nodes, but is {text[:60]!r}")
+        rest = text[found.end() :].lstrip(") ,") if name[0] != "b" else text[found.end() :]
+        yield Part(path + name, tuple(map(node, found.groups())), rest.strip(), values, scope, path, outer)
+
+
+def _node_count(name: str, words: list[str], models: Mapping[str, ModelCard]) -> int:
+    """How many of an element's words are nodes, those that control it included."""
+    count = NODES.get(name[0], 0)
+    if name[0] == "q" and len(words) > 4 and words[3] not in models and words[4] in models:
+        return 4
+    if name[0] == "m" and len(words) > 3 and words[3] in models:
+        return 3
+    return count
+
+
+def _called(name, text, bodies, path, node, values, common, models):
+    """The elements of the subcircuit that an X line calls."""
+    pairs = dict(_PAIR.findall(text))
+    plain = [word for word in _PAIR.sub(" ", text).split()[1:] if word != "params:"]
+    inner = bodies[plain[-1]]
+    terminals = [one.lower() for one in header_of(inner[0]).terminals]
+    if len(plain) != len(terminals) + 1:
+        raise InputError(
+            f"netlist element {path}{name} must give {len(terminals)} nodes to {plain[-1]}, but gives {len(plain) - 1}"
+        )
+    where = f"netlist element {path}{name}"
+    there = dict(zip(terminals, map(node, plain[:-1]), strict=True))
+    given = {key: number(value, where, values) for key, value in pairs.items()}
+    yield from _inside(inner, bodies, f"{path}{name}.", there, given, common, models)
+
+
+def _parameters(lines: list[Line], values: Mapping[str, float]) -> dict[str, float]:
+    """Values with those that .param cards set, in their order."""
+    found = dict(values)
+    for line in lines:
+        if line.word == ".param":
+            for name, text in _PAIR.findall(joined(line.text.lower())):
+                found[name] = number(text, f"parameter {name}", found)
+    return found
+
+
+def _models(lines: list[Line], values: Mapping[str, float], outer: Mapping[str, ModelCard]) -> dict[str, ModelCard]:
+    """Models with those of .model cards among lines."""
+    found = dict(outer)
+    for line in lines:
+        if line.word == ".model":
+            text = joined(line.text.lower().replace("(", " ", 1))
+            _, name, kind, *_ = text.split()
+            pairs = {key: number(value, f"model {name}", values) for key, value in _PAIR.findall(text)}
+            found[name] = ModelCard(name, kind, pairs)
+    return found

@@ -1,0 +1,128 @@
+"""The equations of one implicit stage, reduced to the unknowns that functions read or enter.
+
+A stage of length tau solves, for y at its end, with z and q at its beginning,
+
+    (P Z/tau + G) y + A (i(w) + q(w)/tau) = P z/tau + A q/tau + s + b u
+
+Equations that no function enters and unknowns that no function reads are eliminated, pivot by pivot, once for each
+tau and all values, so that Newton's iterations see the rest only (Schur's complement):
+
+    Y y + A (i(w) + q(w)/tau) = R (z, q, u, 1)         and then      (z1, V, ...) = O (y, z, u, 1)
+
+These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots are taken depends on
+the topology, and on values only where one of them is zero.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.system import Row, System
+from harvester.errors import InputError
+
+SMALLEST = 1e-11  # of a pivot, over the largest coefficient of its equation
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The reduced equations of stages of one length: Y, R and O."""
+
+    admittances: Floats
+    right: Floats
+    outputs: Floats
+
+
+class Reduction:
+    """The matrices of a system, and which unknowns and equations are kept: ``columns`` and ``rows``.
+
+    ``read`` are the rows of quantities that are told at the end of a stage, beside the charges.
+    """
+
+    def __init__(self, system: System, read: list[Row], tau: float) -> None:
+        self.system, n = system, system.size
+        self.G = system.dense(system.conductances)
+        self.P = system.vectors([column for _, column, _, _ in system.charges]).T
+        self.Z = system.vectors([row for _, _, row, _ in system.charges])
+        entering = [*(one.rows for one in system.diodes), *(two.rows for two in system.functions)]
+        self.A = system.vectors(entering).T
+        self.W = system.vectors([row for row, _ in system.inputs])
+        self.s = system.vectors([system.sources])[0]
+        self.b = system.vectors([{system.unknowns["p"]: 1.0}])[0]
+        self.read = system.vectors(read)
+        self.entered = np.abs(self.A).sum(axis=1) > 0.0
+        self.control = system.vectors([one.control for one in system.switches])
+        seen = np.abs(np.vstack([self.W, np.zeros((1, n))])).sum(axis=0) > 0.0
+        piezo = system.unknowns["p"]
+        self.entered[piezo] = seen[piezo] = True  # so that something is left of a linear circuit
+        self.rows, self.columns = self._kept(self.matrix(tau), self.entered, seen)
+        self.gone_rows = [k for k in range(n) if k not in self.rows]
+        self.gone_columns = [k for k in range(n) if k not in self.columns]
+
+    def matrix(self, tau: float) -> Floats:
+        """The linear part of a stage's equations."""
+        return np.asarray(self.P @ self.Z / tau + self.G)
+
+    def _kept(self, matrix: Floats, entered: Floats, seen: Floats) -> tuple[list[int], list[int]]:
+        """The equations and unknowns that no pivot eliminates, by Gauss with full pivoting."""
+        left = matrix.copy()
+        scale = np.abs(left).max(axis=1)
+        scale[scale == 0.0] = 1.0
+        left /= scale[:, None]
+        across = np.abs(left).max(axis=0)
+        across[across == 0.0] = 1.0
+        left /= across
+        rows, columns = list(range(len(left))), list(range(len(left)))
+        while True:
+            free_rows = [i for i in rows if not entered[i]]
+            free_columns = [j for j in columns if not seen[j]]
+            if not free_rows or not free_columns:
+                return rows, columns
+            part = np.abs(left[np.ix_(free_rows, free_columns)])
+            i, j = np.unravel_index(part.argmax(), part.shape)
+            if part[i, j] < SMALLEST:
+                return rows, columns
+            row, column = free_rows[i], free_columns[j]
+            rows.remove(row)
+            columns.remove(column)
+            factors = left[rows, column] / left[row, column]
+            left[np.ix_(rows, columns)] -= np.outer(factors, left[row, columns])
+
+    def stage(self, tau: float) -> Stage:
+        """The reduced equations of stages of a length tau, in seconds; raises as `_eliminated`."""
+        matrix, known, by_S, by_known = self._eliminated(tau)
+        S, L, s_rows = self.columns, self.gone_columns, self.rows
+        outer = matrix[np.ix_(s_rows, L)]
+        admittances = matrix[np.ix_(s_rows, S)] - outer @ by_S
+        right = known[s_rows] - outer @ by_known
+        # All unknowns, of those kept and of what is known: y = F y_S + H (z, q, u, 1)
+        F, H = np.zeros((len(matrix), len(S))), np.zeros((len(matrix), known.shape[1]))
+        F[S, range(len(S))] = 1.0
+        F[L], H[L] = -by_S, by_known
+        told = np.vstack([self.Z, self.read, self.control])
+        return Stage(admittances, right, np.hstack([told @ F, told @ H]))
+
+    def _eliminated(self, tau: float) -> tuple[Floats, Floats, Floats, Floats]:
+        """The matrix, the columns of what is known, and the eliminated unknowns by those kept and by what is known.
+
+        Raises InputError where there is no solution.
+        """
+        matrix = self.matrix(tau)
+        S, L, l_rows = self.columns, self.gone_columns, self.gone_rows
+        known = np.hstack([self.P / tau, self.A[:, : len(self.system.diodes)] / tau, self.b[:, None], self.s[:, None]])
+        scale = np.abs(matrix[l_rows]).max(axis=1, initial=0.0)
+        scale[scale == 0.0] = 1.0
+        both = np.hstack([matrix[np.ix_(l_rows, S)], known[l_rows]]) / scale[:, None]
+        try:
+            solved = np.linalg.solve(matrix[np.ix_(l_rows, L)] / scale[:, None], both)
+        except np.linalg.LinAlgError:
+            raise InputError("netlist must have one solution, but its linear elements have none") from None
+        return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
+
+    def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:
+        """All unknowns of a state: its charges, and those kept; ``tau`` is a time in which nothing changes."""
+        _, _, by_S, by_known = self._eliminated(tau)
+        found = np.zeros(self.system.size)
+        found[self.columns] = kept
+        found[self.gone_columns] = by_known @ np.concatenate([charges, [0.0, 1.0]]) - by_S @ kept
+        return found

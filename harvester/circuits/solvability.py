@@ -1,0 +1,82 @@
+"""Netlists that have no solution, or none that can be computed: one line each, which names the element."""
+
+from collections.abc import Iterator
+
+from harvester.circuits.parts import Part, UnservedError
+from harvester.circuits.stamps import stamp
+from harvester.circuits.system import System
+from harvester.errors import InputError
+
+MOST_NODES = 150
+_NO_PATH = "ik"  # kinds that connect no nodes: a current source forces its current through the others
+_SOURCES = "veh"  # kinds that set the voltage between their nodes
+
+
+class _Groups:
+    """Nodes joined step by step (union-find)."""
+
+    def __init__(self) -> None:
+        self.parent: dict[str, str] = {}
+
+    def of(self, node: str) -> str:
+        """The group of a node, by the name of one of its nodes."""
+        while (above := self.parent.setdefault(node, node)) != node:
+            node = above
+        return node
+
+    def join(self, first: str, second: str) -> bool:
+        """Join the groups of two nodes; whether they were apart."""
+        a, b = self.of(first), self.of(second)
+        self.parent[a] = b
+        return a != b
+
+
+def check_parts(parts: dict[str, Part]) -> None:
+    """Refuse elements without a path to the piezo, sources of voltage in a loop or across it, and too many nodes.
+
+    Raises InputError, or UnservedError for a circuit that is only too large.
+    """
+    paths, sources = _Groups(), _Groups()
+    paths.join("p", "0")
+    nodes: set[str] = set()
+    for part in parts.values():
+        nodes.update(part.nodes)
+        if len(nodes) > MOST_NODES:
+            raise UnservedError(
+                f"{part.where} is the first beyond {MOST_NODES} nodes, which a compiled circuit may have"
+            )
+        if part.kind not in _NO_PATH:
+            for other in part.nodes[1:]:
+                paths.join(part.nodes[0], other)
+        if sets_voltage(part) and not sources.join(*part.nodes[:2]):
+            raise InputError(
+                f"{part.where} must not close a loop of sources of voltage, but does: put a resistor in series"
+            )
+        if sources.of("p") == sources.of("0"):
+            raise InputError(
+                f"{part.where} must not set the piezo's voltage, but does: leave the source out, as the device drives "
+                "the netlist"
+            )
+    for part in parts.values():
+        for node in part.nodes:
+            if paths.of(node) != paths.of("0"):
+                raise InputError(
+                    f"{part.where} must have a path to the piezo, but its node {node!r} has none: connect it by an "
+                    "element"
+                )
+
+
+def sets_voltage(part: Part) -> bool:
+    """Whether an element is a source of voltage."""
+    return part.kind in _SOURCES or (part.kind == "b" and part.rest.startswith("v"))
+
+
+def unserved_parts(parts: dict[str, Part], capacitance: float = 1e-8) -> Iterator[tuple[str, str]]:
+    """Every element, and why compiled circuits do not have it; "" where they do."""
+    for name, part in parts.items():
+        try:
+            stamp(part, System(capacitance), parts)
+        except InputError as error:
+            yield name, str(error).removeprefix(f"{part.where} ")
+        else:
+            yield name, ""

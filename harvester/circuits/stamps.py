@@ -1,0 +1,193 @@
+"""What each element of a netlist adds to the equations of its circuit, by the letter of its kind.
+
+An element, a model's parameter or a form of an element that is not among them raises `UnservedError`, which names it.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+
+from harvester.circuits import junctions
+from harvester.circuits.expression import Node, constant, operation
+from harvester.circuits.parts import ModelCard, Part, unserved
+from harvester.circuits.source_stamps import (
+    behavioural,
+    controlled_current,
+    controlled_voltage,
+    current_of,
+    current_source,
+    voltage_source,
+)
+from harvester.circuits.system import GMIN, Diode, Function, Junction, Row, Switch, System
+from harvester.errors import InputError
+
+LEAST_RESISTANCE = 1e-3  # ohm, which ngspice takes for 0
+_DIODE = {  # parameters of a model that are served, or that do nothing at 27 degrees Celsius
+    *("is", "js", "n", "rs", "cjo", "cj0", "cj", "vj", "pb", "m", "mj", "tt", "bv", "ibv", "fc", "nbv", "eg", "xti"),
+    *("tnom", "level", "kf", "af", "iave", "vpk", "mfg", "type"),
+}
+
+
+def stamp(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    """Add an element to the equations; ``parts`` are all elements by their names.
+
+    Raises UnservedError for one that compiled circuits do not have, and InputError for values that cannot be.
+    """
+    if part.kind not in _STAMPS:
+        raise unserved(part, "is an element of a kind that compiled circuits do not have")
+    if part.kind in "rcldqjm" and {"temp", "dtemp"} & part.options.keys():
+        raise unserved(part, "has a temperature of its own")
+    _STAMPS[part.kind](part, system, parts)
+
+
+def _value(part: Part, *names: str) -> float:
+    """The value of a resistor, capacitor or coil."""
+    options = part.options
+    for name in names:
+        if name in options:
+            return options[name]
+    words = part.words
+    if not words:
+        raise unserved(part, "has no value that is a number")
+    if re.match(r"[a-z_]", words[0]):
+        if words[0] in part.models:
+            raise unserved(part, "has a model, which compiled circuits know for diodes, transistors and switches only")
+        if words[0] not in part.values:
+            raise unserved(part, f"has a value that is no number: {words[0]}")
+    if "v(" in part.rest or "i(" in part.rest:
+        raise unserved(part, "has a value that depends on voltages or currents")
+    return part.number(words[0])
+
+
+def _resistor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    resistance = _value(part, "r", "resistance") or LEAST_RESISTANCE
+    row = system.across(*part.nodes[:2])
+    system.add(row, row, part.options.get("m", 1.0) / resistance)
+
+
+def _capacitor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    capacitance = _value(part, "c", "capacitance") * part.options.get("m", 1.0)
+    row = system.across(*part.nodes[:2])
+    if capacitance != 0.0 and row:
+        charge = {k: v * capacitance for k, v in row.items()}
+        start = capacitance * part.options.get("ic", 0.0)
+        system.add_charge(part.name, row, charge, 1.0 / abs(capacitance), start)
+
+
+def _inductor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    branch = system.branch(part.name)
+    voltage = system.across(*part.nodes[:2])
+    system.add(voltage, {branch: 1.0})
+    system.add({branch: 1.0}, voltage)
+    inductance = _inductance(part)
+    flux: Row = {branch: inductance}
+    for one in parts.values():
+        if one.kind == "k" and part.name in (names := _coupled(one)):
+            _coupling(one, system, parts)
+            other = parts[names[1] if names[0] == part.name else names[0]]
+            factor = one.number(one.words[-1])
+            mutual = factor * math.sqrt(abs(inductance * _inductance(other)))
+            flux[system.branch(other.name)] = mutual
+    volts = 1.0 / math.sqrt(max(abs(inductance), 1e-15) * system.capacitance)  # of a coil that rings with the piezo
+    system.add_charge(part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0))
+
+
+def _inductance(part: Part) -> float:
+    return _value(part, "l", "inductance") / part.options.get("m", 1.0)
+
+
+def _coupled(part: Part) -> tuple[str, str]:
+    """The names of the two coils that a K element couples."""
+    words = part.words
+    if len(words) != 3:
+        raise unserved(part, "must name two coils and a factor")
+    return part.path + words[0], part.path + words[1]
+
+
+def _coupling(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    for name in _coupled(part):
+        if name not in parts:
+            raise InputError(f"{part.where} must couple two coils of its subcircuit, but {name!r} is none")
+
+
+def _switch(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    words = part.words
+    by_current = part.kind == "w"
+    name = next((word for word in words if word in part.models), words[-1])
+    model = _model(part, name, ("csw",) if by_current else ("sw",))
+    for key in model.values:
+        if key not in ("ron", "roff", "vt", "vh", "it", "ih"):
+            raise unserved(part, f"has a model with the parameter {key}")
+    control = current_of(part, words[0], system, parts) if by_current else system.across(*map(part.node, words[:2]))
+    threshold, width = (model.values.get(key, 0.0) for key in (("it", "ih") if by_current else ("vt", "vh")))
+    if width < 0.0:
+        raise unserved(part, "has a negative hysteresis")
+    closed, opened = 1.0 / model.values.get("ron", 1.0), 1.0 / model.values.get("roff", 1.0 / GMIN)
+    row = system.across(*part.nodes[:2])
+    system.switches.append(Switch(control, threshold + width, threshold - width, "on" in words[1:]))
+    state = Node("state", index=len(system.switches) - 1)
+    share = operation("+", constant(opened), operation("*", state, constant(closed - opened)))
+    if row:
+        system.functions.append(Function(operation("*", share, system.input(row)), row))
+
+
+def _model(part: Part, name: str, kinds: tuple[str, ...]) -> ModelCard:
+    if name not in part.models:
+        raise InputError(f"{part.where} must name a model of the netlist, but {name!r} is none")
+    model = part.models[name]
+    if model.kind not in kinds:
+        raise unserved(part, f"has a model of the type {model.kind}")
+    return model
+
+
+def _diode(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+    words = part.words
+    model = _model(part, words[0], ("d",))
+    for key in model.values:
+        if key not in _DIODE:
+            raise unserved(part, f"has a model with the parameter {key}")
+    number = [part.number(word) for word in words[1:] if word != "off"]
+    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
+
+    def known(*names: str, default: float = 0.0) -> float:
+        return junctions.value(model, names, default)
+
+    anode, cathode = part.nodes[:2]
+    if (series := known("rs")) > 0.0:
+        inner = f"{part.name}#internal"
+        row = system.across(anode, inner)
+        system.add(row, row, area / series)
+        anode = inner
+    saturation, thermal = known("is", "js", default=1e-14) * area, known("n", default=1.0) * junctions.THERMAL
+    breakdown, reverse = None, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
+    if "bv" in model.values:
+        ibv = known("ibv", default=1e-3) * area
+        breakdown = junctions.breakdown_voltage(saturation, reverse, model.values["bv"], ibv)
+    limits = Junction(thermal, saturation, math.inf if breakdown is None else breakdown, reverse)
+    row = system.across(anode, cathode)
+    if not row:
+        return
+    system.add(row, row, GMIN)
+    v = system.input(row, limits)
+    layer = known("cjo", "cj0", "cj") * area, known("vj", "pb", default=1.0), known("m", "mj", default=0.5)
+    bends = min(known("fc", default=0.5), 0.95), known("tt")
+    beyond = math.inf if breakdown is None else breakdown
+    system.diodes.append(Diode(v.index, (saturation, thermal, beyond, reverse, *layer, *bends), row))
+
+
+_STAMPS: dict[str, Callable[[Part, System, Mapping[str, Part]], None]] = {
+    "r": _resistor,
+    "c": _capacitor,
+    "l": _inductor,
+    "k": _coupling,
+    "v": voltage_source,
+    "i": current_source,
+    "e": controlled_voltage,
+    "h": controlled_voltage,
+    "g": controlled_current,
+    "f": controlled_current,
+    "b": behavioural,
+    "s": _switch,
+    "w": _switch,
+    "d": _diode,
+}

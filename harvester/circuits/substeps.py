@@ -1,0 +1,218 @@
+"""A circuit over one drift of the mass: implicit steps of second order, shorter where something happens.
+
+A step of length d is two stages of tau = g d with the same matrices, g = 1 - 1/sqrt(2) (Alexander's SDIRK2, L-stable):
+
+    stage 1    from z0 to z1          stage 2    from z0 + (1 - g)/g (z1 - z0) to z2, the end
+
+Beside it the stages tell the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes a charge by too
+much of its size, closes or opens a switch, or does not converge is made again in parts: the steps are h/2^k.  The
+current of the piezo carries exactly the charge theta (x1 - x0) of each step, so that an impact within one is averaged.
+
+Source: Alexander, SIAM J. Numer. Anal. 14, 1006, 1977.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import carray, from_dtype, types  # type: ignore[attr-defined]
+
+from harvester.circuits.pointers import POINTER, call_solver, data, pointer
+from harvester.mechanics.kernels.compiled import c_function, inlined
+
+GAMMA = 1.0 - np.sqrt(0.5)
+LEVELS = 18  # lengths of steps, from h to h/2^17
+GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
+FADING = 2e-4  # of a charge's size, a step
+TOLD = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
+DID = 3  # numbers of what a drift did
+ROOMS = 7  # rows of the workspace
+NEVER = 1e300  # the error of a step that did not converge
+
+
+# A compiled circuit as kernels take it: addresses of the solver, of the stages' Y, R and O by levels, of the solver's
+# arguments, of the switches' thresholds, shape (2, switches), and of what 1 of each charge is in V; the numbers of
+# unknowns, charges (linear ones, and all) and switches; the least size of a charge (V), the largest error of a step
+# over it, theta l (C), and the seconds of a step h.
+_AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at")
+_COUNTS = ("n", "nz", "ns", "switches")
+CIRCUIT = np.dtype(
+    [(name, np.int64) for name in (*_AT, *_COUNTS)]
+    + [(name, np.float64) for name in ("least", "tolerance", "charge", "seconds")],
+    align=True,
+)
+_RECORD = types.CPointer(from_dtype(CIRCUIT))
+FOLLOW = types.int64(_RECORD, POINTER, POINTER, *5 * [types.float64], types.int64)
+
+
+class Own(NamedTuple):
+    """A compiled circuit on a device, as kernels take it.
+
+    Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index ``told`` in a state
+    from which on voltages are told, the ``volts`` of a nondimensional 1, and the load's power over its mean squared
+    voltage.
+    """
+
+    record: Any
+    address: Any
+    length: Any
+    told: Any
+    volts: Any
+    unit: Any
+
+
+@inlined
+def place(t, x, x1, wall, first, h):
+    """Where the mass is at a time t of a drift of length h from x to x1, which meets a stop at the time ``first``."""
+    if t < first:
+        return x + (wall - x) * (t / first)
+    return wall + (x1 - wall) * ((t - first) / (h - first)) if h > first else x1
+
+
+@inlined
+def stage(c, level, s, u, y, switches, after, told, r, work):
+    """Make one stage: from the charges s to those ``after`` it, with the voltages y changed; iterations, or -1."""
+    n, many, rows = c.n, c.ns, c.nz + TOLD + c.switches
+    R = carray(pointer(c.R_at + 8 * level * n * (many + 2)), (n, many + 2))
+    O = carray(pointer(c.O_at + 8 * level * rows * (n + many + 2)), (rows, n + many + 2))  # noqa: E741
+    for i in range(n):
+        total = R[i, many] * u + R[i, many + 1]
+        for k in range(many):
+            total += R[i, k] * s[k]
+        r[i] = total
+    rate = float(1 << level) / (GAMMA * c.seconds)
+    Y = pointer(c.Y_at + 8 * level * n * n)
+    found = call_solver(
+        c.solver_at, data(y), data(r), Y, pointer(c.p_at), data(switches), data(after[c.nz :]), data(work), rate
+    )
+    if found < 0:
+        return found
+    for i in range(rows):
+        total = O[i, n + many] * u + O[i, n + many + 1]
+        for k in range(n):
+            total += O[i, k] * y[k]
+        for k in range(many):
+            total += O[i, n + k] * s[k]
+        if i < c.nz:
+            after[i] = total
+        else:
+            told[i - c.nz] = total
+    return found
+
+
+@inlined
+def switched(thresholds, told, switches):
+    """Whether a switch would change by the quantities told."""
+    found = False
+    for k in range(len(switches)):
+        control = told[TOLD + k]
+        found = found or (control < thresholds[1, k] if switches[k] != 0.0 else control > thresholds[0, k])
+    return found
+
+
+@inlined
+def switch(thresholds, told, switches):
+    """Close the switches above their threshold, and open those below."""
+    for k in range(len(switches)):
+        control = told[TOLD + k]
+        if control > thresholds[0, k]:
+            switches[k] = 1.0
+        elif control < thresholds[1, k]:
+            switches[k] = 0.0
+
+
+@inlined
+def error_of(c, volts, s, first, second, sizes):
+    """The error of a step over the largest that it may have, from its charges before, between and after."""
+    found = 0.0
+    for k in range(c.nz):
+        off = abs(second[k] - s[k] - (first[k] - s[k]) / GAMMA) * volts[k]
+        found = max(found, off / (c.tolerance * max(sizes[k], c.least)))
+        if not off < 1e300:  # nan, which max() passes over
+            found = NEVER
+    return found
+
+
+@inlined
+def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
+    """Try a step of two stages from the charges s: its error, and the load's voltage after the first stage.
+
+    The charges at its end are in the second row of ``room``, what is told in the fourth.
+    """
+    middle, end, new, r, work, between = room[0], room[1], room[3], room[4], room[5], room[6]
+    if stage(c, level, s, u, y, switches, middle, new, r, work) < 0:
+        return NEVER, 0.0
+    one = new[2]
+    for k in range(c.ns):
+        between[k] = s[k] + (1.0 - GAMMA) / GAMMA * (middle[k] - s[k])
+    if stage(c, level, between, u, y, switches, end, new, r, work) < 0:
+        return NEVER, one
+    error = error_of(c, volts, s, middle, end, sizes)
+    if error < NEVER and switched(thresholds, new, switches):
+        return max(error, 4.0), one
+    return error, one
+
+
+@inlined
+def copy(to, array):
+    """Copy as many numbers as there is room for."""
+    for k in range(len(to)):
+        to[k] = array[k]
+
+
+@c_function(FOLLOW)
+def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
+    """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
+
+    A state is its charges, the unknowns that functions read, the switches, the sizes of the linear charges (V) with the
+    level, what is told (the voltages of piezo, store and load, and the switches' controls), and what this drift did:
+    the integral of the load's squared voltage (V^2 s), the steps, and those of them that failed.
+    """
+    c = carray(circuit_at, 1)[0]
+    ns, n, nz = c.ns, c.n, c.nz
+    length = ns + n + c.switches + nz + 1 + TOLD + c.switches + DID
+    longest = max(length, n * n + n)
+    state, room = carray(state_at, length), carray(room_at, (ROOMS, longest))
+    s, y, switches = state[:ns], state[ns : ns + n], state[ns + n : ns + n + c.switches]
+    begin = ns + n + c.switches
+    sizes, told = state[begin : begin + nz + 1], state[begin + nz + 1 : length - DID]
+    end, trial, new = room[1], room[2], room[3]
+    volts = carray(pointer(c.volts_at), nz)
+    thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
+    finest = 1 << (LEVELS - 1)
+    total = finest if whole != 0 else finest // 2
+    level = max(int(sizes[nz]), 0 if whole != 0 else 1)
+    at, square, steps, failed, unit = 0, 0.0, 0, 0, h / total
+    before = place(0.0, x, x1, wall, first, h)
+    while at < total:
+        size = finest >> level
+        while at % size != 0 or at + size > total:
+            level += 1
+            size = finest >> level
+        seconds = c.seconds / (1 << level)
+        here = place((at + size) * unit, x, x1, wall, first, h)
+        u = c.charge * (here - before) / seconds
+        copy(trial[:n], y)
+        steps += 1
+        error, one = step(c, level, s, u, trial, switches, sizes, room, volts, thresholds)
+        if error > 1.0 and level < LEVELS - 1:
+            level = min(level + (2 if error > 16.0 else 1), LEVELS - 1)
+            continue
+        if not error < NEVER:
+            failed += 1  # what does not converge at the shortest step is left as it was for a while, and told
+            at = min((at // GIVEN_UP + 1) * GIVEN_UP, total)
+            before = place(at * unit, x, x1, wall, first, h)
+            continue
+        copy(s, end)
+        copy(y, trial)
+        copy(told, new)
+        for k in range(nz):
+            sizes[k] = max(sizes[k] * (1.0 - FADING * size / finest), abs(s[k]) * volts[k])
+        switch(thresholds, told, switches)
+        square += seconds * ((1.0 - GAMMA) * one * one + GAMMA * new[2] * new[2])
+        at += size
+        before = here
+        if error < 0.04 and level > 0:
+            level -= 1
+    sizes[nz] = level
+    state[length - 3], state[length - 2], state[length - 1] = square, steps, failed
+    return steps

@@ -1,0 +1,140 @@
+"""The equations of a circuit, element by element (modified nodal analysis).
+
+    P z' + G y + A i(w) + A q(w)' = s + b u        z = Z y,  w = W y
+
+y are the voltages of the nodes, and the currents of the elements that need one (sources of voltage, coils); z the
+charges of capacitors and the fluxes of coils; i the currents of diodes, switches and B sources and q the charges of
+junctions, which depend on the voltages and currents w; s what sources of constant value give.  u = theta x' is the
+current of the piezo, which stands beside its capacitance Cp between the node ``p`` and ground.
+
+Source: Ho, Ruehli, Brennan, IEEE Trans. Circuits Syst. 22, 504, 1975.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.expression import Node, input_of
+
+GMIN = 1e-12  # S, which ngspice puts beside every junction
+Row = dict[int, float]  # coefficients by the number of the unknown, or of the equation
+
+
+@dataclass(frozen=True)
+class Junction:
+    """How an input's voltage is limited in Newton's iterations: where a diode's current grows, and breaks down.
+
+    The current is ``saturation`` exp(v/thermal), and beyond ``breakdown`` (V, infinite without) that with ``reverse``.
+    """
+
+    thermal: float
+    saturation: float
+    breakdown: float = np.inf
+    reverse: float = 1.0
+
+
+@dataclass(frozen=True)
+class Function:
+    """A current, or the voltage of a source, that depends on the inputs by a ``tree``, and where it enters."""
+
+    tree: Node
+    rows: Row
+
+
+@dataclass(frozen=True)
+class Diode:
+    """A diode's junction: its ``input`` and the ``arguments`` of `junctions.diode`, and where it enters."""
+
+    input: int
+    arguments: tuple[float, ...]
+    rows: Row
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A switch: closed once its control is above ``on``, open once it is below ``off``."""
+
+    control: Row
+    on: float
+    off: float
+    closed: bool
+
+
+@dataclass
+class System:
+    """The equations as they grow, element by element; the unknowns are numbered in the order of their first mention."""
+
+    capacitance: float  # of the piezo, F
+    unknowns: dict[str, int] = field(default_factory=dict)
+    conductances: dict[tuple[int, int], float] = field(default_factory=dict)
+    sources: Row = field(default_factory=dict)
+    charges: list[tuple[str, Row, Row, float]] = field(default_factory=list)  # name, column of P, row of Z, volts of 1
+    starts: list[float] = field(default_factory=list)  # of the charges
+    inputs: list[tuple[Row, Junction | None]] = field(default_factory=list)
+    functions: list[Function] = field(default_factory=list)
+    diodes: list[Diode] = field(default_factory=list)  # which also have a charge each
+    switches: list[Switch] = field(default_factory=list)
+    owners: dict[int, str] = field(default_factory=dict)  # of the unknowns that are currents: their elements
+
+    def node(self, name: str) -> int | None:
+        """The number of a node's voltage; None for ground."""
+        return None if name == "0" else self.unknowns.setdefault(name, len(self.unknowns))
+
+    def branch(self, name: str) -> int:
+        """The number of the current of an element."""
+        index = self.unknowns.setdefault(f"i({name})", len(self.unknowns))
+        self.owners[index] = name
+        return index
+
+    def across(self, a: str, b: str) -> Row:
+        """The row of a voltage from a to b, which as a column is that of a current from a to b."""
+        found: Row = {}
+        for name, sign in ((a, 1.0), (b, -1.0)):
+            index = self.node(name)
+            if index is not None:
+                found[index] = found.get(index, 0.0) + sign
+        return {k: v for k, v in found.items() if v != 0.0}
+
+    def add(self, rows: Row, columns: Row, value: float = 1.0) -> None:
+        """Add a product of a column of equations and a row of unknowns to G."""
+        for i, a in rows.items():
+            for j, b in columns.items():
+                self.conductances[i, j] = self.conductances.get((i, j), 0.0) + a * b * value
+
+    def add_source(self, rows: Row, value: float) -> None:
+        """Add constants to the right side."""
+        for i, a in rows.items():
+            self.sources[i] = self.sources.get(i, 0.0) + a * value
+
+    def add_charge(self, name: str, column: Row, row: Row, volts: float, start: float = 0.0) -> None:
+        """Add a charge, or a flux, of which 1 is ``volts`` where its error is judged."""
+        self.charges.append((name, column, row, volts))
+        self.starts.append(start)
+
+    def input(self, row: Row, junction: Junction | None = None) -> Node:
+        """The leaf of an input, which is the same for the same row."""
+        if (row, junction) not in self.inputs:
+            self.inputs.append((row, junction))
+        return input_of(self.inputs.index((row, junction)))
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return len(self.unknowns)
+
+    def dense(self, entries: dict[tuple[int, int], float]) -> Floats:
+        """A matrix over all unknowns."""
+        found = np.zeros((self.size, self.size))
+        for (i, j), value in entries.items():
+            found[i, j] = value
+        return found
+
+    def vectors(self, rows: Sequence[Row]) -> Floats:
+        """Rows over all unknowns, shape (len(rows), size)."""
+        found = np.zeros((len(rows), self.size))
+        for k, row in enumerate(rows):
+            for i, value in row.items():
+                found[k, i] = value
+        return found

@@ -1,0 +1,62 @@
+"""Engine `compiled`: Monte Carlo with the netlist as a compiled circuit."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from harvester.engines.ensemble import Ensemble
+from harvester.engines.sampling import Model
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, refusal
+from harvester.presentation.engine_look import EngineLook
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+
+
+@names_arguments
+@dataclass(frozen=True, kw_only=True)
+class Compiled(Ensemble):
+    """The coupled equations with the netlist as a compiled circuit (`harvester.circuits`).
+
+    >>> import harvester as hv
+    >>> hv.Compiled(within="2%", budget="1min").budget
+    60.0
+
+    Raises
+    ------
+    CannotServeError
+        for a load resistance, and a netlist with an element that compiled circuits do not have.
+    UnboundedResponseError
+        where no stationary response exists.
+    """
+
+    NAME: ClassVar[str] = "compiled"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "compiled circuit (ensemble)", "#E69F00", "h", (0, (3, 1, 1, 1)), width=2.5, order=2.6, paler=0.3, trust=3
+    )
+    takes_netlists: ClassVar[bool] = True
+    needs_netlist: ClassVar[bool] = True
+    next_fidelity: ClassVar[str | None] = "spice"
+    MODEL_NOTE: ClassVar[str] = "compiled_circuit"
+    UNKNOWN: ClassVar[str] = COMPILED_CIRCUIT
+
+    @classmethod
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the engine cannot serve a problem; None where it can."""
+        from harvester.circuits.compiled_circuit import compiled_circuit
+
+        if problem.netlist is None:
+            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
+        assert problem.circuit is not None, "a netlist is a circuit"
+        try:
+            compiled_circuit(problem.circuit, problem.scales)
+        except InputError as error:
+            return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
+        return None
+
+    def model(self, problem: Problem) -> Model:
+        """What is simulated for a problem that the engine serves."""
+        from harvester.circuits.compiled_circuit import compiled_circuit
+
+        assert problem.circuit is not None, "refusal checks this"
+        circuit = compiled_circuit(problem.circuit, problem.scales)
+        return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)

@@ -1,0 +1,50 @@
+"""What a circuit of a room above brings along, so that trajectories advance with it: kernels of its own."""
+
+from typing import Protocol
+
+from harvester.arrays import Floats
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.path import Path
+from harvester.mechanics.kernels.shaking import Filter
+from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
+
+
+class OwnCircuit(Protocol):
+    """A circuit of a room above that brings kernels of its own: how many rows its states and sums have, and these."""
+
+    sums: int
+
+    @property
+    def rows(self) -> int:
+        """Rows of its states."""
+
+    @property
+    def mu(self) -> float:
+        """The load's power over the squared voltage of the store, nondimensional."""
+
+    @property
+    def memory(self) -> float:
+        """Time constant of the smoothing capacitor with the load."""
+
+    def begin(self, state: Floats) -> None:
+        """Fill the rows below x, x' and V of states at the beginning, shape (blocks, rows, BATCH)."""
+
+    def advance(
+        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
+        """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
+
+    def trace(
+        self,
+        eqs: Equations,
+        noise: Floats,
+        h: float,
+        stride: int,
+        start: tuple[float, float],
+        state: Floats | None,
+        shaking: Floats | None,
+    ) -> Path:
+        """One trajectory from x, x' and a state of the circuit, which are the rows of states below the fourth."""
+
+    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+        """Go from the states of a block after a kick to x, x' and V half a step later."""

@@ -1,0 +1,67 @@
+"""The compiled circuit is ngspice's: the same power on the same noise, circuit by circuit.
+
+The whole table is that of `python benchmarks/compiled_circuits.py`.
+"""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.cosimulation.runs import CoupledDevice, new_drive, run_in_this_process
+from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.equations.problem import Problem
+from harvester.mechanics.kernels.noise import three_point_grid
+from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
+
+CIRCUITS = {
+    "bridge of BAT54": (BRIDGE.format("BAT54") + STORE, 5e-4),
+    "doubler of 1N5817": ("D1 n p 1N5817\nD2 p a 1N5817\nCsmooth a n 1u\nRload a n 6Meg", 5e-4),
+    "zener clamp": (".model zener D(Is=1n Bv=1.2 Ibv=1u)\n" + BRIDGE.format("1N4148") + STORE + "Dz b a zener", 5e-4),
+    "switch with hysteresis": (
+        ".model relay SW(Ron=1k Roff=1G Vt=1.5 Vh=0.3)\n"
+        + BRIDGE.format("BAT54")
+        + "Csmooth a b 0.1u\nS1 a c a b relay\nRload c b 400k",
+        3e-3,
+    ),
+    "coupled coils": (
+        "R1 p q 10k\nL1 q n 2k\nL2 s t 500\nK1 L1 L2 0.8\nD1 s a BAT54\nCsmooth a t 1u\nRload a t 300k\nR2 t n 1Meg",
+        5e-4,
+    ),
+}
+
+
+def _powers(scene, steps, h):
+    """The mean power of Rload (W), and V: of ngspice and of the compiled circuit, on the same noise."""
+    problem = Problem.of(scene)
+    noise = three_point_grid(np.random.SeedSequence(3), steps)
+    device = CoupledDevice(problem.equations, problem.scales, problem.circuit, h, 1, patience=1e9, reltol=1e-6)
+    drive = run_in_this_process(device, new_drive(device, noise, 0.0))
+    circuit = compiled(scene)
+    path = circuit.trace(problem.equations, noise, h, 1)
+    seconds = steps * h / problem.scales.frequency
+    powers = float(drive.state[0].load) / seconds, path.square[-1] / circuit.resistance / seconds
+    return powers, np.corrcoef(drive.path().V, path.V)[0, 1], path.failed
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("name", CIRCUITS)
+def test_the_power_is_that_of_ngspice_on_the_same_noise(tmp_path, name):
+    body, tolerance = CIRCUITS[name]
+    (powers, correlation, failed) = next(map_in_workers(_powers, [(on_plate(tmp_path, body), 2400, 0.05)]))
+    assert powers[1] == pytest.approx(powers[0], rel=tolerance)
+    assert correlation > 0.9999
+    assert failed == 0
+
+
+def test_halving_the_step_divides_the_error_by_four(tmp_path):
+    """A bridge under a smooth motion: the scheme is of second order."""
+    scene = hv.loads(hv.load("examples/plate_harmonic.toml").to_toml()).with_load(
+        netlist="bridge", parameters={"R": 1e6, "C": 1e-7}
+    )
+    problem, circuit = Problem.of(scene), compiled(scene)
+    squares = [
+        circuit.trace(problem.equations, np.zeros(400 * 2**k), 0.1 / 2**k, 400 * 2**k).square[-1] for k in range(4)
+    ]
+    first, second, third = np.diff(squares)
+    assert first / second == pytest.approx(4.0, rel=0.4)
+    assert second / third == pytest.approx(4.0, rel=0.4)

@@ -1,0 +1,66 @@
+"""What is said of netlists: bad ones in one line that names the element, and which elements are served."""
+
+import pytest
+
+import harvester as hv
+from harvester.circuits.newton import Solver
+from harvester.circuits.parts import parts_of
+from harvester.circuits.solvability import unserved_parts
+from harvester.equations.problem import Problem
+from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
+
+GOOD = BRIDGE.format("BAT54") + STORE
+
+BAD = {
+    "no path": (GOOD + "Rx y z 1k\nRy z y 2k", "element rx must have a path to the piezo, but its node 'y' has none"),
+    "sources in a loop": (GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3", "element b1 must not close a loop of sources"),
+    "across the piezo": (GOOD + "V1 p m 1\nV2 m n 2", "element v2 must not set the piezo's voltage"),
+    "current source": (GOOD + "I1 q 0 1u", "element i1 must have a path to the piezo, but its node 'q' has none"),
+    "too large": (
+        GOOD + "\n".join(f"R{k} x{k} x{k + 1} 1k" for k in range(200)) + "\nRend x0 p 1k",
+        "is the first beyond 150 nodes",
+    ),
+    "unknown function": (GOOD + "B1 a b I=bessel(v(a))", "element b1 must use functions that compiled circuits know"),
+    "time": (GOOD + "B1 a b I=1u*sin(time)", "element b1 depends on the time"),
+    "changing source": (GOOD + "V1 c b SIN(0 1 50)\nR1 c a 1Meg", "element v1 is a source that changes with time"),
+    "transmission line": (GOOD + "T1 p n a b Z0=50 Td=1n", "element t1 is an element of a kind"),
+    "no model": (GOOD + "D9 p a nothing", "element d9 must name a model of the netlist, but 'nothing' is none"),
+    "no coil": (GOOD + "L1 p a 1m\nK1 L1 L2 0.9", "element k1 must couple two coils"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
+    body, complaint = BAD[name]
+    with pytest.raises(hv.InputError) as error:
+        compiled(on_plate(tmp_path, body))
+    assert complaint in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "name", ["bridge", "doubler", "parallel_sshi", "series_sshi", "sece", "sshc", "ltc3588", "bq25570", "node"]
+)
+def test_the_netlists_of_the_package_are_served(name):
+    circuit = Problem.of(hv.load("examples/plate_bridge.toml").with_load(netlist=name)).circuit
+    parts = {part.name: part for part in parts_of(circuit)}
+    assert [why for _, why in unserved_parts(parts) if why] == []
+
+
+def test_values_change_no_source_so_that_they_compile_nothing(tmp_path):
+    def source(model, value):
+        more = f"B1 a b I={value}*uramp(v(a,b) - {value})\nL1 p q {value}\nR1 q n 1k\n.model own D({model})"
+        made = compiled(on_plate(tmp_path, GOOD.replace("BAT54", "own") + more))
+        return Solver(made.reduction, 1e5, 1.0).text
+
+    assert source("Is=1n N=1.5 Bv=5", 0.3) == source("Is=30u Rs=0 Cjo=1p Tt=3n", 2) == source("Is=2u N=1", 0.1)
+
+
+def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester):
+    path = tmp_path / "board.cir"
+    path.write_text(f"* a board\n.subckt board p n\n{GOOD}T1 p n a b Z0=50 Td=1n\n.ends board\n")
+    status, out, _ = harvester("doctor", path)
+    assert status == 0
+    assert "served   d1" in out
+    assert "NOT      t1  is an element of a kind that compiled circuits do not have" in out
+    assert "6 of 7 elements are served" in out
