@@ -13,6 +13,7 @@ from harvester.answers.responses import SteadyResponse
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
+from harvester.presentation.messages.unknown_parts import STEP
 from harvester.uncertainty.value import NORMAL_QUANTILE, Value
 
 if TYPE_CHECKING:
@@ -73,6 +74,6 @@ def _power(one: "Attractor", rough: "list[Attractor]", name: str) -> Value:
     same = next((other for other in rough if other.like(one)), None)
     mean = float(entries.mean())
     if same is None:
-        return Value(mean, stderr, unknown="the step")
+        return Value(mean, stderr, unknown=STEP)
     spread = NORMAL_QUANTILE * sampled if one.turns else 0.0  # that of the places of impacts in a step
     return Value(mean, stderr, abs(float(same.entries(name).mean()) - mean) / 3.0 + spread)

@@ -7,9 +7,9 @@ from typing import ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served, unknown_effects
+from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_known_effects, served
 from harvester.equations.bounds import check_bounded
-from harvester.equations.effects import DENSITY, LINEAR, unknown_to
+from harvester.equations.effects import DENSITY, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
@@ -49,11 +49,8 @@ class Density(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why there is no density to solve, and what serves the problem; None where there is one."""
-        linear = unknown_to(LINEAR).isdisjoint(problem.effects)
-        instead = "engine 'ensemble'" + (", or 'exact', which serves all linear scenes" if linear else "")
-        other = unknown_effects(problem, unknown_to(DENSITY), f"engine {cls.NAME!r}", instead)
         without = None if problem.equations.n1 else refusal("needs_white_noise", engine=cls.NAME)
-        return needs_resistance(problem, cls.NAME) or other or without
+        return needs_known_effects(problem, cls, unknown_to(DENSITY)) or without
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""

@@ -9,12 +9,11 @@ from typing import Any, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, needs_resistance, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, needs_known_effects, served
 from harvester.equations.coefficients import Equations
-from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.presentation.diagnostic import Diagnostic, refusal, warning
+from harvester.presentation.diagnostic import Diagnostic, warning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,11 +27,7 @@ class Formula(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the theory cannot serve a problem; None where it can."""
-        if (why := needs_resistance(problem, cls.NAME)) is not None or cls.UNSERVED.isdisjoint(problem.effects):
-            return why
-        effects = " and ".join(name for name in problem.effects if name in cls.UNSERVED)
-        numbers = {"linear_only": cls.is_exact, "linear": unknown_to(LINEAR).isdisjoint(problem.effects)}
-        return refusal("unserved_effects", cls.NAME, engine=cls.NAME, effects=effects, **numbers)
+        return needs_known_effects(problem, cls, cls.UNSERVED)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""

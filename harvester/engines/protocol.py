@@ -7,6 +7,7 @@ from typing import ClassVar, TypeAlias
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
 from harvester.presentation.diagnostic import Diagnostic, refusal, warning
@@ -81,6 +82,15 @@ def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
     if problem.netlist is None:
         return None
     return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
+
+
+def needs_known_effects(problem: Problem, engine: type[Engine], unserved: frozenset[str]) -> Diagnostic | None:
+    """Why an engine for load resistances cannot serve a netlist, or effects that it does not know; None: it can."""
+    effects = " and ".join(name for name in problem.effects if name in unserved)
+    if problem.netlist is not None or not effects:
+        return needs_resistance(problem, engine.NAME)
+    numbers = {"linear_only": engine.is_exact, "linear": unknown_to(LINEAR).isdisjoint(problem.effects)}
+    return refusal("unserved_effects", engine.NAME, engine=engine.NAME, effects=effects, **numbers)
 
 
 def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instead: str) -> Diagnostic | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
+from harvester.engines.spice.ledger import gives_power, ledger_doubts
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.messages.unknown_parts import STEP, TOLERANCE
@@ -136,10 +136,6 @@ class RunMeans:
         if power.value + power.known_error95 < 0.0:
             raise gives_power(-power.value * self.setup.device.scales.watts)
         return ledger_doubts([one.ledger for one in self.done])
-
-    def ledger(self, watts: float) -> dict[str, float]:
-        """Where the energy went, mean over the trajectories, in units of ``watts``; see `energy_ledger`."""
-        return ledger_entries([one.ledger for one in self.done], watts)
 
 
 def largest_step_bias(

@@ -6,6 +6,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence
 from harvester.engines.protocol import estimate
 from harvester.engines.sampling import agreement, power_balance
+from harvester.engines.spice.ledger import ledger_entries
 from harvester.engines.spice.probes import Watch, with_sampled_probes
 from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.setup import stand_in
@@ -25,7 +26,7 @@ def sampled_estimate(
     if setup.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
         details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
     else:
-        details |= runs.ledger(problem.scales.watts / problem.units.watts)
+        details |= ledger_entries([one.ledger for one in runs.done], problem.scales.watts / problem.units.watts)
     agreed = agreement(moments) if eqs.is_steady else None
     exact = agreed is not None and agreed.severity == "note"
     v2, power = (
