@@ -1,5 +1,7 @@
 """The figure of a sweep: mean power along one varied key, and each engine's power over that of one of them."""
 
+from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -119,21 +121,28 @@ def _shows(power: Value) -> bool:
 
 def _note(table: SweepShape, groups: int) -> str:
     """The note under the legend: what the error bars are, what is not shown, what failed."""
-    notes = []
-    known = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
-    if any(power.stderr is not None for _, power in known):
-        alone = max(sum(row.engine == engine for row in table.rows) for engine in table.engines)
-        what = "Bars" if alone <= MOST_BARS * groups else "Bands"
-        notes.append(f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both.")
+    notes = list(_error_notes(table, groups))
     if table.listed and len(table.axes) > 1:
         notes.append("The other keys differ from point to point.")
-    elif stated := {engine: None for engine, power in known if power.stderr is None and _shows(power)}:
-        notes.append(f"Pale band: the error that {' and '.join(stated)} states.")
-    if unknown := {engine: None for engine, power in known if power.error95 is None}:
-        notes.append(f"Of the error of {' and '.join(unknown)} not all is known.")
     failed = sum(row.mean_power is None for row in table.rows)
     if failed:
         notes.append(f"Crosses on the axis: {failed} of {len(table.rows)} rows failed.")
     if groups > MOST_CURVES:
         notes.append(f"The first {MOST_CURVES} of {groups} values of the other keys.")
     return " ".join(notes)
+
+
+def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
+    """What bars and bands are, and of which engines not all of the error is known."""
+    powers = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
+    points = Counter(engine for engine, _ in powers)
+    sampled = any(power.stderr is not None for _, power in powers)
+    stated = {engine: None for engine, power in powers if power.stderr is None and _shows(power)}
+    unknown = {engine: None for engine, power in powers if power.error95 is None}
+    if sampled:
+        what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
+        yield f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both."
+    if stated and not (table.listed and len(table.axes) > 1):
+        yield f"Pale band: the error that {' and '.join(stated)} states."
+    if unknown:
+        yield f"Of the error of {' and '.join(unknown)} not all is known."

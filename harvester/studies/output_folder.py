@@ -1,9 +1,7 @@
 """What a study leaves in a folder: a table (CSV), its figure, and where they come from (provenance.json)."""
 
-import csv
-import io
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,29 +23,6 @@ def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
         "netlist": None if circuit is None else circuit.text,
         **what,
     }
-
-
-def named(name: str, unit: str) -> str:
-    """The head of a column: its name, and its unit in brackets where there is one."""
-    return f"{name} ({unit})" if unit else name
-
-
-def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    """The lines of a CSV file, its header first; numbers have nine digits, and None is an empty cell."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(heads)
-    for row in rows:
-        yield out.getvalue()
-        out.seek(0)
-        out.truncate()
-        writer.writerow([f"{cell:.9g}" if isinstance(cell, float) else cell for cell in row])
-    yield out.getvalue()
-
-
-def csv_text(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """The text of a CSV file, as `csv_lines`."""
-    return "".join(csv_lines(heads, rows))
 
 
 class OutputFolder:

@@ -10,9 +10,9 @@ from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import InputError
 from harvester.presentation.columns import columns
+from harvester.presentation.table import csv_lines
 from harvester.records.cleaning import CleanRecord
 from harvester.records.csv_table import MOST_BYTES
-from harvester.studies.output_folder import csv_text
 from harvester.uncertainty.value import Value
 
 SEGMENTS = 16  # of Welch's mean, about
@@ -47,7 +47,8 @@ class RecordAnswer:
     def text(self) -> str:
         """The clean record as the CSV file that a scene reads; raises InputError where that would be too large."""
         t = np.round(self.record.times, 12)
-        found = csv_text(["time (s)", "acceleration (m/s^2)"], zip(t, self.record.values, strict=True))
+        rows = zip(t, self.record.values, strict=True)
+        found = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
         if len(found) > MOST_BYTES:
             raise InputError(
                 f"FILE must give a clean record of at most {MOST_BYTES} bytes, as a scene reads, but it has "
