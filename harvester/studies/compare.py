@@ -176,7 +176,7 @@ def compare(
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
     >>> found = hv.compare(scene, trajectories=64, duration=20.0)
     >>> [one.engine for one in found.estimates]
-    ['exact', 'published', 'averaged', 'ensemble', 'spice']
+    ['exact', 'published', 'averaged', 'density', 'ensemble', 'spice']
 
     Raises
     ------
