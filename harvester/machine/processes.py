@@ -25,6 +25,7 @@ Job = TypeVar("Job")
 _STARTING = threading.RLock()  # starting a process changes what all threads (of a Dask worker) share
 SAFE = {"PYTHONSAFEPATH": "1"}  # Python looks for no module in the current folder, with -m and -c too
 _OF_PARENT: list[loky.ProcessPoolExecutor] = []  # of the program that this one was forked from: never touched
+GROWTH = "2e9"  # bytes by which a worker may grow: each combination of effects that it compiles takes some
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 
 
@@ -64,6 +65,7 @@ def create(
     with _STARTING:
         _start_the_trackers()
     env, start = {**SAFE, **(env or {})}, (os.getpid(), folder)
+    env = {"LOKY_MAX_MEMORY_LEAK_SIZE": GROWTH, **(env or {})}
     return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
 
 
