@@ -486,6 +486,93 @@ def test_linear_scenes():
     assert linear_v2(e) == pytest.approx((n1 + n2 * x2) * v2_at_one + np.abs(V) ** 2 @ p, rel=1e-12)
 
 
+def on_gauss_points(found):
+    """Points x and v, weights there, and all modes of a density, from its values at the nodes."""
+    from harvester.density.elements import evaluated, quadrature
+
+    mesh = found.form.mesh
+    along, across = (quadrature(breaks, mesh.degree, mesh.degree + 4) for breaks in (mesh.x_breaks, mesh.v_breaks))
+    v = across.points.ravel()
+    p = np.einsum("keij,qi,rj->keqr", found.p, along.values, evaluated(mesh.v_breaks, mesh.degree, v), optimize=True)
+    return along.points[:, :, None], v, along.weights[:, :, None] * across.weights.ravel(), p
+
+
+@checks("displaced", "weak", "modes")
+def test_weak_form_of_the_density():
+    """For ten polynomials g, with the integrals written anew: what the motion and what the impacts make of them."""
+    from numpy.polynomial.hermite_e import hermegauss, hermeval
+
+    from harvester.density.box import settled
+    from harvester.density.elements import evaluated
+    from harvester.density.mesh import RESOLUTIONS, mesh
+    from harvester.density.refine import solution
+
+    e = changed(PAPER, restitution=0.7, c1=-0.02, beta=0.4, mu=0.6)
+    setting = settled(e, 26.0)
+    found = solution(e, setting, mesh(e, setting.box, RESOLUTIONS[0]), 8)
+    x, v, weights, modes = on_gauss_points(found)
+    frame = setting.frame
+    z, gauss = hermegauss(12)
+    norms = np.cumprod([1.0, *np.sqrt(np.arange(1.0, 8.0))])
+    # p times s exp(z^2/2) sqrt(2 pi) at Gauss points in z, whose weights have that factor.
+    series = [hermeval(z, np.eye(8)[k]) / norms[k] for k in range(8)]
+    gauss = gauss / np.sqrt(2.0 * np.pi)
+    p = np.einsum("keqr,kz->eqrz", modes, series, optimize=True)
+    x, v, weights = x[..., None], v[:, None], weights[..., None] * gauss
+    y = frame.slope * x + frame.offset + frame.scale * z
+    force = -x - e.alpha * x**3 - e.beta * (x - y)
+    loss, noise = e.c3 * x**4 - e.c2 * x**2 - e.c1, e.n1 + e.n2 * x**2
+    low = found.form.mesh.v_breaks
+    w = v[v[:, 0] > 0.0]
+    half_weights = weights[0, 0, v[:, 0] > 0.0] / (found.form.mesh.x_breaks[1] - found.form.mesh.x_breaks[0])
+    half_weights = half_weights / half_weights.sum() * low[-1]
+    at_wall = np.einsum("kj,rj,kz->rz", found.p[:, 0, 0], evaluated(low, found.form.mesh.degree, -w[:, 0]), series)
+    y_wall = frame.offset + frame.scale * z
+    powers = [
+        (1, 0, 0),
+        (0, 1, 0),
+        (0, 0, 1),
+        (2, 0, 0),
+        (1, 1, 0),
+        (0, 2, 0),
+        (1, 0, 1),
+        (0, 1, 1),
+        (0, 0, 2),
+        (1, 2, 0),
+    ]
+    for i, j, k in powers:
+        made = v * i * x ** max(i - 1, 0) * v**j * y**k + (force - loss * v) * j * x**i * v ** max(j - 1, 0) * y**k
+        made = made + noise * j * (j - 1) * x**i * v ** max(j - 2, 0) * y**k
+        made = made + e.mu * (x - y) * k * x**i * v**j * y ** max(k - 1, 0)
+        jump = (0.0**i) * ((e.restitution * w) ** j - (-w) ** j) * y_wall**k
+        moved, hit = float((p * made * weights).sum()), float((at_wall * w * jump * half_weights).sum())
+        size = float(np.abs(p * made * weights).sum())
+        assert abs(moved + hit) < 1e-6 * size, (i, j, k)
+
+
+@checks("adjoint")
+def test_adjoint_of_the_density():
+    """The transposed equations against the equations themselves, with a density drawn at random; and a derivative."""
+    from harvester.density.adjoint import adjoint, gradient
+    from harvester.density.box import settled
+    from harvester.density.coupled_modes import integrals
+    from harvester.density.functionals import functionals
+    from harvester.density.mesh import RESOLUTIONS, mesh
+    from harvester.density.refine import solution
+
+    e = changed(PAPER, beta=0.4, mu=0.6)
+    setting = settled(e, 20.0)
+    found = solution(e, setting, mesh(e, setting.box, RESOLUTIONS[0]), 5)
+    masses = np.zeros(found.form.shape)
+    masses[0] = integrals(found.form)
+    right = functionals(e, found.form)[0].reshape(masses.shape) - found.means[0] * masses
+    q = adjoint(found.factors, right)
+    drawn = np.random.default_rng(1).standard_normal(q.shape)
+    assert np.vdot(q, found.form.apply(drawn)) == pytest.approx(np.vdot(right, drawn), rel=1e-7)
+    # More noise everywhere is a larger scale: dE[V^2]/dN by its own difference is tested in tests/density.
+    assert gradient(e, found, setting)["n1"] > 0.0
+
+
 def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
     text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
