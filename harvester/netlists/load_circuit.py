@@ -7,12 +7,13 @@ that subcircuit and what it uses reach ngspice; the rest is a bench for running 
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.allowed import allowed_lines, check_names, check_size
+from harvester.netlists.element_keys import element_keys, with_elements_as_parameters
 from harvester.netlists.flat import Board, as_subcircuit
 from harvester.netlists.named_parts import part_names, with_parts
 from harvester.netlists.read_lines import Line, read_lines
@@ -93,9 +94,13 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     board = _board(load, path, folder)
     subcircuits, outside = split_subcircuits(path.name, with_parts(list(allowed_lines(board.lines)), folder))
     body = _with_rload(path, subcircuits)
+    roles = {"rload": "R", "csmooth": "C"}  # of a flat netlist: the parameters of what has another name there
+    parameters = {roles.get(board.elements.get(one.lower(), ""), one): value for one, value in parameters.items()}
+    keys, name_of_load = element_keys(body), header_of(body[0]).name.lower()
+    subcircuits[name_of_load] = body = with_elements_as_parameters(body, parameters)
     header = header_of(body[0])
     _check_header(path, header, body)
-    scene_values = _scene_values(header, parameters, capacitance)
+    scene_values = _scene_values(header, parameters, capacitance, keys)
     check_names(subcircuits, outside)
     check_size(subcircuits, header.name.lower())
     text = "\n".join(
@@ -225,17 +230,23 @@ def _smoothing_nodes(load: list[Line]) -> tuple[str, ...]:
     return ()
 
 
-def _scene_values(header: Header, parameters: dict[str, float], capacitance: float | None) -> dict[str, float]:
-    """The scene's parameters in the netlist's spelling, Cp included; every one without default must be among them."""
+def _scene_values(
+    header: Header, parameters: dict[str, float], capacitance: float | None, keys: Iterable[str]
+) -> dict[str, float]:
+    """The scene's parameters in the netlist's spelling, Cp included; every one without default must be among them.
+
+    ``keys`` are the elements that are parameters by their names.
+    """
     spelling = {default.lower(): default for default in header.defaults}
     for one in parameters:
         if one.lower() not in spelling:
             if not header.defaults:
                 raise InputError(
-                    f"unknown parameter of netlist {header.name} {shown(one)}: it has none; a parameter stands on its "
-                    f"first line, such as '.subckt {header.name} p n {one}=1Meg'"
+                    f"unknown parameter of netlist {header.name} {shown(one)}: it has none but its elements "
+                    f"({', '.join(list(keys)[:20]) or 'none has a plain value'}); another one stands on its first "
+                    f"line, such as '.subckt {header.name} p n {one}=1Meg'"
                 )
-            raise unknown(f"parameter of netlist {header.name}", one, header.defaults)
+            raise unknown(f"parameter of netlist {header.name}", one, [*header.defaults, *keys])
     values = {spelling[one.lower()]: value for one, value in parameters.items()}
     if capacitance is not None and "cp" in spelling:
         values.setdefault(spelling["cp"], capacitance)

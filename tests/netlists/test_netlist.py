@@ -375,5 +375,8 @@ def test_a_load_that_would_give_power_is_refused(tmp_path, parameters, old, new,
 
 def test_a_parameter_of_a_netlist_without_any(tmp_path):
     (tmp_path / "r.cir").write_text("* one resistor\n.subckt r p n\nRload p n 1Meg\n.ends r\n.end\n")
-    with pytest.raises(InputError, match=r"unknown parameter of netlist r 'R': it has none; .*'\.subckt r p n R=1Meg'"):
+    with pytest.raises(
+        InputError,
+        match=r"unknown parameter of netlist r 'R': it has none but its elements \(Rload\); .*'\.subckt r p n R=1Meg'",
+    ):
         load_circuit(Load(netlist=str(tmp_path / "r.cir"), parameters={"R": "2 Mohm"}))
