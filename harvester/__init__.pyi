@@ -43,7 +43,7 @@ from .studies.frequency_response.responses import FrequencyResponses as Frequenc
 from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
 from .studies.optimum.answer import Optimum as Optimum
-from .studies.optimum.circuits import CircuitChoice as CircuitChoice
+from .studies.optimum.circuit_choice import CircuitChoice as CircuitChoice
 from .studies.optimum.optimise import optimise as optimise
 from .studies.optimum.pareto_front import ParetoFront as ParetoFront
 from .studies.optimum.under_limits import RobustOptimum as RobustOptimum

@@ -13,7 +13,6 @@ from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import FEWEST, smooth
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
-from harvester.uncertainty.value import stderr_of95
 
 _UNSOUND = "not settled, cut off or without an error"
 _GREY: dict[str, Any] = {"color": "0.75", "marker": "o", "markersize": 3, "linestyle": "none", "zorder": 1}
@@ -40,10 +39,10 @@ class _Evaluations:
         """Those of an answer; powers are divided by ``unit``."""
         powers = [one.power for one in some if one.power is not None]
         values = [[key.range.value(float(u)) for key, u in zip(keys, one.u, strict=True)] for one in some]
-        parts = ("value", "known_error95", "sampling95")
+        parts = ("value", "known_error95", "normal_stderr")
         power, error, sampling = (np.array([getattr(v, name) for v in powers]) / unit for name in parts)
         places = np.array([one.u for one in some]).reshape(-1, len(keys))
-        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, stderr_of95(sampling))
+        return cls(places, np.array(values).reshape(-1, len(keys)), power, error, sampling)
 
     @property
     def fills_a_plane(self) -> bool:

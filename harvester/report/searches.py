@@ -6,7 +6,7 @@ from harvester.report.page import Page
 from harvester.report.result import of_result
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.circuits import CircuitChoice
+from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.pareto_front import ParetoFront
 
 BEST = 20  # evaluations of an optimum in its table

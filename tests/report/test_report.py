@@ -23,7 +23,7 @@ from harvester.presentation.scene_words import EFFECTS
 from harvester.report.numbers import amount, share, signs
 from harvester.report.scenes import effects_section
 from harvester.studies.compare import Comparison
-from harvester.studies.optimum.circuits import CircuitChoice
+from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront
 from harvester.studies.paper import FigurePoint, PaperFigure
 from harvester.studies.stability.exponent import Stability

@@ -11,7 +11,7 @@ from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
 from harvester.machine.progress import working
 from harvester.studies.optimum.answer import Optimum
-from harvester.studies.optimum.circuits import best_circuit
+from harvester.studies.optimum.circuit_choice import best_circuit
 from harvester.studies.optimum.front import front
 from harvester.studies.optimum.objective import Aim, Objective
 from harvester.studies.optimum.pareto_front import ParetoFront

@@ -15,9 +15,9 @@ from harvester.scene.keys import unit_of
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.distribution import QUANTILES, Interval, quantile, share_met
 from harvester.studies.tolerance.limits import Limit
-from harvester.studies.tolerance.runs import Found, ToleranceRequest
-from harvester.studies.tolerance.sensitivity import Sensitivity, indices
 from harvester.studies.tolerance.spreads import PartSpread
+from harvester.studies.tolerance.study import Found, ToleranceRequest
+from harvester.studies.tolerance.variance_shares import VarianceShares, indices
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
 CHECKS = ("error_by_engine", "no_error_stated", "checked_by_runs", "polynomial_stands_for_others")
@@ -91,7 +91,7 @@ class ToleranceResult(TableResult):
     limits: tuple[Limit, ...]
     met: Interval | None
     met_each: tuple[Interval, ...]
-    sensitivity: dict[str, Sensitivity]
+    sensitivity: dict[str, VarianceShares]
     tornado: tuple[TornadoBar, ...]
     nominal: float | None
     unexplained: float

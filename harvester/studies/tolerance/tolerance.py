@@ -18,8 +18,8 @@ from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.answer import ToleranceResult
 from harvester.studies.tolerance.limits import lifetime_of
 from harvester.studies.tolerance.limits import limits as read_limits
-from harvester.studies.tolerance.runs import Study, ToleranceRequest
 from harvester.studies.tolerance.spreads import spreads
+from harvester.studies.tolerance.study import Study, ToleranceRequest
 
 SAMPLES = 10_000
 

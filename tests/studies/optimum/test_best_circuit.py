@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.machine.progress import CallingBack
 from harvester.presentation.diagnostic import has, warning
-from harvester.studies.optimum.circuits import CircuitChoice
+from harvester.studies.optimum.circuit_choice import CircuitChoice
 from harvester.studies.optimum.race import Race
 from harvester.studies.optimum.search import SearchRequest
 from tests.support import systems

@@ -7,9 +7,9 @@ import pytest
 
 import harvester as hv
 from harvester.studies.tolerance import design
-from harvester.studies.tolerance.sensitivity import indices
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import fit
+from harvester.studies.tolerance.variance_shares import indices
 
 ISHIGAMI = tuple(PartSpread(name, "uniform", (-math.pi, math.pi), "") for name in "abc")
 # Ishigami and Homma (1990) with a = 7, b = 0.1: D = a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2.

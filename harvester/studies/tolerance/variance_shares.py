@@ -20,7 +20,7 @@ BASE = 8192  # places of each of the two designs that SALib combines
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class VarianceShares:
     """The first-order and total index of a key, without unit, with the half-widths of their 95 % intervals."""
 
     first: float
@@ -31,7 +31,7 @@ class Sensitivity:
 
 def indices(
     function: Callable[[Floats], Floats], spreads: Sequence[PartSpread], unexplained: float = 0.0, seed: int = 0
-) -> dict[str, Sensitivity]:
+) -> dict[str, VarianceShares]:
     """The indices of a function of the keys' values, (n, keys) -> (n,), for independent keys with these spreads.
 
     ``unexplained`` is the share of the variance that the function lacks, as a surface does.  Nothing where the function
@@ -48,4 +48,4 @@ def indices(
         return {}
     found = analysis.analyze(problem, y, calc_second_order=False, seed=seed + 1)
     columns = (found["S1"], found["ST"], found["S1_conf"] + unexplained, found["ST_conf"] + unexplained)
-    return {name: Sensitivity(*(float(column[k]) for column in columns)) for k, name in enumerate(names)}
+    return {name: VarianceShares(*(float(column[k]) for column in columns)) for k, name in enumerate(names)}
