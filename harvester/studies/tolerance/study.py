@@ -80,7 +80,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Study:
+class ToleranceStudy:
     """The runs of a study: sweeps over lists of points, each in a folder of its own."""
 
     request: ToleranceRequest

@@ -19,7 +19,7 @@ from harvester.studies.tolerance.answer import ToleranceResult
 from harvester.studies.tolerance.limits import lifetime_of
 from harvester.studies.tolerance.limits import limits as read_limits
 from harvester.studies.tolerance.spreads import spreads
-from harvester.studies.tolerance.study import Study, ToleranceRequest
+from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
 
 SAMPLES = 10_000
 
@@ -87,7 +87,7 @@ def tolerance(
     wanted, count = number(Request(within=within).within), SAMPLES if samples is None else samples
     asked = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, wanted, seed)
     with working(execution.progress):
-        study = Study(asked, folder, execution)
+        study = ToleranceStudy(asked, folder, execution)
         found = study.run(chosen)
         better = None if engine is not None else sampled.dearer(chosen, seed=seed, within=wanted)
         if better is not None and not found.samples.small:
