@@ -1,15 +1,18 @@
 """Engine `compiled`: Monte Carlo with the netlist as a compiled circuit."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.presentation.diagnostic import Diagnostic, refusal
+from harvester.presentation.diagnostic import Diagnostic, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+
+if TYPE_CHECKING:
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 
 @names_arguments
@@ -52,6 +55,11 @@ class Compiled(Ensemble):
         except InputError as error:
             return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
         return None
+
+    def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
+        """A warning where steps of the circuit did not converge, so that it was held for a while."""
+        steps, failed = pair.trajectories.own_sums
+        return warning("circuit_not_converged", share=float(failed / steps)) if failed else None
 
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine serves."""

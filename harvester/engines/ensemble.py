@@ -95,6 +95,10 @@ class Ensemble(MonteCarloOptions, Engine):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
+    def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
+        """What the trajectories say against their means; None where nothing."""
+        return None
+
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Burn in until transients have died out, then average over time and trajectories."""
         problem = served(type(self), scene)
@@ -123,7 +127,7 @@ class Ensemble(MonteCarloOptions, Engine):
             diagnostics.append(note(self.MODEL_NOTE))
         if setup.trajectories.hopping is not None:
             diagnostics.append(note("between_wells"))
-        diagnostics.append(agreed)
+        diagnostics += [agreed, self.doubt(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"

@@ -192,6 +192,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "several responses, a chaotic one, or one that settles late; the mean is over the starts",
     "rare_hops": _rare_hops,
     "between_wells": "the error of the model is half the distance between the wells",
+    "circuit_not_converged": "a share of {share:.1g} of the circuit's steps did not converge, in which it was held as it was: "
+    "the mean may be wrong; use engine 'spice'",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
