@@ -55,14 +55,15 @@ class Density(Request, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
         from harvester.density.functionals import NAMES
-        from harvester.density.refine import refined
+        from harvester.density.refine import LIGHTEST, refined
 
         problem, within = served(type(self), scene), number(self.within)
         eqs = problem.equations
         check_bounded(eqs)
         exists = existence(problem, sampled=False)
         begin = time.perf_counter()
-        answer = refined(eqs, within or USUAL, number(self.budget), progress)
+        tail = LIGHTEST if exists.tail is None else exists.tail.lowest
+        answer = refined(eqs, within or USUAL, number(self.budget), progress, tail)
         seconds = time.perf_counter() - begin
         share, parts = answer.share, answer.parts
         if not share <= REFUSED:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.density.adjoint import gradient
-from harvester.density.refine import refined
+from harvester.density.refine import LIGHTEST, refined
 from harvester.engines.density import Density
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import number
@@ -99,9 +99,10 @@ def sensitivity(
     if not (eqs.beta and eqs.mu):
         raise InputError("the scene must have a coupling and a load resistance, or no power changes, but it has not")
     check_bounded(eqs)
-    unknown = existence(problem, sampled=False).unknown
+    exists = existence(problem, sampled=False)
+    unknown, tail = exists.unknown, LIGHTEST if exists.tail is None else exists.tail.lowest
     begin = time.perf_counter()
-    answer = refined(eqs, number(engine.within) or USUAL, number(engine.budget), progress)
+    answer = refined(eqs, number(engine.within) or USUAL, number(engine.budget), progress, tail)
     fine, coarse = (gradient(eqs, found, answer.setting) for found in (answer.solution, answer.coarser))
     means = (float(answer.means[0]), float(answer.coarser.means[0]))
     rest = answer.parts["modes"] + answer.parts["box"]

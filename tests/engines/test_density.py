@@ -38,6 +38,15 @@ def test_it_is_chosen_where_sampling_does_not_reach():
     assert hv.run(scene(linear(0.05, 1.0)), within="0.001%").engine == "exact"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("n2", [0.02, 0.07])
+def test_error_of_a_box_in_a_power_tail(n2):
+    """Noise of the stiffness in a linear scene, whose E[V^2] is known: the error holds what the box leaves out."""
+    eqs = changed(linear(0.1, 0.7, c=0.1), n2=n2)
+    found = hv.Density(within=1e-3).run(scene(eqs)).mean_square_voltage
+    assert abs(found.value - linear_v2(eqs)) <= found.error95
+
+
 def test_progress_ends_at_one():
     seen = []
     hv.Density(within=1e-5).run(scene(PAPER), seen.append)
