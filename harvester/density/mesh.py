@@ -58,6 +58,11 @@ class Mesh:
     v_breaks: Floats
     degree: int
 
+    def memory(self, modes: int) -> float:
+        """The bytes that the factors of so many modes take: a dense matrix for each x-element."""
+        block = (self.degree + 1) * ((len(self.v_breaks) - 1) * self.degree + 1)
+        return 8.0 * modes * (len(self.x_breaks) - 1) * block**2
+
     def widened(self, eqs: Equations, reach: float, share: float) -> "Mesh":
         """The mesh with more elements beyond each end where no stop is, for a box longer by a share."""
         low, high = eqs.rigid_stops

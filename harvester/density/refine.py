@@ -27,6 +27,7 @@ WIDER = 0.2  # the share by which a box is made larger to see what it leaves out
 TAILS = (20.0, 25.0, 30.0, 36.0)  # energies of the box's ends, in those of the motion
 MODES = (6, 8, 10, 12, 16, 20, 26)
 NO_BETTER, FINEST_PROBE = 0.3, 2  # share of an error that a larger box leaves, at most; place of the finest mesh
+MOST_MEMORY = 2e9  # bytes of the factors of all modes, of which two meshes are held at once
 COSTLIER = 4.0  # times the last mesh that the next one takes
 FINE = (1e-5, 1e-7)  # errors below which modes and box are chosen on finer meshes
 ROUNDING = 1e-11  # relative, of the solution of so many equations
@@ -125,7 +126,7 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
             tail = next(tails, None)
             place += found.box_error[0] > NO_BETTER * box_error and place < FINEST_PROBE
             box_error = found.box_error[0]
-        if (more == modes and tail is None) or late():
+        if (more == modes and tail is None) or on.memory(more) > MOST_MEMORY or late():
             return found
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
@@ -156,7 +157,10 @@ def refined(
     best, first = None, 0.0
     for place in range(1, len(RESOLUTIONS)):
         before = time.perf_counter()
-        finer = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[place]), found.modes)
+        on = mesh(eqs, found.setting.box, RESOLUTIONS[place])
+        if best is not None and on.memory(found.modes) > MOST_MEMORY:
+            break
+        finer = solution(eqs, found.setting, on, found.modes)
         off = np.abs(finer.means - coarse.means)
         best = Answer(finer.means, off, found.modes_error, found.box_error, finer, coarse, found.setting)
         coarse, first = finer, first or best.share
