@@ -81,8 +81,8 @@ class CompiledCircuit:
 
     @property
     def memory(self) -> float:
-        """Time constant of the smoothing capacitor with the load."""
-        return (self.load.storage or 0.0) * self.scales.frequency
+        """Time constant of the smoothing capacitor with the load, at least that of the mass."""
+        return max((self.load.storage or 0.0) * self.scales.frequency, 1.0)
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:

@@ -20,7 +20,7 @@ from harvester.engines.sampling import (
 )
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import invalid
+from harvester.errors import UnboundedResponseError, invalid
 from harvester.netlists.probes import Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import WELLS
@@ -143,7 +143,13 @@ def set_up(
     begin = time.perf_counter()
     pilot, compilation_seconds = _pilot(problem, options, ideal, ngspice_rule)
     begin += compilation_seconds  # which are not counted
-    diagnostics = run_burn_in(pilot, problem, number(options.budget))
+    try:
+        diagnostics = run_burn_in(pilot, problem, number(options.budget))
+    except UnboundedResponseError as error:
+        if ideal is None:
+            raise
+        feeds = "in the netlist, look for a negative capacitor or resistor, or a controlled source, that feeds it"
+        raise UnboundedResponseError(f"{error}; {feeds}") from None
     from_rest = max(pilot.time, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))

@@ -1,10 +1,10 @@
-"""The bias of the step of a netlist of the user's own, for which no ideal circuit serves."""
+"""The bias of the step of a netlist that no circuit without ngspice serves, as it has a transistor."""
 
 import pytest
 
 import harvester as hv
 
-OWN = "* Two halves\n.subckt mine p n R=1Meg\nRload p n {2*R}\nRother p n {2*R}\n.ends mine\n.end\n"
+OWN = "* Two halves\n.subckt mine p n R=1Meg\nRload p n {2*R}\nRother p n {2*R}\nQ1 p p p 2N5551\n.ends mine\n.end\n"
 
 
 @pytest.mark.thorough("test_a_netlist_of_ones_own")
