@@ -26,7 +26,7 @@ def unusual_values(scene: Scene) -> list[Diagnostic]:
     if own is not None and scene.piezo is not None:
         piezo = scene.piezo.capacitance
         if not math.isclose(float(own), piezo, rel_tol=1e-3):
-            found.append(warning("other_capacitance", "load.parameters.Cp", own=1e9 * float(own), piezo=1e9 * piezo))
+            found.append(warning("other_capacitance", own=1e9 * float(own), piezo=1e9 * piezo))
     return found
 
 
@@ -34,12 +34,12 @@ def _doubts_of_resonance(oscillator: Oscillator, shaking: Excitation | None) -> 
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
     found, ratio = list[Diagnostic](), oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
-        found.append(warning("overdamped", "oscillator.damping_ratio", damping_ratio=ratio))
+        found.append(warning("overdamped", damping_ratio=ratio))
     resonance = math.sqrt(abs(oscillator.stiffness) / oscillator.mass) / (2.0 * math.pi)
     drive = None if shaking is None or shaking.acceleration_amplitude is None else shaking.frequency
     if drive is not None and resonance > 0.0 and not 1.0 / FAR <= drive / resonance <= FAR:
         numbers = {"frequency": drive, "ratio": drive / resonance, "resonance": resonance}
-        found.append(warning("far_from_resonance", "excitation.frequency", **numbers))
+        found.append(warning("far_from_resonance", **numbers))
     return found
 
 
@@ -53,4 +53,4 @@ def unusual(what: str, value: float, kind: Kind, prefixed: str = "") -> list[Dia
         return []
     likely = f"{value / 1000.0 ** (math.log10(abs(value)) // 3):.4g} {prefixed}"
     likely = likely if prefixed not in ("", kind.unit) else ""
-    return [warning("unusual_value", what, key=what, value=value, unit=kind.unit, low=low, high=high, likely=likely)]
+    return [warning("unusual_value", key=what, value=value, unit=kind.unit, low=low, high=high, likely=likely)]

@@ -95,7 +95,6 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
         (("run", PLATE, "--trajectories", "0"), "--trajectories must be between 2 and 1000000, but is 0"),
         (("run", PLATE, *PUBLISHED, "--dt", "1"), "--dt must be left out with engine 'published', but is given"),
         (("sweep", PLATE, "--out", "x"), "either --vary or --points must be given, but neither is"),
-        ((*SWEEP, "load.resistance=1k:10k:3"), "--out must be given"),
         ((*SWEEP, "load.resistnce=1k"), "unknown [load] key 'resistnce': did you mean"),
         ((*SWEEP, "load.resistance=1k", "--out", ""), "--out must be a folder, but is ''"),
         ((*SWEEP, "load.resistance=1k", "--out", PLATE), "--out must be a folder that can be written, but "),

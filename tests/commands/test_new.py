@@ -176,7 +176,7 @@ def test_json(harvester, tmp_path):
     assert told["numbers"]["Q"] == pytest.approx(125.0)
     assert told["figure_of_merit"] == pytest.approx(eqs.beta * 125.0)
     assert told["coupling"] == "strong"
-    assert told["engines"] == ["exact", "published", "averaged", "ensemble", "spice"]
+    assert told["engines"] == ["exact", "published", "averaged", "density", "ensemble", "spice"]
 
 
 def next_words(sheet):

@@ -8,7 +8,7 @@ import pytest
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features, circuit_boundary, path_controls
-from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.uncertainty.controls import controlled_entries
@@ -66,7 +66,7 @@ def test_columns_of_a_path_are_those_of_the_lanes():
         sums = np.zeros((9, 1))
         for k in range(5):
             x, v, V, U = states[:, block, k]
-            add_circuit_features.py_func(0, State(x, v, V), U, noise[block, k], sums, eqs)
+            add_circuit_features.py_func(0, State(x, v, V), U, noise[block, k], sums, coefficients(eqs))
         assert found[block, ::2] == pytest.approx(sums[:, 0] / 0.5, rel=1e-12)
         change = circuit_boundary(states[:, block, 5], eqs) - circuit_boundary(states[:, block, 0], eqs)
         assert found[block, 1::2] == pytest.approx(change / 0.5, rel=1e-12)

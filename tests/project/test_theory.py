@@ -457,7 +457,7 @@ def test_rule_of_the_resistor(z):
 @checks("kick")
 def test_kick():
     """The change of velocity, with friction that is large in one step."""
-    from harvester.mechanics.kernels.coefficients import State
+    from harvester.mechanics.kernels.coefficients import State, coefficients
     from harvester.mechanics.kernels.equation_of_motion import kick as compiled
 
     e = changed(PAPER, n12=0.003)
@@ -466,7 +466,7 @@ def test_kick():
     y = (e.c3 * x**4 - e.c2 * x**2 - e.c1) * h
     force = -(x + e.alpha * x**3 + e.beta * V) * h + np.sqrt(2 * noise * h) * xi
     expected = (v + (1 + y / 2) * force) / (1 + y + y**2 / 2)
-    assert compiled.py_func(State(x, v, V), xi, h, e) == pytest.approx(expected, rel=1e-12)
+    assert compiled.py_func(State(x, v, V), xi, h, coefficients(e)) == pytest.approx(expected, rel=1e-12)
 
 
 @checks("linear", "response")

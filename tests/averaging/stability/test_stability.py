@@ -14,7 +14,9 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.ensemble import lyapunov
+from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.noise import random_words
+from harvester.mechanics.kernels.trajectory_batch import Batch
 from harvester.studies.stability.exponent import stability
 from tests.support.paper import exponent_as_printed, simple_exponent
 from tests.support.systems import FIGURE7, changed, scene
@@ -300,11 +302,11 @@ def test_exponent_is_worth_twenty_five_times_as_many_trajectories(eqs):
 def test_at_rest_on_the_stop_only_the_voltage_is_left():
     """V > 0 holds the mass at the stop, and the size decays as e^(-mu t)."""
     state = [np.full(64, value) for value in (0.01, 0.0, 10.0)]
-    logs = np.zeros(64)
-    run = (False, 0.01, 0.1, 0.5, 1.0, 0.0, 0.0)  # coarse, h, mu, r, beta, c1, n2
-    lyapunov.grow(*state, *random_words(SEED, 64), logs, 50, 10, *run)
+    batch, logs, pushes = Batch(*state, *random_words(SEED, 64)), np.zeros(64), np.zeros((3, 64))
+    c = Coefficients(mu=0.1, r=0.5, beta=1.0, c1=0.0)
+    lyapunov.grow(batch, logs, pushes, 50, 10, False, 0.01, c)
     logs[:] = 0.0
-    lyapunov.grow(*state, *random_words(SEED, 64), logs, 500, 10, *run)
+    lyapunov.grow(batch, logs, pushes, 500, 10, False, 0.01, c)
     assert logs / 100.0 == pytest.approx(-0.1, rel=1e-3)
 
 

@@ -17,7 +17,7 @@ import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, UnboundedResponseError
 from harvester.machine.progress import CallingBack
-from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.equation_of_motion import drift, kick
 from harvester.mechanics.kernels.intervals import interval
 from harvester.studies.work_precision.bias import Bias
@@ -43,6 +43,8 @@ COLUMNS = (
 def v2_at_step(eqs, h):
     """E[V^2] of the discrete scheme, mean of kick and mid-drift: S = M S M' + b b' of its linear map."""
 
+    c = coefficients(eqs)
+
     def columns(function):
         return np.array([function(*one) for one in np.eye(3)]).T
 
@@ -51,7 +53,7 @@ def v2_at_step(eqs, h):
         return columns(lambda x, v, V: drift.py_func(State(x, v, V), d, eqs.mu, None)[0])
 
     def kicked(x, v, V, xi=0.0):
-        return x, kick.py_func(State(x, v, V), xi, h, eqs), V
+        return x, kick.py_func(State(x, v, V), xi, h, c), V
 
     noise = np.array(kicked(0.0, 0.0, 0.0, 1.0))
     covariance = solve_discrete_lyapunov(columns(kicked) @ moved(h), np.outer(noise, noise))
