@@ -25,8 +25,8 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="exact, published, averaged, density, ensemble, ideal, compiled, spice.  Default: exact for a linear scene, "
-        "else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it.",
+        help="exact, published, averaged, density, ensemble, ideal, compiled, spice.  Default: exact for a linear "
+        "scene, else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it.",
     ),
 )
 @cloup.option_group(

@@ -37,7 +37,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function)\b|class \w+\(NamedTuple\))", re.MULTILINE)
+DECORATED = re.compile(rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE)
 
 
 class Compiler(vector_width.Chosen):
