@@ -21,8 +21,8 @@ import numpy as np
 
 from harvester.equations.bounds import barriers, flow
 from harvester.equations.coefficients import Equations
+from harvester.equations.effects import HOPPING, unknown_to
 
-SIMPLE = ("c2", "c3", "restitution", "stop_stiffness", "opposite_restitution", "n2")  # what the formula does not know
 WEAK = 0.1  # of the coupling beta
 NODES = 20_000  # of the integrals: A(d) has a layer of the width sqrt(d)
 
@@ -34,7 +34,7 @@ def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not told.
     """
     places, tops = eqs.resting_places, barriers(eqs)
-    simple = all(getattr(eqs, name) is None for name in SIMPLE) and not eqs.is_shaken_otherwise
+    simple = unknown_to(HOPPING).isdisjoint(eqs.effects)
     if len(places) != 2 or eqs.n1 is None or not simple or (eqs.beta or 0.0) > WEAK or (eqs.beta and eqs.mu is None):
         return None
     top = float(tops[0])

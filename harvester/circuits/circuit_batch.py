@@ -11,7 +11,7 @@ from harvester.circuits.substeps import DID, ROOMS
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined, kernel
-from harvester.mechanics.kernels.equation_of_motion import friction
+from harvester.mechanics.kernels.equation_of_motion import friction, is_damped
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
@@ -83,7 +83,7 @@ def _add_sample(i, sums, s, mid, c):
     sums[6, i] += mid.v * mid.v
     sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
     sums[8, i] += mid.v * mid.V
-    if c.c1 is not None or c.c2 is not None or c.c3 is not None:
+    if is_damped(c):
         sums[9, i] += friction(mid.x, c) * mid.v * mid.v
 
 

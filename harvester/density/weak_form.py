@@ -59,8 +59,7 @@ def force(eqs: Equations, x: Floats) -> Floats:
 
 def friction(eqs: Equations, x: Floats) -> Floats:
     """The friction c(x) = c3 x^4 - c2 x^2 - c1, and that of a compliant stop while in contact."""
-    c1, c2, c3 = eqs.friction
-    total: Floats = -c1 - c2 * x**2 + c3 * x**4
+    total: Floats = sum((f * x ** (2 * i) for i, f in enumerate(eqs.friction)), np.zeros_like(x))
     if eqs.stop_stiffness is not None and eqs.stop_damping is not None:
         total = total + np.where(x + (eqs.gap or 0.0) < 0.0, eqs.stop_damping, 0.0)
     return total

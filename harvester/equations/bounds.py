@@ -3,9 +3,11 @@
 import math
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from harvester.arrays import Floats
-from harvester.equations.coefficients import Equations
+from harvester.equations.coefficients import FRICTION, Equations
+from harvester.equations.effects import LINEAR, unknown_to
 from harvester.errors import UnboundedResponseError
 
 SLOWEST, ROUNDING = 1e-9, 1e-14  # in w0, and of the largest coefficient: eigenvalues are not known better
@@ -20,7 +22,7 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
     linear equations have an eigenvalue that grows, or where the spring's energy falls without bound on a side without
     a stop.
     """
-    feed = eqs.friction[0]
+    feed = -eqs.friction[0]
     growth = None if driven or feed <= 0.0 else linear_growth(eqs)
     if growth is not None and growth > SLOWEST + ROUNDING * (feed + (eqs.beta or 0.0) + (eqs.mu or 0.0)):
         raise UnboundedResponseError(
@@ -52,8 +54,8 @@ def _check_spring(eqs: Equations) -> None:
 
 def linear_growth(eqs: Equations) -> float | None:
     """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0; None where any is not."""
-    nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha, eqs.c2, eqs.c3, eqs.restitution, eqs.stop_stiffness)
-    return growth_near(eqs) if all(one is None for one in nonlinear) else None
+    is_linear = eqs.linear is None and unknown_to(LINEAR).isdisjoint(eqs.effects)
+    return growth_near(eqs) if is_linear else None
 
 
 def growth_near(eqs: Equations) -> float:
@@ -69,9 +71,15 @@ def flow(eqs: Equations) -> Floats:
     return np.array([[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]])
 
 
-def strongest_feed(c1: float, c2: float, c3: float) -> float:
-    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere."""
-    return max(c1 + (c2 * c2 / (4.0 * c3) if c2 > 0.0 and c3 > 0.0 else 0.0), 0.0)
+def strongest_feed(eqs: Equations) -> float:
+    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere.
+
+    It is at rest, or where f, a polynomial of x^2, has its least value; a feed that grows without end is not counted.
+    """
+    friction = Polynomial(eqs.friction)
+    turns = friction.deriv().roots()
+    least = [float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0]
+    return max(0.0, -eqs.friction[0], *(-one for one in least))
 
 
 def friction_bounds(eqs: Equations) -> bool:
@@ -94,7 +102,7 @@ def surely_bounded(eqs: Equations) -> bool:
     The friction grows with the amplitude; or it feeds no energy anywhere, something takes energy,
     and the noise does not grow with x.
     """
-    c1 = eqs.friction[0]
+    c1 = -eqs.friction[0]
     takes = c1 < 0.0 or (eqs.restitution is not None and eqs.restitution < 1.0)
     takes = takes or (eqs.beta is not None and eqs.mu is not None)
     return friction_bounds(eqs) or (takes and c1 <= 0.0 and eqs.n2 is None)
@@ -105,12 +113,13 @@ def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
 
     The highest term present of f beyond c1; between two stops their losses, or the mean of f where they lose nothing.
     """
-    (low, high), (c1, c2, c3) = eqs.rigid_stops, eqs.friction
+    (low, high), friction = eqs.rigid_stops, eqs.friction
     if math.isfinite(high - low):
         if (eqs.restitution or 0.0) * (eqs.opposite_restitution or 0.0) < 1.0:
             return "impact", 1.0, ""
-        mean = sum(c / n * (high**n - low**n) for c, n in ((-c1, 1), (-c2, 3), (c3, 5)))
+        mean = sum(f / n * (high**n - low**n) for f, n in zip(friction, range(1, 99, 2), strict=False))
         return "the damping between the stops", mean, "a positive damping, or a restitution below 1"
-    if c3:
-        return "damping_x4 (c3)", c3, "a positive damping of a higher power"
-    return "damping_x2 (-c2)", -c2, "a positive damping of a higher power"
+    highest = max((i for i, f in enumerate(friction) if f and i), default=1)
+    name, sign = list(FRICTION.items())[highest]
+    written = f"damping_x{2 * highest} ({'-' if sign < 0.0 else ''}{name})"
+    return written, friction[highest], "a positive damping of a higher power"

@@ -8,6 +8,9 @@ import numpy as np
 from harvester.equations.effects import EFFECTS
 from harvester.records.records import Record, TabulatedDensity
 
+# The friction f(x) = -c1 - c2 x^2 + c3 x^4: a term for each even power of x, its coefficient and the sign that it has.
+FRICTION = {"c1": -1.0, "c2": -1.0, "c3": 1.0}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Equations:
@@ -95,9 +98,9 @@ class Equations:
         return 1.0 if self.linear is None else self.linear, self.alpha2 or 0.0, self.alpha or 0.0
 
     @property
-    def friction(self) -> tuple[float, float, float]:
-        """Coefficients c1, c2 and c3 of the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 where absent."""
-        return self.c1 or 0.0, self.c2 or 0.0, self.c3 or 0.0
+    def friction(self) -> tuple[float, ...]:
+        """Coefficients of 1, x^2, x^4 and so on in the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 where absent."""
+        return tuple(sign * value if (value := getattr(self, name)) else 0.0 for name, sign in FRICTION.items())
 
     def spring_force(self, x: float) -> float:
         """Force of the spring at x; 0 at infinity, where no stop is."""

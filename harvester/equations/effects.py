@@ -17,7 +17,8 @@ REST = "stability of rest"
 RULE = "ngspice's integration rule for a load resistor"
 SWEPT = "frequency response"
 PART = "part for circuit simulators"
-THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)
+HOPPING = "the rate of hopping between two wells"
+THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPING)
 
 
 @dataclass(frozen=True)
@@ -39,13 +40,13 @@ class Effect:
 
 # In the order of the equations.
 EFFECTS = (
-    Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART)),
-    Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART)),
-    Effect("softening_stiffness", "alpha", (DENSITY, REST, RULE, SWEPT, PART), lambda eqs: eqs.alpha < 0.0),
+    Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART, HOPPING)),
+    Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART, HOPPING)),
+    Effect("softening_stiffness", "alpha", (DENSITY, REST, RULE, SWEPT, PART, HOPPING), lambda eqs: eqs.alpha < 0.0),
     Effect(
         "cubic_stiffness",
         "alpha",
-        (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART),
+        (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPING),
         lambda eqs: eqs.alpha >= 0.0,
     ),
     Effect("linear_damping", "c1", THEORIES),

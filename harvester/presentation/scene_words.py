@@ -1,4 +1,7 @@
-"""What the coefficients of the equations and the effects of a scene are, in words."""
+"""What the coefficients of the equations and the effects of a scene are, in words.
+
+Of one that is not here a report says what its scene key, or its name, says of it.
+"""
 
 COEFFICIENTS = {
     "linear": "linear stiffness (1 where it is not named)",

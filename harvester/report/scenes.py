@@ -4,12 +4,13 @@ import shlex
 from collections.abc import Sequence
 from typing import Any
 
+from harvester.equations import effects
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.presentation.scene_words import COEFFICIENTS, EFFECTS
 from harvester.report.numbers import amount, signs
 from harvester.report.page import Listing, Page, Section, TextTable
-from harvester.scene.keys import unit_of
+from harvester.scene.keys import chosen, unit_of
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written, written
 
@@ -45,9 +46,10 @@ def scene_section(problem: Problem, text: str = "") -> Section:
 def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
     present = [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
-    absent = [name for name in EFFECTS if name not in present]
+    words = EFFECTS | {one.name: one.name.replace("_", " ") for one in effects.EFFECTS if one.name not in EFFECTS}
+    absent = [name for name in words if name not in present]
     tables = [
-        TextTable(caption, ["effect", "what it is"], [[name, EFFECTS[name]] for name in names])
+        TextTable(caption, ["effect", "what it is"], [[name, words[name]] for name in names])
         for caption, names in (("On", present), ("Off", absent))
     ]
     text = "An effect that is off is absent: no step of the computation knows it."
@@ -56,9 +58,9 @@ def effects_section(problem: Problem) -> Section:
 
 def coefficients(caption: str, eqs: Equations) -> TextTable:
     """The table of the nondimensional coefficients that are present."""
-    rows = []
-    for name, meaning in COEFFICIENTS.items():
-        value = getattr(eqs, name)
+    rows, of_keys = [], {key.name: key.meaning for key in chosen("nondimensional")}
+    for name in sorted(vars(eqs), key=[*COEFFICIENTS, *vars(eqs)].index):
+        value, meaning = getattr(eqs, name), COEFFICIENTS.get(name) or of_keys.get(name, name)
         if value is not None:
             rows.append([name, meaning, signs(f"{value:.5g}") if isinstance(value, float) else "from a file"])
     return TextTable(caption, ["coefficient", "meaning", "value"], rows, (2,))

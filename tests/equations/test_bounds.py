@@ -50,7 +50,7 @@ def test_what_a_circuit_may_hold_is_not_refused():
 )
 def test_no_step_turns_what_friction_feeds_into_a_loss(eqs, feed):
     """From a feed of 1 a step on, 1/(1 + y + y^2/2) falls where exp(-y) grows: E[V^2] was 1e-5."""
-    assert strongest_feed(*eqs.friction) == pytest.approx(feed)
+    assert strongest_feed(eqs) == pytest.approx(feed)
     assert Trajectories(eqs, 64, SEED).h * feed <= 0.5
     if feed:
         with pytest.raises(InputError, match=r"^`dt` must be below .*/w0, for damping is negative somewhere"):

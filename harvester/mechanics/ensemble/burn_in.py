@@ -45,7 +45,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded, but does not become
     stationary in the budget, or in a sensible time; InputError for a fixed step in which friction feeds too much.
     """
-    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(*trajectories.eqs.friction)) > 1.0:
+    if trajectories.step_is_fixed and trajectories.h * (feed := strongest_feed(trajectories.eqs)) > 1.0:
         raise invalid(
             "`dt`", f"be below {1.0 / feed:.3g}/w0, for damping is negative somewhere", f"{trajectories.h:.3g}/w0"
         )

@@ -164,6 +164,12 @@ def _drift_and_stick(s, d, c, r, a):
 
 
 @inlined
+def is_damped(c):
+    """Whether the friction has a term."""
+    return not (c.c1 is None and c.c2 is None and c.c3 is None)
+
+
+@inlined
 def friction(x, c):
     """Friction f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
     f = 0.0
@@ -237,7 +243,7 @@ def kick(s, xi, h, c, a=None, other=None):
     dv = h * force
     if c.n1 is not None or c.n2 is not None:
         dv += impulse(s.x, xi, h, c, other)
-    if c.c1 is None and c.c2 is None and c.c3 is None:
+    if not is_damped(c):
         return s.v + dv
     y = h * friction(s.x, c)
     return (s.v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)

@@ -62,7 +62,7 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     if eqs.drive is not None:
         loss = -(eqs.c1 or 0.0) + (eqs.beta or 0.0) * (eqs.mu or 0.0) / (1.0 + (eqs.mu or 0.0) ** 2)
         frequency = max(frequency, min(0.2 / math.sqrt(loss), SHARPEST) if loss > 0.0 else SHARPEST)
-    return max(frequency, strongest_feed(*eqs.friction) * STEP / MOST_FED)
+    return max(frequency, strongest_feed(eqs) * STEP / MOST_FED)
 
 
 def chatter(pressure: float, n1: float | None, v2: float) -> float:

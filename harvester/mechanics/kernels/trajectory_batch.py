@@ -15,7 +15,7 @@ from harvester.mechanics.kernels.circuit_control_variates import add_circuit_fea
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.control_variates import add_features
-from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse
+from harvester.mechanics.kernels.equation_of_motion import drift_at_stop, friction, impulse, is_damped
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
 from harvester.mechanics.kernels.intervals import drifts, interval
 from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
@@ -132,7 +132,7 @@ def _add_sample(i, sums, s, mid, c):
     sums[6, i] += mid.v * mid.v
     sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
     sums[8, i] += mid.v * mid.V
-    if c.c1 is not None or c.c2 is not None or c.c3 is not None:
+    if is_damped(c):
         sums[9, i] += friction(mid.x, c) * mid.v * mid.v
 
 
