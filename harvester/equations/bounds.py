@@ -78,8 +78,8 @@ def strongest_feed(eqs: Equations) -> float:
     """
     friction = Polynomial(eqs.friction)
     turns = friction.deriv().roots()
-    least = [float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0]
-    return max(0.0, -eqs.friction[0], *(-one for one in least))
+    fed = [-float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0]
+    return max([0.0, -eqs.friction[0], *fed])
 
 
 def friction_bounds(eqs: Equations) -> bool:
