@@ -77,7 +77,7 @@ def strongest_feed(eqs: Equations) -> float:
     It is at rest, or where f, a polynomial of x^2, has its least value; a feed that grows without end is not counted.
     """
     friction = Polynomial(eqs.friction)
-    turns = friction.deriv().roots()
+    turns = friction.deriv().roots().astype(complex)
     fed = [-float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0]
     return max([0.0, -eqs.friction[0], *fed])
 
