@@ -27,6 +27,15 @@ class Command(cloup.Command):
         """The command's first sentence, never cut: the help of the program wraps it."""
         return super().get_short_help_str(WIDTH)
 
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the help, with the names of all engines where an option's says {engines}."""
+        from harvester.engines.selection import ENGINES
+
+        for option in self.params:
+            if isinstance(option, click.Option) and option.help:
+                option.help = option.help.replace("{engines}", ", ".join(ENGINES))
+        super().format_help(ctx, formatter)
+
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples as they are, each on one line."""
         with formatter.section("Examples"):

@@ -36,8 +36,7 @@ from harvester.errors import InputError
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="exact, published, averaged, density, ensemble, ideal or spice.  Default: exact for a linear scene, "
-        "else ensemble; for a netlist, spice.",
+        help="{engines}.  Default: exact for a linear scene, else ensemble; for a netlist, spice.",
     ),
 )
 @cloup.option_group(

@@ -25,7 +25,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="exact, published, averaged, density, ensemble, ideal, compiled, spice.  Default: exact for a linear "
+        help="{engines}.  Default: exact for a linear "
         "scene, else ensemble; for a netlist, spice; with --within, the cheapest that is known to reach it.",
     ),
 )
