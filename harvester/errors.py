@@ -91,6 +91,10 @@ class CircuitError(SimulationError):
     so_far: tuple[float, float, float] | None = None
 
 
+class ConvergenceError(CircuitError):
+    """A run of ngspice that came to a time from which no step, however small, led on: a smaller `dt` may help."""
+
+
 class OutOfTimeError(CircuitError):
     """A run of ngspice that had not ended when its time was over."""
 

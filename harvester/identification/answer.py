@@ -11,6 +11,7 @@ from harvester.arrays import Floats
 from harvester.errors import names_arguments, unknown
 from harvester.identification.fit import DeviceFit
 from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.quantities.units import SYMBOLS
 
 PREFIXED = ("kg", "N/m", "Hz", "F", "m", "N/V")  # units that are printed with a prefix
@@ -53,8 +54,13 @@ class IdentificationResult:
     correlations: Floats
     points: int
     left_out: int
-    notes: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
     fit: DeviceFit
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Its notes and warnings, each with the word for it."""
+        return tuple(f"{one.severity}: {one}" for one in self.diagnostics)
 
     def __getitem__(self, key: str) -> Parameter:
         for one in self.parameters:

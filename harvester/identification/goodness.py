@@ -6,6 +6,7 @@ import numpy as np
 
 from harvester.identification.fit import Channel, DeviceFit
 from harvester.identification.misfit import pattern
+from harvester.presentation.diagnostic import Diagnostic, warning
 
 STRANGE = 0.05  # residual of a sweep from which on the model is doubted
 DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they are no outliers
@@ -23,28 +24,20 @@ def _relative(channel: Channel, noise: float) -> float:
     return noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
 
 
-def misfits(best: DeviceFit) -> list[str]:
+def misfits(best: DeviceFit) -> list[Diagnostic]:
     """Warnings where the device that was measured is not the one that was fitted."""
-    found, values = list[str](), best.values()
+    found, values = list[Diagnostic](), best.values()
     swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
     rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
     if rms > STRANGE:
-        found.append(
-            f"warning: the fit is off by {100 * rms:.2g} % rms: the device is not one linear mode there, "
-            "or a load or unit is not as stated; the intervals hold only the scatter"
-        )
+        found.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
         off = channel.residuals(values, kept)[kept > 0.0]
         left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
         if left is not None:
-            found.append(
-                f"warning: the residual of {channel.source.name} ({channel.name}) is no noise, most about "
-                f"{left.at:.4g} Hz: neighbouring points agree (correlation {left.correlation:+.2f}); another mode, a "
-                "stop that is not rigid, or a load or unit that is not as stated; the intervals hold only the scatter"
-            )
+            where = {"file": channel.source.name, "curve": channel.name}
+            found.append(warning("residual_has_a_pattern", at=left.at, correlation=left.correlation, **where))
         if len(off) < (1.0 - DOUBTFUL) * len(kept):
-            found.append(
-                f"warning: {len(kept) - len(off)} of the {len(kept)} points of {channel.source.name} "
-                f"({channel.name}) are left out as outliers: the fit may be of another device"
-            )
+            where = {"file": channel.source.name, "curve": channel.name}
+            found.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
     return found

@@ -16,6 +16,7 @@ from harvester.identification.intervals import ProfileInterval, Profiles
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
 from harvester.identification.read import read_files
 from harvester.identification.start import chosen, meets, starts
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.keys import full_key, key_kind, read_value
 from harvester.scene.plausibility import unusual
 
@@ -64,21 +65,18 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
 
 def identified(measurements: Sequence[Measurement], known: dict[str, float] | None = None) -> IdentificationResult:
     """Fit measurements that are read; raises as `identify`."""
-    known, notes = dict(known or {}), []
+    known, remarks = dict(known or {}), list[Diagnostic]()
     measurements, alone = _alone(list(measurements))
     measurements = [_from_first_flight(one) for one in measurements]
     met = [one for one in measurements if isinstance(one, Decay) and one.of == "displacement"]
     bouncing = any(bounce.meets_stop(one.t, one.y) for one in met)
     best = _fit(measurements, known, bouncing)
     if bouncing:
-        notes.append("note: the ring-down meets a stop: fitted as flights and impacts in short circuit")
-    notes += misfits(best)
+        remarks.append(note("ring_down_meets_a_stop"))
+    remarks += misfits(best)
     if alone:
-        notes.append(
-            f"note: one ring-down in {alone} gives the frequency and quality there; those in short circuit and the "
-            "coupling take one in another state (FILE@short, FILE@open, FILE@470k) or an impedance"
-        )
-    return _answer(best, measurements, known, notes, alone)
+        remarks.append(note("one_state_alone", state=alone))
+    return _answer(best, measurements, known, remarks, alone)
 
 
 def _from_first_flight(one: Measurement) -> Measurement:
@@ -112,7 +110,7 @@ def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: boo
 
 
 def _answer(
-    best: DeviceFit, measurements: Sequence[Measurement], known: dict[str, float], notes: list[str], alone: str
+    best: DeviceFit, measurements: Sequence[Measurement], known: dict[str, float], remarks: list[Diagnostic], alone: str
 ) -> IdentificationResult:
     profiles = Profiles(best)
     found, missing = [], []
@@ -135,7 +133,7 @@ def _answer(
         profiles.correlations(),
         sum(len(c.x) for c in best.channels),
         best.left_out,
-        tuple(notes),
+        tuple(remarks),
         best,
     )
 

@@ -24,8 +24,8 @@ def of_identification(found: IdentificationResult, title: str) -> Page:
     tables += [TextTable("Not determined", ["parameter", "what would determine it"], open_)] if open_ else []
     tables.append(TextTable("Correlations of what was fitted", ["", *found.names], matrix, range(1, len(matrix) + 1)))
     residual = f"Residual: {100 * found.residual_rms:.2g} % rms of {found.points} points, {found.left_out} left out."
-    texts = [residual, *(note for note in found.notes if not note.startswith("warning"))]
-    doubts = [note.removeprefix("warning: ") for note in found.notes if note.startswith("warning")]
+    texts = [residual, *(f"note: {one}" for one in found.diagnostics if one.severity == "note")]
+    doubts = [str(one) for one in found.diagnostics if one.severity == "warning"]
     section = Section("What the measurements say", texts=texts, drawings=[figure], tables=tables, warnings=doubts)
     lead = [f"{row[0]}: {row[1]} ({row[2]}, 95 %)" for row in rows]
     return Page(title or "Identification", "identify", lead, [section], command_line(about), made_by(about))

@@ -11,7 +11,7 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Published, Spice
-from harvester.engines.protocol import AnyScene
+from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import ENGINES, Named, refusals
 from harvester.engines.selection import engines as engines_of
 from harvester.engines.spice.setup import READING, set_up
@@ -206,7 +206,7 @@ def compare(
         if not estimates:
             raise list(refused.values())[-1]
         progress.step(done / total, "paths")
-        drawn = _has_paths([engine.NAME for engine in chosen], refused)
+        drawn = _has_paths(chosen, refused)
         paths = tuple(_paths(problem, seed)) if drawn else ()
     found = Comparison(tuple(estimates), {name: str(error) for name, error in refused.items()}, paths)
     if folder is not None:
@@ -214,10 +214,10 @@ def compare(
     return found
 
 
-def _has_paths(names: Sequence[str], refused: dict[str, HarvesterError]) -> bool:
+def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) -> bool:
     """Whether paths are drawn: ngspice ran, and the published decoupled V, one of the three, has a meaning."""
     meaningless = isinstance(refused.get(Published.NAME), CannotServeError)
-    return Spice.NAME in names and Spice.NAME not in refused and not meaningless
+    return any(one.runs_ngspice and one.NAME not in refused for one in engines) and not meaningless
 
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:

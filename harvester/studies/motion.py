@@ -191,7 +191,7 @@ def _computed(
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, round(0.05 / h))
-    if engine == Ensemble.NAME:
+    if not ENGINES[engine].runs_ngspice:
         return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
     return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
 
@@ -208,7 +208,7 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
     """The probes that texts name."""
     if not texts:
         return ()
-    if engine != Spice.NAME or problem.circuit is None:
+    if not ENGINES[engine].runs_ngspice or problem.circuit is None:
         raise InputError(f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}")
     return read_probes(texts, problem.circuit)
 

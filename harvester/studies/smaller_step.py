@@ -4,12 +4,11 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError
+from harvester.errors import ConvergenceError
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.uncertainty.value import amount
 
 PARTS, TRIES = 4.0, 3  # each try has a step so many times smaller than the one before
-UNCONVERGED = "did not converge"  # words of `harvester.cosimulation.ngspice.diagnostics.why_stopped`
 Found = TypeVar("Found")
 
 
@@ -18,7 +17,7 @@ def at_smaller_steps(
 ) -> tuple[Found, float, tuple[Diagnostic, ...]]:
     """What ``compute`` gives at the step ``h`` (1/w0), or a smaller one; that step, and a note where it is smaller.
 
-    Raises CircuitError where ngspice does not converge at any of them, and what ``compute`` raises otherwise.
+    Raises ConvergenceError where ngspice does not converge at any of them, and what ``compute`` raises otherwise.
     """
 
     def said(step: float) -> str:
@@ -28,11 +27,9 @@ def at_smaller_steps(
         step = h / PARTS**k
         try:
             found = compute(step)
-        except CircuitError as error:
-            if UNCONVERGED not in str(error):
-                raise
+        except ConvergenceError as error:
             if k == TRIES - 1:
-                raise CircuitError(f"{error}; steps of {said(h)} to {said(step)} were tried") from None
+                raise ConvergenceError(f"{error}; steps of {said(h)} to {said(step)} were tried") from None
             continue
         taken = note("smaller_step_converges", asked=said(h), taken=said(step))
         return found, step, (taken,) if k else ()

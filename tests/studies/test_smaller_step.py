@@ -4,7 +4,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError
+from harvester.errors import CircuitError, ConvergenceError
 from harvester.studies.smaller_step import TRIES, at_smaller_steps
 
 PLATE = Problem(hv.load("examples/plate_bridge.toml"))
@@ -17,7 +17,7 @@ def stiff(limit, tried):
     def compute(step):
         tried.append(step)
         if step > limit:
-            raise CircuitError(WORDS)
+            raise ConvergenceError(WORDS)
         return f"with {step:g}"
 
     return compute

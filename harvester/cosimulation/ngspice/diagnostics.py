@@ -28,6 +28,12 @@ def why_refused(messages: Sequence[str]) -> str:
     return f"ngspice refused the circuit: {words if len(words) <= LONGEST else words[:LONGEST] + ' ...'}"
 
 
+def no_step_was_small_enough(messages: Sequence[str]) -> bool:
+    """Whether ngspice ended because it did not converge even with its smallest step."""
+    text = "\n".join(messages)
+    return _SINGULAR.search(text) is None and _SMALL.search(text) is not None
+
+
 def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:
     """Say why ngspice stopped at the time ``end`` (s) of ``duration``."""
     text = "\n".join(messages)

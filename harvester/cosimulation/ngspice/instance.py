@@ -25,9 +25,15 @@ from harvester.cosimulation.ngspice.compiled_callbacks import (
     sync_callback,
 )
 from harvester.cosimulation.ngspice.deck import Deck
-from harvester.cosimulation.ngspice.diagnostics import why_given_up, why_out_of_time, why_refused, why_stopped
+from harvester.cosimulation.ngspice.diagnostics import (
+    no_step_was_small_enough,
+    why_given_up,
+    why_out_of_time,
+    why_refused,
+    why_stopped,
+)
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
-from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.mechanics.kernels.coefficients import Coefficients
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
@@ -154,7 +160,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         if not self.loaded:
             raise CircuitError(why_refused(self.messages))
         if end < drive.duration * (1 - 1e-6):
-            raise CircuitError(why_stopped(self.messages, end, drive.duration))
+            kind = ConvergenceError if no_step_was_small_enough(self.messages) else CircuitError
+            raise kind(why_stopped(self.messages, end, drive.duration))
 
     def _progress(self) -> dict[str, float]:
         """How far the present run has come: time (s), kicks, and accepted steps."""

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from harvester import figures
-from harvester.engines import Ideal, Spice
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -24,6 +23,7 @@ from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.by_spice import charge_in_ngspice
 from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
 from harvester.studies.charging.request import (
+    ENGINES,
     check_anywhere,
     choose_engine,
     count_of_runs,
@@ -88,13 +88,13 @@ def charge(
     steady = problem.equations.is_steady and not anywhere
     count = count_of_runs(trajectories, name, steady)
     check_anywhere(anywhere, problem)
-    if notice is not None and name == Spice.NAME and reason and count > 1:
+    if notice is not None and ENGINES[name].runs_ngspice and reason and count > 1:
         notice(str(note("many_ngspice_runs", why=str(reason), runs=count)))
     watched, chosen = time_watched(duration, problem)
     h = read_step(dt, problem)
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
-    if name == Ideal.NAME:
+    if not ENGINES[name].runs_ngspice:
         passages = charge_ideal(problem, levels, real, count, seed, h, progress)
     else:
         looked = None if seen.name == STORE else seen
@@ -176,7 +176,7 @@ def _answer(
 
 def _known(engine: str, runs: int) -> list[Diagnostic]:
     """What is known of the error."""
-    if engine == Ideal.NAME:
+    if not ENGINES[engine].runs_ngspice:
         return [note("error_of_ideal_charging")]
     return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]
 

@@ -25,7 +25,7 @@ def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[s
         raise unknown("engine", engine, ENGINES)
     if engine is not None:
         served(ENGINES[engine], problem)
-        if engine == Ideal.NAME and (why := _refusal_of_ideal(problem, probe)):
+        if not ENGINES[engine].runs_ngspice and (why := _refusal_of_ideal(problem, probe)):
             raise CannotServeError(str(why))
         return engine, None
     excuse = Ideal.refusal(problem) or _refusal_of_ideal(problem, probe)

@@ -37,14 +37,14 @@ def engines_of(
             )
         if ignored := _ignored(found):
             raise InputError(ignored)
-        if isinstance(one, str) and not isinstance(found, Exact):
-            own = {"budget": BUDGET if budget is None else budget} if isinstance(found, Spice) else {}
+        if isinstance(one, str) and not found.is_exact:
+            own = {"budget": BUDGET if budget is None else budget} if found.runs_ngspice else {}
             found = selection.engine(found, seed=seed, **own)
         made.append(found)
     for engine in made:
         if sum(other.NAME == engine.NAME for other in made) > 1:
             raise InputError(f"`engine` must name each only once, but names {engine.NAME!r} twice")
-    if budget is not None and not any(isinstance(engine, Spice) for engine in made):
+    if budget is not None and not any(engine.runs_ngspice for engine in made):
         ours = " and ".join(repr(engine.NAME) for engine in made)
         raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
     return made
@@ -54,7 +54,7 @@ def _ignored(engine: Engine) -> str:
     """Why an engine's options are refused: those that are given and that a response does not use; empty without."""
     fields = dataclasses.fields(engine)  # type: ignore[arg-type]
     given = [field.name for field in fields if getattr(engine, field.name) != field.default]
-    unused = [name for name in given if (name in UNTOLD if isinstance(engine, Spice) else name not in USED)]
+    unused = [name for name in given if (name in UNTOLD if engine.runs_ngspice else name not in USED)]
     if not unused:
         return ""
     names = ", ".join(f"`{name}`" for name in unused)

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from harvester import figures
 from harvester.cosimulation.ngspice.locate_libngspice import library_digest
@@ -68,7 +69,7 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
 def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
     """How often the tick is called for each engine: up and down, or once by ngspice and a linear mass."""
     curves, ways = 1 if points is None else len(points), len(directions(HarmonicDrive(Problem.of(scene))))
-    return {e.NAME: curves * frequencies * (ways if isinstance(e, Spice) else 2) for e in engines}
+    return {e.NAME: curves * frequencies * (ways if e.runs_ngspice else 2) for e in engines}
 
 
 @names_arguments
@@ -160,19 +161,19 @@ def _curve(
     problem, resolving = driven.problem, isinstance(sweep, str)
     at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
     failures, warnings = list[Failure](), driven.doubts(at)
-    if isinstance(engine, Exact):
+    if engine.is_exact:
         if reason := Exact.refusal(problem):
             raise CannotServeError(reason)
         found = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
         for _ in range(2 * len(at)):
             steps.tick()
-    elif isinstance(engine, Spice):
-        found, failures, more = by_ngspice(engine, driven, at, steps)
+    elif engine.runs_ngspice:
+        found, failures, more = by_ngspice(cast(Spice, engine), driven, at, steps)
         warnings = without_repeats([*warnings, *more])
     else:
         assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"
         found = continued(engine, driven, at, steps)
-    whole = resolving and isinstance(engine, Exact)
+    whole = resolving and engine.is_exact
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
     return FrequencyResponse(tuple(found), problem.physical, tuple(warnings), whole, *known)
 
@@ -209,9 +210,9 @@ def draw(
         engines={e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in chosen},
         **({} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}),
     )
-    if any(isinstance(engine, Spice) for engine in chosen):
+    if any(engine.runs_ngspice for engine in chosen):
         about["versions"]["ngspice"] = library_digest()
-    counted = [engine for engine in chosen if not isinstance(engine, Exact)]  # the closed form takes no time
+    counted = [engine for engine in chosen if not engine.is_exact]  # the closed form takes no time
     total = sum(rows_of(problem, counted, len(sweep), points).values())
     if folder is None:
         return _responses(problem, text, points, chosen, told)
