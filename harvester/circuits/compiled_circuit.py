@@ -10,7 +10,7 @@ from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MORE_SUMS, OWN, advance_circuit, circuit_mid_drift
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
 from harvester.circuits.newton import Solver
-from harvester.circuits.parts import Part, parts_of
+from harvester.circuits.parts import CircuitPart, parts_of
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.solvability import check_parts
 from harvester.circuits.stamps import stamp
@@ -29,7 +29,7 @@ TOLERANCE, RINGING = 0.01, 0.002  # of a charge's size: what the two orders of a
 LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 
-def system_of(parts: dict[str, Part], capacitance: float) -> System:
+def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
     """The equations of a load circuit's elements beside a piezo of a capacitance (F).
 
     Raises UnservedError for what compiled circuits do not have; InputError for values that cannot be.
@@ -210,7 +210,7 @@ class CompiledCircuit:
         return found, arrays
 
 
-def resistance_of(part: Part) -> float:
+def resistance_of(part: CircuitPart) -> float:
     """The resistance of Rload."""
     options = part.options
     given = [options[name] for name in ("r", "resistance") if name in options]

@@ -24,7 +24,7 @@ class ModelCard:
 
 
 @dataclass(frozen=True)
-class Part:
+class CircuitPart:
     """An element: name and nodes as ``x1.d2`` (the second terminal is ``0``), and the text behind its nodes.
 
     ``values`` are the parameters that hold where it stands, ``models`` the models; ``path`` is that of its subcircuit,
@@ -72,12 +72,12 @@ class UnservedError(CannotServeError):
     """A compiled circuit does not have this element, or this form of it."""
 
 
-def unserved(part: Part, why: str) -> UnservedError:
+def unserved(part: CircuitPart, why: str) -> UnservedError:
     """The error of an element that is not served."""
     return UnservedError(f"{part.where} {why}")
 
 
-def parts_of(load: LoadCircuit) -> list[Part]:
+def parts_of(load: LoadCircuit) -> list[CircuitPart]:
     """The elements of a load circuit in their order.
 
     Raises InputError for values that cannot be computed, and subcircuits called with too few nodes.
@@ -100,7 +100,7 @@ def _inside(
     given: Mapping[str, float],
     common: Mapping[str, float],
     models: Mapping[str, ModelCard],
-) -> Iterator[Part]:
+) -> Iterator[CircuitPart]:
     """The elements of one call of a subcircuit, whose terminals are ``outer`` and parameters ``given``."""
     values = dict(common)
     for name, text in header_of(body[0]).defaults.items():
@@ -127,7 +127,7 @@ def _inside(
         if found is None:
             raise InputError(f"netlist element {path}{name} must have {count} nodes, but is {text[:60]!r}")
         rest = text[found.end() :].lstrip(") ,") if name[0] != "b" else text[found.end() :]
-        yield Part(path + name, tuple(map(node, found.groups())), rest.strip(), values, scope, path, outer)
+        yield CircuitPart(path + name, tuple(map(node, found.groups())), rest.strip(), values, scope, path, outer)
 
 
 def _node_count(name: str, words: list[str], models: Mapping[str, ModelCard]) -> int:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from harvester.circuits.parts import Part, UnservedError
+from harvester.circuits.parts import CircuitPart, UnservedError
 from harvester.circuits.stamps import stamp
 from harvester.circuits.system import System
 from harvester.errors import InputError
@@ -31,7 +31,7 @@ class _Groups:
         return a != b
 
 
-def check_parts(parts: dict[str, Part]) -> None:
+def check_parts(parts: dict[str, CircuitPart]) -> None:
     """Refuse elements without a path to the piezo, sources of voltage in a loop or across it, and too many nodes.
 
     Raises InputError, or UnservedError for a circuit that is only too large.
@@ -66,12 +66,12 @@ def check_parts(parts: dict[str, Part]) -> None:
                 )
 
 
-def sets_voltage(part: Part) -> bool:
+def sets_voltage(part: CircuitPart) -> bool:
     """Whether an element is a source of voltage."""
     return part.kind in _SOURCES or (part.kind == "b" and part.rest.startswith("v"))
 
 
-def unserved_parts(parts: dict[str, Part], capacitance: float = 1e-8) -> Iterator[tuple[str, str]]:
+def unserved_parts(parts: dict[str, CircuitPart], capacitance: float = 1e-8) -> Iterator[tuple[str, str]]:
     """Every element, and why compiled circuits do not have it; "" where they do."""
     for name, part in parts.items():
         try:

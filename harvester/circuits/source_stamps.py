@@ -4,14 +4,14 @@ import re
 from collections.abc import Mapping
 
 from harvester.circuits.expression import Node, constant, read
-from harvester.circuits.parts import Part, unserved
+from harvester.circuits.parts import CircuitPart, unserved
 from harvester.circuits.system import Function, Row, System
 from harvester.errors import InputError
 
 _CHANGING = ("sin", "pulse", "exp", "pwl", "sffm", "am", "ac", "distof1", "distof2")
 
 
-def voltage_source(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def voltage_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of constant voltage."""
     branch, voltage = system.branch(part.name), system.across(*part.nodes[:2])
     system.add(voltage, {branch: 1.0})
@@ -19,19 +19,19 @@ def voltage_source(part: Part, system: System, parts: Mapping[str, Part]) -> Non
     system.add_source({branch: 1.0}, _constant_source(part))
 
 
-def current_source(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def current_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of constant current."""
     system.add_source(system.across(*part.nodes[:2]), -_constant_source(part))
 
 
-def _constant_source(part: Part) -> float:
+def _constant_source(part: CircuitPart) -> float:
     words = [word for word in part.words if word != "dc"]
     if any(word.split("(")[0] in _CHANGING for word in re.split(r"[\s(]+", part.rest)):
         raise unserved(part, "is a source that changes with time")
     return part.number(words[0]) if words else part.options.get("dc", 0.0)
 
 
-def controlled_voltage(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of voltage that a voltage or a current controls."""
     if _is_function(part):
         _function(part, system, "v", _tree(part, system, parts))
@@ -43,7 +43,7 @@ def controlled_voltage(part: Part, system: System, parts: Mapping[str, Part]) ->
     system.add({branch: 1.0}, control, -gain)
 
 
-def controlled_current(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def controlled_current(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of current that a voltage or a current controls."""
     if _is_function(part):
         _function(part, system, "i", _tree(part, system, parts))
@@ -52,11 +52,11 @@ def controlled_current(part: Part, system: System, parts: Mapping[str, Part]) ->
     system.add(system.across(*part.nodes[:2]), control, gain)
 
 
-def _is_function(part: Part) -> bool:
+def _is_function(part: CircuitPart) -> bool:
     return re.match(r"(value|vol|cur)\s*=", part.rest) is not None
 
 
-def _control(part: Part, system: System, parts: Mapping[str, Part]) -> tuple[Row, float]:
+def _control(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> tuple[Row, float]:
     """The row of what controls an E, F, G or H source, and its gain."""
     words = part.words
     if not words or words[0].startswith(("poly", "table", "laplace", "{", "'")):
@@ -66,7 +66,7 @@ def _control(part: Part, system: System, parts: Mapping[str, Part]) -> tuple[Row
     return system.across(part.node(words[0]), part.node(words[1])), part.number(words[2])
 
 
-def current_of(part: Part, source: str, system: System, parts: Mapping[str, Part]) -> Row:
+def current_of(part: CircuitPart, source: str, system: System, parts: Mapping[str, CircuitPart]) -> Row:
     """The row of the current of a source of voltage."""
     name = part.path + source
     if name not in parts or parts[name].kind not in "vehlb":
@@ -74,7 +74,7 @@ def current_of(part: Part, source: str, system: System, parts: Mapping[str, Part
     return {system.branch(name): 1.0}
 
 
-def _tree(part: Part, system: System, parts: Mapping[str, Part], text: str = "") -> Node:
+def _tree(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart], text: str = "") -> Node:
     """The tree of an expression of voltages and currents, whose leaves are inputs of the equations."""
 
     def leaf(kind: str, words: tuple[str, ...]) -> Node:
@@ -90,7 +90,7 @@ def _tree(part: Part, system: System, parts: Mapping[str, Part], text: str = "")
     return read(text, part.where, part.values, leaf)
 
 
-def behavioural(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a B source."""
     found = re.match(r"([vi])\s*=(.*)$", part.rest, re.DOTALL)
     if found is None:
@@ -99,7 +99,7 @@ def behavioural(part: Part, system: System, parts: Mapping[str, Part]) -> None:
     _function(part, system, found[1], tree)
 
 
-def _function(part: Part, system: System, kind: str, tree: Node) -> None:
+def _function(part: CircuitPart, system: System, kind: str, tree: Node) -> None:
     """A current from the first node to the second, or the voltage between them, that is a function."""
     rows = system.across(*part.nodes[:2])
     if kind == "v":

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 from harvester.circuits import junctions
 from harvester.circuits.expression import Node, constant, operation
-from harvester.circuits.parts import ModelCard, Part, unserved
+from harvester.circuits.parts import CircuitPart, ModelCard, unserved
 from harvester.circuits.source_stamps import (
     behavioural,
     controlled_current,
@@ -28,7 +28,7 @@ _DIODE = {  # parameters of a model that are served, or that do nothing at 27 de
 }
 
 
-def stamp(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add an element to the equations; ``parts`` are all elements by their names.
 
     Raises UnservedError for one that compiled circuits do not have, and InputError for values that cannot be.
@@ -40,7 +40,7 @@ def stamp(part: Part, system: System, parts: Mapping[str, Part]) -> None:
     _STAMPS[part.kind](part, system, parts)
 
 
-def _value(part: Part, *names: str) -> float:
+def _value(part: CircuitPart, *names: str) -> float:
     """The value of a resistor, capacitor or coil."""
     options = part.options
     for name in names:
@@ -59,13 +59,13 @@ def _value(part: Part, *names: str) -> float:
     return part.number(words[0])
 
 
-def _resistor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _resistor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     resistance = _value(part, "r", "resistance") or LEAST_RESISTANCE
     row = system.across(*part.nodes[:2])
     system.add(row, row, part.options.get("m", 1.0) / resistance)
 
 
-def _capacitor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     capacitance = _value(part, "c", "capacitance") * part.options.get("m", 1.0)
     row = system.across(*part.nodes[:2])
     if capacitance != 0.0 and row:
@@ -74,7 +74,7 @@ def _capacitor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
         system.add_charge(part.name, row, charge, 1.0 / abs(capacitance), start)
 
 
-def _inductor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     branch = system.branch(part.name)
     voltage = system.across(*part.nodes[:2])
     system.add(voltage, {branch: 1.0})
@@ -92,11 +92,11 @@ def _inductor(part: Part, system: System, parts: Mapping[str, Part]) -> None:
     system.add_charge(part.name, {branch: -1.0}, flux, volts, inductance * part.options.get("ic", 0.0))
 
 
-def _inductance(part: Part) -> float:
+def _inductance(part: CircuitPart) -> float:
     return _value(part, "l", "inductance") / part.options.get("m", 1.0)
 
 
-def _coupled(part: Part) -> tuple[str, str]:
+def _coupled(part: CircuitPart) -> tuple[str, str]:
     """The names of the two coils that a K element couples."""
     words = part.words
     if len(words) != 3:
@@ -104,13 +104,13 @@ def _coupled(part: Part) -> tuple[str, str]:
     return part.path + words[0], part.path + words[1]
 
 
-def _coupling(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _coupling(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     for name in _coupled(part):
         if name not in parts:
             raise InputError(f"{part.where} must couple two coils of its subcircuit, but {name!r} is none")
 
 
-def _switch(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     words = part.words
     by_current = part.kind == "w"
     name = next((word for word in words if word in part.models), words[-1])
@@ -131,7 +131,7 @@ def _switch(part: Part, system: System, parts: Mapping[str, Part]) -> None:
         system.functions.append(Function(operation("*", share, system.input(row)), row))
 
 
-def _model(part: Part, name: str, kinds: tuple[str, ...]) -> ModelCard:
+def _model(part: CircuitPart, name: str, kinds: tuple[str, ...]) -> ModelCard:
     if name not in part.models:
         raise InputError(f"{part.where} must name a model of the netlist, but {name!r} is none")
     model = part.models[name]
@@ -140,7 +140,7 @@ def _model(part: Part, name: str, kinds: tuple[str, ...]) -> ModelCard:
     return model
 
 
-def _diode(part: Part, system: System, parts: Mapping[str, Part]) -> None:
+def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     words = part.words
     model = _model(part, words[0], ("d",))
     for key in model.values:
@@ -175,7 +175,7 @@ def _diode(part: Part, system: System, parts: Mapping[str, Part]) -> None:
     system.diodes.append(Diode(v.index, (saturation, thermal, beyond, reverse, *layer, *bends), row))
 
 
-_STAMPS: dict[str, Callable[[Part, System, Mapping[str, Part]], None]] = {
+_STAMPS: dict[str, Callable[[CircuitPart, System, Mapping[str, CircuitPart]], None]] = {
     "r": _resistor,
     "c": _capacitor,
     "l": _inductor,

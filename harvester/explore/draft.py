@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError
-from harvester.explore.effects import Effect, effects, present
+from harvester.explore.effects import EffectCard, effects, present
 from harvester.explore.texts import exactly, in_file, normal, written
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
@@ -63,7 +63,7 @@ class Draft:
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
         has = {*self.texts, *self.files, *self.words}
-        self.on: set[Effect] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
+        self.on: set[EffectCard] = {e for e in self.effects if e.fixed or any(key in has for key in e.keys)}
         if PROFILE in has:  # whose amplitude and frequency are those of no harmonic
             self.on = {e for e in self.on if e.choice != "shaking" or PROFILE in e.keys}
 
@@ -80,7 +80,7 @@ class Draft:
         return cls(scene, tomllib.loads(text))
 
     @property
-    def effects(self) -> tuple[Effect, ...]:
+    def effects(self) -> tuple[EffectCard, ...]:
         """All effects that the scene could have."""
         return effects(self.physical)
 
@@ -100,11 +100,11 @@ class Draft:
         elif isinstance(value, float):
             self.texts[key] = raw if isinstance(raw, str) else exactly(key, value)
 
-    def has(self, effect: Effect) -> bool:
+    def has(self, effect: EffectCard) -> bool:
         """Whether an effect is present."""
         return present(effect, self.on)
 
-    def switch(self, effect: Effect, on: bool) -> None:
+    def switch(self, effect: EffectCard, on: bool) -> None:
         """Switch an effect on or off; on, others of its choice go off, and keys without a text get one."""
         self.on.discard(effect)
         if on:

@@ -7,7 +7,7 @@ from harvester.scene.keys import keys
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectCard:
     """An effect of a scene: present with all of its keys, or absent.
 
     ``table`` is the card of the page that it stands in, ``keys`` are whole names such as ``stop.gap``.  Of the effects
@@ -25,45 +25,45 @@ class Effect:
 
 BY_NAME = "shaking by name"
 PHYSICAL = (
-    Effect("oscillator", "mass and spring", ("oscillator.mass", "oscillator.stiffness"), fixed=True),
-    Effect("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
-    Effect("oscillator", "damping, as a coefficient", ("oscillator.damping",), "damping"),
-    Effect("oscillator", "quadratic spring", ("oscillator.quadratic_stiffness",)),
-    Effect("oscillator", "cubic spring", ("oscillator.cubic_stiffness",)),
-    Effect("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
-    Effect("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
-    Effect("piezo", "transducer", ("piezo.coupling", "piezo.capacitance"), fixed=True),
-    Effect("piezo", "strain, for limits and lifetimes", ("piezo.strain_per_displacement",)),
-    Effect("stop", "rigid stop", ("stop.restitution",), "stop"),
-    Effect("stop", "compliant stop", ("stop.stiffness",), "stop"),
-    Effect("stop", "damping of the compliant stop", ("stop.damping",), needs="compliant stop"),
-    Effect("stop", "at a distance from rest", ("stop.gap",), needs="stop"),
-    Effect("stop", "second stop opposite", ("opposite_stop.restitution", "opposite_stop.gap"), needs="rigid stop"),
-    Effect("excitation", "white noise", ("excitation.acceleration_psd",), "noise"),
-    Effect("excitation", "harmonic", ("excitation.acceleration_amplitude", "excitation.frequency"), "shaking"),
-    Effect("excitation", "coloured noise", ("excitation.correlation_time",), "shaking", needs="noise"),
-    Effect(
+    EffectCard("oscillator", "mass and spring", ("oscillator.mass", "oscillator.stiffness"), fixed=True),
+    EffectCard("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
+    EffectCard("oscillator", "damping, as a coefficient", ("oscillator.damping",), "damping"),
+    EffectCard("oscillator", "quadratic spring", ("oscillator.quadratic_stiffness",)),
+    EffectCard("oscillator", "cubic spring", ("oscillator.cubic_stiffness",)),
+    EffectCard("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
+    EffectCard("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
+    EffectCard("piezo", "transducer", ("piezo.coupling", "piezo.capacitance"), fixed=True),
+    EffectCard("piezo", "strain, for limits and lifetimes", ("piezo.strain_per_displacement",)),
+    EffectCard("stop", "rigid stop", ("stop.restitution",), "stop"),
+    EffectCard("stop", "compliant stop", ("stop.stiffness",), "stop"),
+    EffectCard("stop", "damping of the compliant stop", ("stop.damping",), needs="compliant stop"),
+    EffectCard("stop", "at a distance from rest", ("stop.gap",), needs="stop"),
+    EffectCard("stop", "second stop opposite", ("opposite_stop.restitution", "opposite_stop.gap"), needs="rigid stop"),
+    EffectCard("excitation", "white noise", ("excitation.acceleration_psd",), "noise"),
+    EffectCard("excitation", "harmonic", ("excitation.acceleration_amplitude", "excitation.frequency"), "shaking"),
+    EffectCard("excitation", "coloured noise", ("excitation.correlation_time",), "shaking", needs="noise"),
+    EffectCard(
         "excitation",
         "noise of a band",
         ("excitation.centre_frequency", "excitation.bandwidth"),
         "shaking",
         needs="noise",
     ),
-    Effect("excitation", "recorded acceleration", ("excitation.acceleration_file",), "shaking"),
-    Effect("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
-    Effect("excitation", BY_NAME, ("excitation.profile",), "shaking"),
-    Effect("excitation", "level of it", ("excitation.level",), needs=BY_NAME),
-    Effect("excitation", "peak acceleration of it", ("excitation.acceleration_amplitude",), needs=BY_NAME),
-    Effect("excitation", "its frequency", ("excitation.frequency",), needs=BY_NAME),
-    Effect("excitation", "harmonics of a machine", ("excitation.harmonics",), needs=BY_NAME),
-    Effect("excitation", "duration of a shock", ("excitation.pulse_duration",), needs=BY_NAME),
-    Effect("excitation", "shocks again and again", ("excitation.event_rate",), needs=BY_NAME),
-    Effect("excitation", "noise on the stiffness", ("excitation.stiffness_noise",)),
+    EffectCard("excitation", "recorded acceleration", ("excitation.acceleration_file",), "shaking"),
+    EffectCard("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
+    EffectCard("excitation", BY_NAME, ("excitation.profile",), "shaking"),
+    EffectCard("excitation", "level of it", ("excitation.level",), needs=BY_NAME),
+    EffectCard("excitation", "peak acceleration of it", ("excitation.acceleration_amplitude",), needs=BY_NAME),
+    EffectCard("excitation", "its frequency", ("excitation.frequency",), needs=BY_NAME),
+    EffectCard("excitation", "harmonics of a machine", ("excitation.harmonics",), needs=BY_NAME),
+    EffectCard("excitation", "duration of a shock", ("excitation.pulse_duration",), needs=BY_NAME),
+    EffectCard("excitation", "shocks again and again", ("excitation.event_rate",), needs=BY_NAME),
+    EffectCard("excitation", "noise on the stiffness", ("excitation.stiffness_noise",)),
 )
 
 
-def _one(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> Effect:
-    return Effect(table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs)
+def _one(table: str, label: str, *names: str, choice: str = "", needs: str = "") -> EffectCard:
+    return EffectCard(table, label, tuple(f"nondimensional.{name}" for name in names), choice, needs)
 
 
 NONDIMENSIONAL = (
@@ -92,7 +92,7 @@ NONDIMENSIONAL = (
 
 
 @cache
-def effects(physical: bool) -> tuple[Effect, ...]:
+def effects(physical: bool) -> tuple[EffectCard, ...]:
     """All effects of a physical or of a nondimensional scene, in the order of the page.
 
     A key that is not listed above is an effect of its own, under what the key itself says that it is.
@@ -103,14 +103,14 @@ def effects(physical: bool) -> tuple[Effect, ...]:
     cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
     named = {f"{one.table}.{one.name}": one for one in others}
     rest = [(cards.get(one.table, one.table), one.meaning, (key,)) for key, one in named.items() if key not in known]
-    return listed + tuple(Effect(*one) for one in rest)
+    return listed + tuple(EffectCard(*one) for one in rest)
 
 
-def present(effect: Effect, on: set[Effect]) -> bool:
+def present(effect: EffectCard, on: set[EffectCard]) -> bool:
     """Whether an effect that is among those switched ``on`` counts: what it needs must be on too."""
     return effect in on and possible(effect, on)
 
 
-def possible(effect: Effect, on: set[Effect]) -> bool:
+def possible(effect: EffectCard, on: set[EffectCard]) -> bool:
     """Whether an effect could be present beside those switched ``on``: what it needs is among them."""
     return not effect.needs or any(effect.needs in (other.label, other.choice) for other in on)

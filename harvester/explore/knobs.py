@@ -9,7 +9,7 @@ import panel as pn
 from harvester.errors import InputError
 from harvester.explore import circuits
 from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
-from harvester.explore.effects import Effect, possible
+from harvester.explore.effects import EffectCard, possible
 from harvester.explore.knob import Changed, Knob, WordKnob
 from harvester.explore.looks import CARD, CHECKBOX, PICTURE
 from harvester.explore.slider_scale import Slide
@@ -24,9 +24,9 @@ class Knobs:
     def __init__(self, draft: Draft, changed: Changed) -> None:
         self.draft, self._changed, self._quiet = draft, changed, False
         self.knobs: dict[str, list[Any]] = {}  # several where effects share a key
-        self.switches: dict[Effect, Any] = {}
-        self._bodies: dict[Effect, Any] = {}
-        self._blocks: dict[Effect, Any] = {}
+        self.switches: dict[EffectCard, Any] = {}
+        self._bodies: dict[EffectCard, Any] = {}
+        self._blocks: dict[EffectCard, Any] = {}
         self.pictures: dict[str, Any] = {}
         self._load = pn.Column(sizing_mode="stretch_width", margin=0)
         cards = [self._card(table) for table in _CARDS]
@@ -49,7 +49,7 @@ class Knobs:
             active_header_background="transparent",
         )
 
-    def _block(self, effect: Effect) -> Any:
+    def _block(self, effect: EffectCard) -> Any:
         """An effect's switch, and under it its knobs."""
         self._bodies[effect] = pn.Column(sizing_mode="stretch_width", margin=0)
         parts = [self._bodies[effect]]
@@ -67,7 +67,7 @@ class Knobs:
         self._blocks[effect] = pn.Column(*parts, sizing_mode="stretch_width", margin=0)
         return self._blocks[effect]
 
-    def _fill(self, effect: Effect) -> None:
+    def _fill(self, effect: EffectCard) -> None:
         """Make the knobs of an effect when it is first present: most never are, and each takes its time."""
         body = self._bodies[effect]
         if not body.objects:
@@ -125,7 +125,7 @@ class Knobs:
         names = [RESISTANCE] if self.draft.netlist is None else self.draft.parameters
         self._load.objects = [self._knob(key).view for key in names]
 
-    def _switched(self, effect: Effect, on: bool) -> None:
+    def _switched(self, effect: EffectCard, on: bool) -> None:
         if self._quiet:
             return
         try:
@@ -147,7 +147,7 @@ class Knobs:
             button.css_classes = ["circuit", f"circuit-{name}", *(["chosen"] if chosen else [])]
         self._quiet = False
 
-    def _refresh_effect(self, effect: Effect) -> None:
+    def _refresh_effect(self, effect: EffectCard) -> None:
         """Show whether an effect is there, its knobs, and the names of its files."""
         here = self.draft.has(effect)
         self._blocks[effect].visible = possible(effect, self.draft.on)

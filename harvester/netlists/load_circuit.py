@@ -4,6 +4,8 @@ A load circuit is a subcircuit of two terminals, the piezo's electrodes, with na
 and a resistor called Rload, whose power is what the load gets; node 0 is ground.  Of a file only
 that subcircuit and what it uses reach ngspice; the rest is a bench for running it by hand
 (``ngspice -b``).  Every line is checked all the same (`harvester.netlists.allowed`).
+
+Long because a load circuit and the checks that make it safe are read in one go.
 """
 
 import re

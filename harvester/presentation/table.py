@@ -2,6 +2,8 @@
 
 A cell is a number, a text, a truth value, None, or a `harvester.uncertainty.value.Value`, whose parts become columns of
 their own wherever cells are plain: ``mean_power``, ``mean_power_stderr``, ``mean_power_dof``, ...
+
+Long because all forms of the one table stand together.
 """
 
 import csv

@@ -2,6 +2,8 @@
 
 What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a cubic), the mean and
 a linear drift.  What would be guessed is refused, with the remedy: long gaps, times that go back, a clipped signal.
+
+Long because each fault of a record is found, mended and told in one place.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V."""
+"""Every engine that can serve a scene, side by side, and one path: ngspice, exact update, decoupled V.
+
+Long because the comparison of engines and that of paths share their scene and their page.
+"""
 
 import contextlib
 from collections.abc import Sequence

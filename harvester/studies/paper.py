@@ -1,6 +1,8 @@
 """The paper's figures 1 to 9: published theory, our averaging, and Monte Carlo of the coupled equations.
 
 Where the text does not print a value, the one assumed stands in `ASSUMED` and in the figure's title.
+
+Long because it names the curves of nine figures.
 """
 
 import contextlib

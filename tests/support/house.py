@@ -81,11 +81,16 @@ def functions_of_many_parameters():
             yield place(name, node, f"{node.name} has {count}")
 
 
+# Rooms whose files bear the name of what they serve: the command, figure, page or messages of the study of that name.
+NAMED_AFTER = re.compile(r"harvester/(commands|figures|report|presentation/messages)/")
+
+
 def names_of_several_files():
-    """Base names that more than one file has, each with its files."""
+    """Base names that more than one file has for things of its own, each with its files."""
     files = defaultdict(list)
     for name in parsed():
-        files[name.rpartition("/")[2]].append(name)
+        if not NAMED_AFTER.match(name):
+            files[name.rpartition("/")[2]].append(name)
     for base, several in sorted(files.items()):
         if len(several) > 1 and base != "__init__.py":
             yield f"{base}: {', '.join(several)}"

@@ -1,4 +1,7 @@
-"""What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
+"""What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it.
+
+Long because step, burn-in, cheap model and starts of the runs depend on each other.
+"""
 
 import math
 import time

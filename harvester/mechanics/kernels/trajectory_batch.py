@@ -4,6 +4,8 @@ The innermost loops run over the trajectories of a batch, so that the compiler t
 trajectory keeps its own state and its own random generator.  With a resistor a step is one loop.  With a circuit
 (`harvester.mechanics.kernels.ideal_circuit`) it is three: what happens now and then, an impact or a switching, and then
 what happens at every step, the flow through the diodes, and the kick.
+
+Long because the one step of all ensembles is compiled as a whole.
 """
 
 from typing import NamedTuple

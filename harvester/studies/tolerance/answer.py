@@ -1,4 +1,7 @@
-"""The answer of a study of tolerances: distribution, yield, sensitivity and tornado."""
+"""The answer of a study of tolerances: distribution, yield, sensitivity and tornado.
+
+Long because distribution, yield and sensitivity are properties of one result.
+"""
 
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -13,7 +16,7 @@ from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.tolerance import design
-from harvester.studies.tolerance.distribution import QUANTILES, Interval, quantile, share_met
+from harvester.studies.tolerance.distribution import QUANTILES, ShareInterval, quantile, share_met
 from harvester.studies.tolerance.limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.study import Found, ToleranceRequest
@@ -86,11 +89,11 @@ class ToleranceResult(TableResult):
     power: Floats
     voltage: Floats
     off: float | None
-    quantiles: dict[float, Interval]
-    voltages: dict[float, Interval]
+    quantiles: dict[float, ShareInterval]
+    voltages: dict[float, ShareInterval]
     limits: tuple[Limit, ...]
-    met: Interval | None
-    met_each: tuple[Interval, ...]
+    met: ShareInterval | None
+    met_each: tuple[ShareInterval, ...]
     sensitivity: dict[str, VarianceShares]
     tornado: tuple[TornadoBar, ...]
     nominal: float | None
@@ -235,7 +238,7 @@ class ToleranceResult(TableResult):
         return figures.tolerance(self, title)
 
 
-def _interval(name: str, some: list[Interval], unit: str, times: float = 1.0) -> list[Column]:
+def _interval(name: str, some: list[ShareInterval], unit: str, times: float = 1.0) -> list[Column]:
     """Columns of numbers and of the ends of their intervals."""
 
     def cells(part: str) -> list[float | None]:

@@ -18,7 +18,7 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 
 @dataclass(frozen=True)
-class Interval:
+class ShareInterval:
     """A number and the ends of its 95 % interval, in one unit; None where samples are too few for an end."""
 
     value: float
@@ -26,7 +26,7 @@ class Interval:
     high: float | None
 
 
-def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
+def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
     """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
     from scipy.stats import binom
 
@@ -36,7 +36,7 @@ def quantile(values: Floats, share: float, off: float = 0.0) -> Interval:
         float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
         for rank, side in ((int(low) - 1, -1.0), (int(high), 1.0))
     ]
-    return Interval(float(np.quantile(ordered, share)), *ends)
+    return ShareInterval(float(np.quantile(ordered, share)), *ends)
 
 
 def wilson(met: float, count: int) -> tuple[float, float]:
@@ -49,7 +49,7 @@ def wilson(met: float, count: int) -> tuple[float, float]:
 
 def share_met(
     limits: Sequence[Limit], samples: Mapping[str, Floats], off: Mapping[str, float | Floats], failed: int = 0
-) -> Interval:
+) -> ShareInterval:
     """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
 
     ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of each,
@@ -61,4 +61,4 @@ def share_met(
         held = [one.met(samples[one.quantity] * (1.0 + side * one.sign * off.get(one.quantity, 0.0))) for one in limits]
         return int(np.all(held, axis=0).sum())
 
-    return Interval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])
+    return ShareInterval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])
