@@ -382,7 +382,7 @@ bias-of-an-exponent: test_stability.py -k stated_bias
 - bias = abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
 + bias = 3.0 * abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
 interval-of-fieller: test_optimise.py -k interval_of_a_place
-- max(1.0 - (NORMAL_QUANTILE / self.resolution) ** 2, 1e-3)
+- max(1.0 - (half95(1.0) / self.resolution) ** 2, 1e-3)
 + 1.0
 interval-of-a-formula: test_optimise.py -k formula_finds
 - power[best] - model[best]]
@@ -469,8 +469,8 @@ noise-under-stiff-damping: test_hard_scenes.py -k stiff_damping
 - return (s.v + (1.0 + 0.5 * y) * dv)
 + return (s.v + dv)
 interval-of-one-deviation: test_optimise.py -k coverage
-- half[free] = NORMAL_QUANTILE * error
-+ half[free] = error
+- half[free] = half95(error) /
++ half[free] = error /
 charging-for-ever: test_lockstep.py -k burn_in
 - LONGEST_CHARGING = 2e4
 + LONGEST_CHARGING = 2e6

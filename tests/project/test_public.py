@@ -182,7 +182,7 @@ def test_notebook():
     comparison = hv.Comparison((answer, hv.Published().run(scene)), {"spice": "no <ngspice>"}, ())
     for thing, texts in (
         (scene, ["<script>alert(1)</script> & co", "[oscillator]", "kg"]),
-        (answer, ["averaged", answer.mean_power.format("W"), "note: ngspice does not follow it: a < b"]),
+        (answer, [answer.mean_power.format("W"), "note: ngspice does not follow it: a < b"]),
         (table, ["load.resistance", "mean power", "error, 95 %", "published", "1 Mohm"]),
         (best, ["load.resistance", best.mean_power.format("W")]),
         (comparison, ["averaged", "published", "note: spice: did not run: no <ngspice>"]),
