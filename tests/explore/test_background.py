@@ -29,7 +29,7 @@ def test_the_answer_is_the_engines():
     answer, before = last(told)
     own = hv.run(draft.scene(), "ensemble", within=0.05)
     assert answer["answer"]["mean_power"]["value"] == pytest.approx(own.mean_power.value, rel=1e-12)
-    assert answer["row"]["engine"] == "ensemble"
+    assert "ensemble" in answer["row"]
     assert all(0.0 <= one["fraction"] <= 1.0 for one in before)
 
 
