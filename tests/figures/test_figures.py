@@ -153,7 +153,7 @@ ODD = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_odd_sweeps(name):
-    values = sorted({float(one[R]) for one in ODD[name]})
+    values = sorted({float(one.varied[R]) for one in ODD[name]})
     figure = table({R: values}, ODD[name]).plot()
     drawn(figure)
     assert figures.image(figure, "png").startswith(b"\x89PNG")

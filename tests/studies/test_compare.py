@@ -45,7 +45,7 @@ def test_comparison_has_every_engine_and_its_z():
 def test_engines_that_cannot_serve_are_named():
     bridge = hv.load("examples/plate.toml").with_load(hv.Load(netlist="bridge"))
     result = compare(bridge, trajectories=2, duration=10.0)
-    assert [e.engine for e in result.estimates] == ["ideal", "spice"]
+    assert [e.engine for e in result.estimates] == ["ideal", "compiled", "spice"]
     assert result.reference.engine == "spice"
     assert set(result.refused) == {"exact", "published", "averaged", "density", "ensemble"}
     assert result.paths == ()

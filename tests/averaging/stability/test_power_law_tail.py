@@ -11,7 +11,8 @@ from harvester.errors import UnboundedResponseError
 from harvester.linear.solve import solve
 from harvester.mechanics.ensemble.lyapunov import grow
 from harvester.mechanics.kernels.noise import random_words
-from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.kernels.coefficients import Coefficients
+from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch
 from tests.support.systems import PAPER, changed
 
 STOPPED = Equations(c1=-0.05, beta=0.05, mu=0.5, n1=0.01, n2=0.1, restitution=0.95)  # ran for ever
@@ -51,11 +52,13 @@ def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
     )
     phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))
     state, rates, draws, h = np.stack([np.cos(phase), np.sin(phase), 0.0 * phase], axis=1), [], 4, 0.05
+    pushes, c = np.zeros((3, BATCH)), Coefficients(mu=eqs.mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
     for _ in range(segments):
         logs = np.zeros((blocks, BATCH))
         for k in range(blocks):
-            motion = rounds, draws, False, h, eqs.mu, eqs.restitution, eqs.beta, eqs.c1, eqs.n2
-            grow(*state[k], *words[k], logs[k], *motion)
+            (x, v, voltage), (s0, s1) = state[k], words[k]
+            batch = Batch(x, v, voltage, s0=s0, s1=s1)
+            grow(batch, logs[k], pushes, rounds, draws, False, h, c)
         weights = np.exp(power * logs.ravel())
         rates.append(math.log(weights.mean()) / (rounds * 2 * draws * h))
         chosen = rng.permutation(

@@ -323,7 +323,7 @@ def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
     def examined(farad):
         load = hv.Load(netlist=str(own), parameters={"R": 1e6, "C": farad})
         ready = set_up(Problem(scene.with_load(load)), hv.Spice())
-        return ready.burn_in, ready.warnings
+        return ready.burn_in, [str(one) for one in ready.diagnostics]
 
     w0 = 20.0
     assert 6 * 100.0 * w0 <= examined(1e-4)[0] <= 1.5e4

@@ -103,14 +103,14 @@ def test_several_loads_and_a_map(harvester, tmp_path):
 def test_a_frequency_that_fails(monkeypatch):
     """It is left out and told with its reason, and the others are there; where all fail, that is the error."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
-    follow = Spice.follow
+    follow = Spice.run_near
 
     def fails_above_45(self, problem, near, progress=None):
         if problem.scene.excitation.frequency > 45.0:
             raise CircuitError("the circuit does not converge at node 7")
         return follow(self, problem, near, progress)
 
-    monkeypatch.setattr(Spice, "follow", fails_above_45)
+    monkeypatch.setattr(Spice, "run_near", fails_above_45)
     found = hv.response(linear, SWEEP, engine="spice")
     assert [p.frequency for p in found.points] == [44.0] and [f for f, _ in found.failures] == [47.0, 50.0]
     assert "failed at 2 of 3 frequencies, as 47 Hz: the circuit does not converge at node 7" in str(found)
@@ -180,7 +180,7 @@ def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypa
     def stopped(*_):
         raise CircuitError("begun")
 
-    monkeypatch.setattr(Spice, "follow", stopped)
+    monkeypatch.setattr(Spice, "run_near", stopped)
     asked = ["response", str(tmp_path / "scene.toml"), "--out", str(tmp_path), "--sweep"]
     _, _, error = harvester(*asked, "3kHz:4kHz:3")
     first, second, last = error.splitlines()

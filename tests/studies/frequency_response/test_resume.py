@@ -1,6 +1,7 @@
 """An interrupted response: what is done survives kill -9 and ^C, and `--resume` ends with the undisturbed answer."""
 
 import contextlib
+import dataclasses
 import signal
 import sqlite3
 import subprocess
@@ -117,8 +118,8 @@ def test_what_is_no_step(tmp_path, forged):
     with contextlib.closing(sqlite3.connect(tmp_path / RESPONSE.file)) as database:
         now = dict(database.execute("SELECT what, hash FROM identity"))
     with contextlib.closing(Journal(tmp_path, RESPONSE)) as journal:
-        ((point, place, row),) = journal.earlier(now)
-        journal.begin(now, [(point, place, row | {"step": forged(row["step"])})])
+        (row,) = journal.earlier(now)
+        journal.begin(now, [dataclasses.replace(row, content=forged(row.content))])
     with pytest.raises(
         InputError, match=r"^`resume` must find response.journal as it was written, but a step .*version"
     ):
@@ -138,8 +139,8 @@ def test_a_state_that_is_none(tmp_path, old, new):
     with contextlib.closing(sqlite3.connect(tmp_path / RESPONSE.file)) as database:
         now = dict(database.execute("SELECT what, hash FROM identity"))
     with contextlib.closing(Journal(tmp_path, RESPONSE)) as journal:
-        ((point, place, row),) = journal.earlier(now)
-        assert old in row["step"]
-        journal.begin(now, [(point, place, row | {"step": row["step"].replace(old, new)})])
+        (row,) = journal.earlier(now)
+        assert old in row.content
+        journal.begin(now, [dataclasses.replace(row, content=row.content.replace(old, new))])
     with pytest.raises(InputError, match="none of this version: remove it"):
         resumed(bridge, "44Hz:50Hz:3", tmp_path, ["spice"])
