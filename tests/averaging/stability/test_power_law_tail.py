@@ -10,8 +10,8 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.linear.solve import solve
 from harvester.mechanics.ensemble.lyapunov import grow
-from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.coefficients import Coefficients
+from harvester.mechanics.kernels.noise import random_words
 from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch
 from tests.support.systems import PAPER, changed
 
