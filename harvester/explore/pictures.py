@@ -16,7 +16,9 @@ from harvester.presentation.engine_look import look as look_of
 from harvester.quantities.units import SYMBOLS
 
 # The markers of matplotlib in the words of Bokeh.
+# matplotlib's letter of an engine's marker -> the name of Bokeh; an engine with another letter gets circles
 _MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x", "P": "plus", "^": "triangle"}
+_MARKERS |= {"h": "hex", "v": "inverted_triangle"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
 _TICKS = """
@@ -79,7 +81,7 @@ class PowerPlot:
             self.curves[engine] = self.plot.line("x", "y", source=source, name=engine, **look)
             items.append(LegendItem(label=engine, renderers=[self.curves[engine]]))
         for engine in SAMPLERS:
-            marker = _MARKERS[look_of(engine).marker]
+            marker = _MARKERS.get(look_of(engine).marker, "circle")
             source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
             look = {"color": look_of(engine).colour, "alpha": "alpha"}
             self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
