@@ -15,7 +15,6 @@ from harvester.explore.texts import unit_on_page
 from harvester.presentation.engine_look import look as look_of
 from harvester.quantities.units import SYMBOLS
 
-# The markers of matplotlib in the words of Bokeh.
 # matplotlib's letter of an engine's marker -> the name of Bokeh; an engine with another letter gets circles
 _MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x", "P": "plus", "^": "triangle"}
 _MARKERS |= {"h": "hex", "v": "inverted_triangle"}
