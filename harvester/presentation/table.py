@@ -111,6 +111,10 @@ class Table:
     def __getitem__(self, name: str) -> "Sequence[Cell] | Floats":
         return next(one.cells for one in self.columns if one.name == name)
 
+    def cells_or_none(self, name: str) -> "Sequence[Cell] | Floats":
+        """The cells of a column, each None where there is no such column."""
+        return next((one.cells for one in self.columns if one.name == name), [None] * len(self))
+
     def plain(self) -> dict[str, list[Any]]:
         """All columns without `Value`, by name."""
         found = {name: cells for column in self.columns for name, cells in column.plain().items()}

@@ -90,6 +90,10 @@ class FrequencyResponses(TableResult):
         units = {key: unit_of(key) for key in self.keys}
         keys = [before(k, [c.varied[k] for c in self.curves], "" if u == "1" else u) for k, u in units.items()]
         engine = before("engine", [curve.engine for curve in self.curves])
-        names = list(dict.fromkeys((one.name, one.unit) for table in tables for one in table.columns))
-        rest = [Column(name, [cell for table in tables for cell in table[name]], unit) for name, unit in names]
+        # A column that only some of them have, such as the bandwidth, is empty in the rows of the others.
+        named = {one.name: one.unit for table in tables for one in table.columns}
+        rest = [
+            Column(name, [cell for table in tables for cell in table.cells_or_none(name)], unit)
+            for name, unit in named.items()
+        ]
         return Table((*keys, engine, *rest))

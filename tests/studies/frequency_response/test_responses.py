@@ -221,3 +221,13 @@ def test_ideal_trajectories_are_judged_by_their_power():
     point = hv.response(inverted, [47.0], engine="ideal").points[0]
     assert 0.001 < point.spread < 0.05 and point.voltage_phase is not None
     assert point.mean_square_voltage.stderr > 1e-4 * point.mean_square_voltage.value
+
+
+def test_only_some_responses_have_a_bandwidth():
+    """The column of the bandwidth is empty where the half power is beyond the sweep."""
+    linear = hv.loads(BRIDGE).with_load(resistance=50e3)
+    resonance = float(np.sqrt(1364.1 / 16.542e-3) / (2 * np.pi))
+    wide, narrow = (hv.response(linear, [resonance - d, resonance, resonance + d]) for d in (8.0, 0.01))
+    assert wide.bandwidth("up") is not None and narrow.bandwidth("up") is None
+    cells = FrequencyResponses((narrow, wide)).peaks["half_power_bandwidth"]
+    assert [cell is None for cell in cells] == [True] * (len(cells) - 1) + [False]
