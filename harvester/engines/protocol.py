@@ -140,7 +140,9 @@ def estimate(
     """
     eqs, units, shocks = problem.equations, problem.units, problem.events
     power = with_power(v2, eqs) if power is None else power
-    diagnostics = [*diagnostics, impossible_power(problem, power)]
+    told = [one for one in diagnostics if one is not None]
+    impossible = None if any(one.code == "netlist_gives" for one in told) else impossible_power(problem, power)
+    told += [] if impossible is None else [impossible]
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
@@ -151,7 +153,7 @@ def estimate(
         effects=problem.effects,
         seconds=seconds,
         steps=steps,
-        diagnostics=(*of_scene, *(one for one in diagnostics if one is not None)),
+        diagnostics=(*of_scene, *told),
         details=details or {},
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,

@@ -58,17 +58,19 @@ def linear_growth(eqs: Equations) -> float | None:
     return growth_near(eqs) if is_linear else None
 
 
-def growth_near(eqs: Equations) -> float:
+def growth_near(eqs: Equations, place: float = 0.0) -> float:
     """The largest real part of the eigenvalues of `flow`, in w0."""
-    return float(np.linalg.eigvals(flow(eqs)).real.max())
+    return float(np.linalg.eigvals(flow(eqs, place)).real.max())
 
 
-def flow(eqs: Equations) -> Floats:
-    """The matrix of small motions (x, x', V) about x = 0 off the stops; without a load of (x, x'): V is a spring."""
-    linear, beta, mu = eqs.spring[0], eqs.beta or 0.0, eqs.mu
+def flow(eqs: Equations, place: float = 0.0) -> Floats:
+    """The matrix of small motions (x, x', V) about a place off the stops; without a load of (x, x'): V is a spring."""
+    linear, alpha2, alpha = eqs.spring
+    stiffness = linear + place * (2.0 * alpha2 + 3.0 * alpha * place)
+    friction, beta, mu = float(Polynomial(eqs.friction)(place**2)), eqs.beta or 0.0, eqs.mu
     if mu is None:
-        return np.array([[0.0, 1.0], [-linear - beta, eqs.c1 or 0.0]])
-    return np.array([[0.0, 1.0, 0.0], [-linear, eqs.c1 or 0.0, -beta], [0.0, 1.0, -mu]])
+        return np.array([[0.0, 1.0], [-stiffness - beta, -friction]])
+    return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, 1.0, -mu]])
 
 
 def strongest_feed(eqs: Equations) -> float:

@@ -132,16 +132,19 @@ def set_up(
     MissingProgramError when ngspice is not installed.
     """
     from harvester.cosimulation.cheap_circuit import cheap_circuit
+    from harvester.cosimulation.idealised import ideal_circuit
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
+    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, CORRELATION_TIMES, TRANSIENTS, slowest_transient
 
     find_library()
     eqs, scales, unit, circuit = problem.equations, problem.scales, problem.units.frequency, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
-    ideal = cheap_circuit(circuit, scales) if charging <= LONGEST_CHARGING and eqs.mu is None else None
+    # The periodic response is found by ngspice itself: there a compiled circuit would only wait for its burn-in.
+    cheap = cheap_circuit if repeat is None or eqs.is_random else ideal_circuit
+    ideal = cheap(circuit, scales) if charging <= LONGEST_CHARGING and eqs.mu is None else None
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
     pilot, compilation_seconds = _pilot(problem, options, ideal, ngspice_rule)
@@ -153,7 +156,10 @@ def set_up(
             raise
         feeds = "in the netlist, look for a negative capacitor or resistor, or a controlled source, that feeds it"
         raise UnboundedResponseError(f"{error}; {feeds}") from None
-    from_rest = max(pilot.time, min(charging, LONGEST_CHARGING))
+    settled_after = pilot.time
+    if eqs.is_steady and (slowest := slowest_transient(eqs)):  # others of the pilot's starts may take longer
+        settled_after = min(settled_after, TRANSIENTS * CORRELATION_TIMES * slowest)
+    from_rest = max(settled_after, min(charging, LONGEST_CHARGING))
     if charging > LONGEST_CHARGING:
         diagnostics.append(warning("charging_cut_short", time=from_rest / unit, storage=circuit.storage))
     from_rest = _whole_periods(from_rest, repeat)

@@ -33,6 +33,7 @@ MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minu
 STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
 MEASURED = 0.1  # seconds after which the rate is known
 COMPLIANT = 16.0  # steps that one of a compliant stop counts for, which looks for the contact's ends
+OWN = 64.0  # steps that one with a circuit's own kernel counts for
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -168,8 +169,8 @@ def memory(trajectories: Trajectories, window: Moments, length: float, hops: Hop
 
 
 def slowest_transient(eqs: Equations) -> float:
-    """Longest time constant of small motions about x = 0 off the stops that die out; 0 where some do not."""
-    rate = -growth_near(eqs)
+    """Longest time constant of small motions about the places of rest; 0 where some do not die out."""
+    rate = -max(growth_near(eqs, place) for place in eqs.resting_places or [0.0])
     return 1.0 / rate if rate > SLOWEST else 0.0
 
 
@@ -187,6 +188,7 @@ def _check_cost(trajectories: Trajectories, length: float, budget: float | None,
 def _cost(trajectories: Trajectories, length: float, budget: float | None, begin: float) -> tuple[bool, float, float]:
     """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
+    weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN)
     made, more = weight * trajectories.steps, weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
     rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND

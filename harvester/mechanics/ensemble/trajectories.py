@@ -113,7 +113,7 @@ class Trajectories:
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
         self._kind = circuit, ngspice_rule, self.controlled
-        self._own = None if isinstance(circuit, IdealCircuit) else circuit
+        self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
         self._coarse, self._origin = False, origin  # the first: the noise of two steps of h/2 makes that of one step
         self.restart(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
@@ -133,11 +133,11 @@ class Trajectories:
             _check_period(h, repeat)
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        rows = (3 if self.circuit is None else 5) if self._own is None else self._own.rows
+        rows = (3 if self.circuit is None else 5) if self.own_circuit is None else self.own_circuit.rows
         self.state = aligned((self.blocks, rows, BATCH))
         self.state[:, :3] = start
-        if self._own is not None:
-            self._own.begin(self.state)
+        if self.own_circuit is not None:
+            self.own_circuit.begin(self.state)
         elif self.circuit is not None:
             self.state[:, 4] = start[:, 0]
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
@@ -171,7 +171,7 @@ class Trajectories:
         eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if self._own is None else self._own.sums
+        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if self.own_circuit is None else self.own_circuit.sums
         sums = aligned((self.blocks, rows, BATCH))
         noise = aligned((self.blocks, martingales(eqs.coloured is not None), BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
@@ -180,8 +180,8 @@ class Trajectories:
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
-            if self._own is not None:
-                self._own.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
+            if self.own_circuit is not None:
+                self.own_circuit.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
             else:
                 advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
@@ -218,8 +218,8 @@ class Trajectories:
             return self._states().copy()
         for k, shaker in enumerate(self.shakers):
             columns = out[:, k * BATCH : (k + 1) * BATCH]
-            if self._own is not None:
-                self._own.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
+            if self.own_circuit is not None:
+                self.own_circuit.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
                 mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
         return out
