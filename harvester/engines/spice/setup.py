@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
 LONGEST_CHARGING = 2e4  # nondimensional
+LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
 MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
 SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
@@ -142,8 +143,9 @@ def set_up(
     assert circuit is not None, "the engine refuses an open circuit"
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
-    # The periodic response is found by ngspice itself: there a compiled circuit would only wait for its burn-in.
-    cheap = cheap_circuit if repeat is None or eqs.is_random else ideal_circuit
+    # ngspice finds a periodic response itself, and a long charging takes a compiled circuit minutes.
+    itself = (repeat is not None and not eqs.is_random) or charging > LONGEST_COMPILED
+    cheap = ideal_circuit if itself else cheap_circuit
     ideal = cheap(circuit, scales) if charging <= LONGEST_CHARGING and eqs.mu is None else None
     ngspice_rule = unknown_to(RULE).isdisjoint(problem.effects) and eqs.mu is not None
     begin = time.perf_counter()
@@ -205,7 +207,7 @@ def _pilot(
     seed = np.random.SeedSequence([options.seed, 1])
     h = None if options.dt is None else options.dt * problem.units.frequency
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
-    if isinstance(ideal, CompiledCircuit) and many is not None:
+    if isinstance(ideal, CompiledCircuit):
         many = LOOSE  # whose steps take a hundred times as long
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
