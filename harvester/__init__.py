@@ -8,7 +8,7 @@
 The public names stand in ``__init__.pyi``, once each; what a name needs is loaded when the name is first used.
 """
 
-import sys  # nothing else before the lines below: a stranger's typing.py in the current folder would run
+import sys  # nothing else before the lines below: a stranger's typing.py in the current folder would be taken
 
 if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].endswith("harvester") and not sys.flags.safe_path:
     del sys.path[0]  # the current folder, put there for -m: a stranger's random.py in it would be taken for Python's

@@ -162,7 +162,7 @@ def test_two_users_at_once(other, visit):
     one.step("oscillator.mass", 10)
     two.write("load.resistance", "300k")
     changed = two.until_power_changes(before)
-    assert time.monotonic() - begin < 5.0
+    assert time.monotonic() - begin < 10.0
     assert one.power() != changed
     assert theirs.input_value() != mass
     assert one.page.locator(".field.knob-load-resistance input").input_value() != "300 kohm"
@@ -259,5 +259,5 @@ def test_interrupted(served):
     begin = time.monotonic()
     os.kill(program.pid, signal.SIGINT)
     _, error = program.communicate(timeout=20)
-    assert time.monotonic() - begin < 5.0
+    assert time.monotonic() - begin < 10.0
     assert (program.returncode, error) == (0, "")

@@ -72,8 +72,11 @@ async def talk(address, token, message):
     connection = await websocket_connect(request, subprotocols=["bokeh", token])
     await connection.read_message()
     await connection.write_message(message)
+    stream = connection.protocol.stream
     await asyncio.wait_for(connection.read_message(), 20)
     connection.close()
+    stream.close()  # at once: the loop ends here, and would leave the socket open
+    await asyncio.sleep(0)
 
 
 @pytest.mark.slow
