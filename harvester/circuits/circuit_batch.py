@@ -11,12 +11,11 @@ from harvester.circuits.substeps import DID, ROOMS
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined, kernel
-from harvester.mechanics.kernels.equation_of_motion import friction, is_damped
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
-from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS
+from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, add_sample
 
 OWN = 4  # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
@@ -68,23 +67,7 @@ def advance_circuit(b, state, schedule, h, own, c, shaker):
             s = State(b.x[i], b.v[i], b.V[i])
             mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
             fly(i, state, one, own, room, mid.x, wall, first, 0.5 * h, 0)
-            _add_sample(i, sums, s, State(mid.x, mid.v, one[own.told] / volts), c)
-
-
-@inlined
-def _add_sample(i, sums, s, mid, c):
-    """Add up the states s at a kick and ``mid`` in the drift after it."""
-    sums[0, i] += 0.5 * (s.V + mid.V)
-    sums[1, i] += s.V * s.V
-    sums[2, i] += mid.V * mid.V
-    sums[3, i] += 0.5 * (s.x + mid.x)
-    sums[4, i] += s.x * s.x
-    sums[5, i] += mid.x * mid.x
-    sums[6, i] += mid.v * mid.v
-    sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
-    sums[8, i] += mid.v * mid.V
-    if is_damped(c):
-        sums[9, i] += friction(mid.x, c) * mid.v * mid.v
+            add_sample(i, sums, s, State(mid.x, mid.v, one[own.told] / volts), c)
 
 
 @kernel

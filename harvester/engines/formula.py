@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import existence
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, needs_known_effects, served
+from harvester.engines.protocol import AnyScene, Engine, needs_known_effects, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
@@ -28,13 +28,6 @@ class Formula(Request, Engine):
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the theory cannot serve a problem; None where it can."""
         return needs_known_effects(problem, cls, cls.UNSERVED)
-
-    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """The stationary mean square voltage and mean power of a scene."""
-        answer = self.run_many([scene])[0]
-        if isinstance(answer, HarvesterError):
-            raise answer
-        return answer
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`run` for many scenes, solved in one call, or the error that each raises; its share of the time each."""

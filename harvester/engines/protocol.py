@@ -45,8 +45,11 @@ class Engine:
         return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """The stationary mean square voltage and mean power of a scene."""
-        raise NotImplementedError
+        """The stationary mean square voltage and mean power of a scene; an engine has this or `run_many` of its own."""
+        answer = self.run_many([scene])[0]
+        if isinstance(answer, HarvesterError):
+            raise answer
+        return answer
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """`run` for each scene, or the error that it raises."""

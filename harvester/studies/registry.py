@@ -40,10 +40,6 @@ class Study:
         """The function."""
         return _loaded(self.function)  # type: ignore[no-any-return]
 
-    def result_type(self) -> type:
-        """The class of its result."""
-        return _loaded(self.result)  # type: ignore[no-any-return]
-
 
 def _loaded(where: str) -> Any:
     module, _, name = where.partition(":")

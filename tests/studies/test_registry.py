@@ -61,7 +61,7 @@ def case(request):
 
 def test_a_study_gives_its_result(case):
     study, _, found = case
-    assert isinstance(found, study.result_type()) and isinstance(found, Result)
+    assert type(found).__name__ == study.result.rpartition(":")[2] and isinstance(found, Result)
     assert getattr(hv, type(found).__name__) is type(found)
 
 

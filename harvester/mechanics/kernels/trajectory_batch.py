@@ -123,7 +123,7 @@ def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker
 
 
 @forced
-def _add_sample(i, sums, s, mid, c):
+def add_sample(i, sums, s, mid, c):
     """Add up the states s at a kick and ``mid`` in the drift after it."""
     sums[0, i] += 0.5 * (s.V + mid.V)
     sums[1, i] += s.V * s.V
@@ -202,7 +202,7 @@ def advance(b, schedule, h, circuit, c, shaker, update):
             else:
                 s_mid = _drift_and_add_impacts(i, sums, s, half, c, None)
                 x[i], v[i], V[i] = s_mid
-            _add_sample(i, sums, s, s_mid, c)
+            add_sample(i, sums, s, s_mid, c)
 
 
 @forced

@@ -18,7 +18,7 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines.protocol import AnyScene, Engine, Progress
+from harvester.engines.protocol import AnyScene, Engine
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, SimulationError
 from harvester.scene.scene import Scene
@@ -67,13 +67,6 @@ class Robust(Engine):
 
     NAME: ClassVar[str] = "robust"
     is_formula: ClassVar[bool] = True
-
-    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """The power of a place, as `run_many`."""
-        answer = self.run_many([scene])[0]
-        if isinstance(answer, HarvesterError):
-            raise answer
-        return answer
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """For each scene the estimate of the device as it stands, with the power of `Place` in place of its own."""
