@@ -63,7 +63,8 @@ class CompiledCircuit:
         told = [across("p", "0"), across(*store.nodes[:2]) if store is not None else {}, across(*rload.nodes[:2])]
         self.reduction = Reduction(self.system, told, self._tau(TYPICAL))
         impedance = TYPICAL / (scales.frequency * scales.capacitance)
-        self.solver = Solver(self.reduction, impedance, scales.volts)
+        taus = [self._tau(TYPICAL) / 2**k for k in (0, LEVELS // 2, LEVELS)]
+        self.solver = Solver(self.reduction, impedance, scales.volts, taus)
         self._arrays: dict[float, tuple[Any, ...]] = {}
 
     @property

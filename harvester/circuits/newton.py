@@ -10,11 +10,16 @@ import importlib.util
 import math
 import sys
 import types
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from harvester.arrays import Floats
 from harvester.circuits.derivatives import Writer
+from harvester.circuits.elimination import LARGEST, lines_of, pivots
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.system import Row
 from harvester.machine import files
@@ -27,7 +32,7 @@ from numba import carray
 
 from harvester.circuits.junctions import diode
 from harvester.circuits.newton_parts import (
-    MOST_ITERATIONS, RELATIVE, SIGNATURE, assemble, fudged, limited, power_slope, solve_dense,
+    MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense,
 )
 from harvester.mechanics.kernels.compiled import c_function
 
@@ -35,20 +40,27 @@ from harvester.mechanics.kernels.compiled import c_function
 @c_function(SIGNATURE)
 def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
+SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
 class Solver:
     """A compiled solver: its source ``text``, and the ``arguments`` of its values."""
 
-    def __init__(self, reduction: Reduction, impedance: float, volts: float) -> None:
-        """``impedance`` (ohm) and ``volts`` are sizes of the device, for the knees of junctions and for tolerances."""
+    def __init__(self, reduction: Reduction, impedance: float, volts: float, taus: Sequence[float]) -> None:
+        """``impedance`` (ohm) and ``volts`` are sizes of the device, for the knees of junctions and for tolerances.
+
+        ``taus`` are lengths of stages among which all that are made lie.
+        """
         self.reduction, self.n = reduction, len(reduction.columns)
         system = reduction.system
         writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
         self._row = {k: i for i, k in enumerate(reduction.rows)}
         self._column = {k: i for i, k in enumerate(reduction.columns)}
         self._before, self._tests, self._last, self._stamps, self._after = [], [], [], [], []
+        self._right: dict[int, list[str]] = {i: [f"r[{i}]"] for i in range(self.n)}
+        self._slopes: list[tuple[Row, Row, int, bool]] = []  # of each: where it enters, its input, its function
+        self._terms: dict[tuple[int, int], list[str]] = {}
         for k, one in enumerate(system.diodes):
             w, given = f"w{one.input}", ", ".join(map(writer.argument, one.arguments))
             writer.lines += [
@@ -72,13 +84,15 @@ class Solver:
             for k, (_, one) in enumerate(system.inputs) if one is not None
         }  # fmt: skip
         for k, (row, _) in enumerate(system.inputs):
-            self._before += [f"w{k} = {self._at(row, 'y')}", f"v{k} = u{k} = w{k}"]
-            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'b')}"]
+            self._before += [f"w{k} = {self._at(row, 'y[{}]')}", f"v{k} = u{k} = w{k}"]
+            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'z{}')}"]
             self._after += [f"w{k} = limited(v{k}, w{k}, {limits[k]})" if k in limits else f"w{k} = v{k}"]
         self._tests += [f"w{k} == v{k}" for k in limits]
+        self._before += [f"z{i} = 0.0" for i in range(self.n)]
+        solution = self._elimination(writer, impedance, [reduction.stage(tau).admittances for tau in taus])
         self.arguments, self._lines = writer.constants, writer.lines
         self.work = self.n * self.n + self.n
-        self.text = self._text(len(system.switches), len(system.diodes))
+        self.text = self._text(len(system.switches), len(system.diodes), solution)
 
     def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
         """Add a function to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
@@ -86,19 +100,59 @@ class Solver:
         self._before += [f"F{name} = 0.0", *(f"F{name}_{k} = 0.0" for k in slopes)]
         self._tests.append(f"abs({value} - ({tangent})) <= RELATIVE*abs({value}) + {tolerance}")
         self._stamps += [f"F{name} = {value}", *(f"F{name}_{k} = {slope}" for k, slope in slopes.items())]
-        self._stamps += ["e = " + _sum([f"F{name}", *(f"-F{name}_{k}*w{k}" for k in slopes)])]
+        self._stamps += [f"e{name} = " + _sum([f"F{name}", *(f"-F{name}_{k}*w{k}" for k in slopes)])]
         for i, weight in rows.items():
-            self._stamps.append(f"b[{self._row[i]}] -= {_times(weight, 'e')}")
+            self._right[self._row[i]].append(_times(-weight, f"e{name}"))
             for k in slopes:
                 for j, factor in self.reduction.system.inputs[k][0].items():
-                    place = f"J[{self._row[i]}, {self._column[j]}]"
-                    self._stamps.append(f"{place} += {_times(weight * factor, f'F{name}_{k}')}")
+                    place = self._row[i], self._column[j]
+                    self._terms.setdefault(place, []).append(_times(weight * factor, f"F{name}_{k}"))
+        is_current = not any(i in self.reduction.system.owners for i in rows)
+        self._slopes += [(rows, self.reduction.system.inputs[k][0], len(self._tests), is_current) for k in slopes]
 
-    def _at(self, one: Row, array: str) -> str:
-        """The text of an input, from an array of the unknowns."""
-        return _sum([_times(value, f"{array}[{self._column[k]}]") for k, value in one.items()])
+    def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
+        """The lines that solve the equations of an iteration for z0, z1, ..."""
+        n, rng = self.n, np.random.default_rng(0)
+        voltages = np.array([i in self.reduction.system.owners for i in self.reduction.rows])
+        sizes, samples = np.where(voltages, 1.0, impedance), []
+        for matrix in linear * SAMPLES:
+            one, derivatives = sizes[:, None] * matrix, dict[int, float]()
+            for rows, row, function, is_current in self._slopes:
+                slope = 0.0 if rng.random() < 0.3 else 10.0 ** rng.uniform(-3.0, 2.0)
+                slope = derivatives.setdefault(function, slope) if is_current else slope * rng.choice([-1.0, 1.0])
+                for i, weight in rows.items():
+                    for j, factor in row.items():
+                        one[self._row[i], self._column[j]] += weight * factor * slope
+            samples.append(one)
+        pattern = np.any([one != 0.0 for one in linear], axis=0)
+        pattern |= np.array([[(i, j) in self._terms for j in range(n)] for i in range(n)])
+        into, same, out = (writer.argument(LARGEST * factor) for factor in (1.0 / impedance, 1.0, impedance))
+        limits = [[same if a == b else into if b else out for b in voltages] for a in voltages]
+        known = np.any([one != 0.0 for one in linear], axis=0)
+        entries = {
+            (i, j): ([f"Y[{i}, {j}]"] if known[i, j] else []) + self._terms.get((i, j), [])
+            for i, j in zip(*map(list, np.nonzero(pattern)), strict=True)
+        }
+        order = pivots(np.array(samples), pattern)
+        return [
+            *(f"a{i}_{j} = {_sum(terms)}" for (i, j), terms in entries.items()),
+            *(f"b{i} = {_sum(terms)}" for i, terms in self._right.items()),
+            *lines_of(order, pattern, limits),
+            "if not safe:",
+            f"    for k in range({n * n + n}):",
+            "        b[k] = 0.0",
+            *(f"    b[{i}] = {_sum(terms)}" for i, terms in self._right.items()),
+            *(f"    J[{i}, {j}] = {_sum(terms)}" for (i, j), terms in entries.items()),
+            f"    if not solve_dense(J, b, {n}):",
+            "        return -1",
+            *(f"    z{k} = b[{k}]" for k in range(n)),
+        ]
 
-    def _text(self, switches: int, charges: int) -> str:
+    def _at(self, one: Row, name: str) -> str:
+        """The text of an input, from the unknowns by their ``name``."""
+        return _sum([_times(value, name.format(self._column[k])) for k, value in one.items()])
+
+    def _text(self, switches: int, charges: int, solution: list[str]) -> str:
         """The source of the solver."""
         n = self.n
         tests = ["            if not (" + one + "):\n                done = False" for one in self._tests]
@@ -116,13 +170,10 @@ class Solver:
             *tests,
             "            if done:",
             *(f"                {one}" for one in self._last),
-            f"                for k in range({n}):",
-            "                    y[k] = b[k]",
+            *(f"                y[{k}] = z{k}" for k in range(n)),
             "                return iteration",
-            f"        assemble(J, b, Y, r, {n})",
             *(f"        {one}" for one in self._stamps),
-            f"        if not solve_dense(J, b, {n}):",
-            "            return -1",
+            *(f"        {one}" for one in solution),
             *(f"        {one}" for one in self._after),
             "    return -1",
         ]

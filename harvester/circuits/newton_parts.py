@@ -43,15 +43,6 @@ def fudged(b):
 
 
 @inlined
-def assemble(J, b, Y, r, n):
-    """Begin with the linear part of the equations: shape (n, n) and (n,)."""
-    for k in range(n):
-        b[k] = r[k]
-        for j in range(n):
-            J[k, j] = Y[k, j]
-
-
-@inlined
 def solve_dense(J, x, n):
     """Solve J x = b by Gauss with pivots from each column, shape (n, n); x holds b, and then the solution.
 

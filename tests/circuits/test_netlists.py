@@ -3,7 +3,6 @@
 import pytest
 
 import harvester as hv
-from harvester.circuits.newton import Solver
 from harvester.circuits.parts import parts_of
 from harvester.circuits.solvability import unserved_parts
 from harvester.equations.problem import Problem
@@ -51,7 +50,7 @@ def test_values_change_no_source_so_that_they_compile_nothing(tmp_path):
     def source(model, value):
         more = f"B1 a b I={value}*uramp(v(a,b) - {value})\nL1 p q {value}\nR1 q n 1k\n.model own D({model})"
         made = compiled(on_plate(tmp_path, GOOD.replace("BAT54", "own") + more))
-        return Solver(made.reduction, 1e5, 1.0).text
+        return made.solver.text
 
     assert source("Is=1n N=1.5 Bv=5", 0.3) == source("Is=30u Rs=0 Cjo=1p Tt=3n", 2) == source("Is=2u N=1", 0.1)
 

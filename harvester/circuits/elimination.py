@@ -1,0 +1,70 @@
+"""Gauss's elimination for one pattern of a matrix, as straight lines of Python without a zero in them.
+
+The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where derivatives are zero, and
+where they are large.  Among pivots that are safe in all samples that with the fewest products goes first (Markowitz).
+The lines test their pivots; where one fails, elimination with pivots of the matrix at hand takes over.
+
+Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from harvester.arrays import Bools, Floats
+
+SAFE = 1e-6  # of the largest coefficient of its column, in each sample: the least pivot that is taken
+LARGEST = 1e9  # factor of an elimination, in equations of like size
+
+
+def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
+    """The places of the pivots, row and column, in their order.
+
+    ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where any is not zero.
+    """
+    left, pattern = samples.copy(), pattern.copy()
+    rows, columns = list(range(len(pattern))), list(range(len(pattern)))
+    found = list[tuple[int, int]]()
+    while rows:
+        part, near = np.abs(left[:, rows][:, :, columns]), pattern[np.ix_(rows, columns)]
+        largest = part.max(axis=1, keepdims=True)
+        share = (part / np.where(largest > 0.0, largest, 1.0)).min(axis=0) * near
+        products = np.outer(near.sum(axis=1) - 1.0, near.sum(axis=0) - 1.0)
+        off = 0.5 * np.not_equal.outer(rows, columns)  # among equals that of a node's own equation
+        cost = np.where(share >= min(SAFE, float(share.max())), products + off, np.inf)
+        i, j = np.unravel_index(int(cost.argmin()), cost.shape)
+        row, column = rows.pop(int(i)), columns.pop(int(j))
+        found.append((row, column))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factors = left[:, rows, column] / left[:, row, column][:, None]
+        factors[~np.isfinite(factors)] = 0.0
+        left[np.ix_(range(len(left)), rows, columns)] -= factors[:, :, None] * left[:, row, columns][:, None, :]
+        pattern[np.ix_(rows, columns)] |= np.outer(pattern[rows, column], pattern[row, columns])
+    return found
+
+
+def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:
+    """The lines that solve a x = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
+
+    ``limits`` are the arguments' texts of the largest factors, by the equations that are subtracted from and that are
+    subtracted, shape (n, n).
+    """
+    full, lines = pattern.copy(), ["safe = True"]
+    for k, (row, column) in enumerate(order):
+        later = order[k + 1 :]
+        lines.append(f"d{row} = 1.0 / a{row}_{column}")
+        for other, _ in later:
+            if not full[other, column]:
+                continue
+            lines += [f"f = a{other}_{column} * d{row}", f"safe = safe and abs(f) < {limits[other][row]}"]
+            for _, right in later:
+                if full[row, right]:
+                    mark = "-=" if full[other, right] else "= -"
+                    lines.append(f"a{other}_{right} {mark} f * a{row}_{right}")
+                    full[other, right] = True
+            lines.append(f"b{other} -= f * b{row}")
+    for k in range(len(order) - 1, -1, -1):
+        row, column = order[k]
+        known = "".join(f" - a{row}_{right} * z{right}" for _, right in order[k + 1 :] if full[row, right])
+        lines.append(f"z{column} = (b{row}{known}) * d{row}")
+    return lines

@@ -1,0 +1,57 @@
+"""Elimination as straight lines solves what numpy solves, and says where its pivots fail."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.circuits.elimination import lines_of, pivots
+from harvester.equations.problem import Problem
+from tests.support.netlists import compiled
+
+
+def solved(matrix, right, order, pattern):
+    """The solution by the lines, and whether they call it safe."""
+    n = len(right)
+    names = {f"a{i}_{j}": float(matrix[i, j]) for i in range(n) for j in range(n) if pattern[i, j]}
+    names |= {f"b{i}": float(right[i]) for i in range(n)}
+    exec("\n".join(lines_of(order, pattern, [["1e9"] * n] * n)), names)
+    return np.array([names[f"z{k}"] for k in range(n)]), names["safe"]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_matrices(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 15))
+    pattern = (rng.random((n, n)) < 0.3) | np.eye(n, dtype=bool)[rng.permutation(n)]
+    samples = rng.normal(size=(8, n, n)) * pattern
+    order = pivots(samples, pattern)
+    assert sorted(row for row, _ in order) == sorted(column for _, column in order) == list(range(n))
+    matrix, right = rng.normal(size=(n, n)) * pattern, rng.normal(size=n)
+    found, safe = solved(matrix, right, order, pattern)
+    assert safe
+    assert matrix @ found == pytest.approx(right, rel=1e-6, abs=1e-6 * np.abs(right).max())
+
+
+def test_a_place_that_may_be_zero_is_no_pivot():
+    """Such as the derivative of a source that is cut off; where it comes first all the same, the lines say so."""
+    pattern = np.array([[True, True], [True, True]])
+    samples = np.array([[[1.0, 1.0], [1.0, 2.0]], [[0.0, 1.0], [1.0, 0.0]]])
+    order = pivots(samples, pattern)
+    assert {(0, 1), (1, 0)} == set(order)
+    found, safe = solved(np.array([[1e-12, 1.0], [1.0, 0.0]]), np.array([1.0, 2.0]), [(0, 0), (1, 1)], pattern)
+    assert not safe or not np.isfinite(found).all()
+    assert solved(samples[1], np.array([1.0, 2.0]), order, pattern)[0] == pytest.approx([2.0, 1.0])
+
+
+@pytest.mark.slow
+def test_pivots_of_the_matrix_at_hand_take_over(monkeypatch):
+    """A circuit whose lines are never called safe moves as the one whose lines always are."""
+    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge", parameters={"R": 1e6, "C": 1e-7})
+    equations = Problem.of(scene).equations
+
+    def square():
+        return compiled(scene).trace(equations, np.zeros(400), 0.1, 400).square[-1]
+
+    expected = square()
+    monkeypatch.setattr("harvester.circuits.newton.LARGEST", 0.0)
+    assert square() == pytest.approx(expected, rel=1e-7)
