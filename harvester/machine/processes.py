@@ -80,7 +80,10 @@ def submit_to_one(
         process = idle.pop() if idle else new()
         with _without_keyboard_interrupts():
             try:
-                return process.submit(function, *arguments), process
+                future = process.submit(function, *arguments)
+                # Where this has started a new process, the thread that notices its end does not know it yet.
+                process._executor_manager_thread_wakeup.wakeup()
+                return future, process
             except BrokenProcessPool:
                 kill(process)
             except UnboundLocalError as error:  # loky's own, where the system refuses it a descriptor

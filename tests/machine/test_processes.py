@@ -5,8 +5,10 @@ import gc
 import os
 import subprocess
 import sys
+import time
 import weakref
 from collections import deque
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -17,6 +19,7 @@ pytestmark = pytest.mark.slow
 THREADS = """
 import multiprocessing, threading
 from collections import deque
+from concurrent.futures.process import BrokenProcessPool
 from harvester.machine import processes
 
 multiprocessing.current_process()._config["daemon"] = True
@@ -102,3 +105,15 @@ def test_a_forked_program_starts_processes_of_its_own():
     """Those of its parent never answered it: it waited for ever, and ended with a traceback."""
     done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, check=False, timeout=120)
     assert (done.stdout, done.stderr) == ("3\n3\n0\n3\n", "")
+
+
+def test_a_process_that_dies_after_another_went_idle_is_noticed():
+    """The next job of an executor whose process ended for want of work starts one that nobody looked at."""
+    process = processes.create(idle=0.1)
+    assert processes.submit_to_one(deque([process]), processes.create, abs, (-1,))[0].result(60) == 1
+    deadline = time.monotonic() + 30.0
+    while process._processes and time.monotonic() < deadline:
+        time.sleep(0.05)
+    future, _ = processes.submit_to_one(deque([process]), processes.create, os._exit, (3,))
+    with pytest.raises(BrokenProcessPool):
+        future.result(30)
