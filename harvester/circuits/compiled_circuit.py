@@ -25,7 +25,7 @@ from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 from harvester.netlists.load_circuit import LoadCircuit
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
-TOLERANCE, RINGING = 0.01, 0.002  # of a charge's size: what the two orders of a step may differ by; with coils
+TOLERANCE, RINGING = 0.03, 0.002  # of a charge's size: what the two orders of a step may differ by; with coils
 LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 

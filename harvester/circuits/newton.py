@@ -7,6 +7,7 @@ more than its tolerance.
 
 import hashlib
 import importlib.util
+import itertools
 import math
 import sys
 import types
@@ -32,7 +33,7 @@ from numba import carray
 
 from harvester.circuits.junctions import diode
 from harvester.circuits.newton_parts import (
-    MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense,
+    DAMPED, MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense,
 )
 from harvester.mechanics.kernels.compiled import c_function
 
@@ -41,6 +42,7 @@ from harvester.mechanics.kernels.compiled import c_function
 def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
+EACH, HELD = 4, 0.7  # of iterations that do not end, how many go only a part of the way, and the part that they do not
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
@@ -57,7 +59,7 @@ class Solver:
         writer = Writer([f"w{k}" for k in range(len(system.inputs))], indent=8 * " ")
         self._row = {k: i for i, k in enumerate(reduction.rows)}
         self._column = {k: i for i, k in enumerate(reduction.columns)}
-        self._before, self._tests, self._last, self._stamps, self._after = [], [], [], [], []
+        self._before, self._tests, self._last, self._stamps, self._after = (list[str]() for _ in range(5))
         self._right: dict[int, list[str]] = {i: [f"r[{i}]"] for i in range(self.n)}
         self._slopes: list[tuple[Row, Row, int, bool]] = []  # of each: where it enters, its input, its function
         self._terms: dict[tuple[int, int], list[str]] = {}
@@ -76,23 +78,25 @@ class Solver:
             is_voltage = all(i in system.owners for i in two.rows)
             size = 1.0 if is_voltage else 1e-2 / impedance
             self._add(f"{k}", value, slopes, two.rows, writer.argument(SMALL * size))
-        limits = {
-            k: ", ".join(map(writer.argument, (
-                one.thermal, _knee(one.thermal, one.saturation, impedance), min(one.breakdown, 1e30),
-                one.reverse, _knee(one.reverse, one.saturation, impedance),
-            )))
-            for k, (_, one) in enumerate(system.inputs) if one is not None
-        }  # fmt: skip
-        for k, (row, _) in enumerate(system.inputs):
-            self._before += [f"w{k} = {self._at(row, 'y[{}]')}", f"v{k} = u{k} = w{k}"]
-            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'z{}')}"]
-            self._after += [f"w{k} = limited(v{k}, w{k}, {limits[k]})" if k in limits else f"w{k} = v{k}"]
-        self._tests += [f"w{k} == v{k}" for k in limits]
+        self._write_inputs(writer, impedance)
         self._before += [f"z{i} = 0.0" for i in range(self.n)]
         solution = self._elimination(writer, impedance, [reduction.stage(tau).admittances for tau in taus])
         self.arguments, self._lines = writer.constants, writer.lines
         self.work = self.n * self.n + self.n
-        self.text = self._text(len(system.switches), len(system.diodes), solution)
+        self.text = self._text(len(system.inputs), len(system.switches), len(system.diodes), solution)
+
+    def _write_inputs(self, writer: Writer, impedance: float) -> None:
+        """Add the lines that go on from a solution to the inputs: those of junctions are limited."""
+        for k, (row, one) in enumerate(self.reduction.system.inputs):
+            self._before += [f"w{k} = {self._at(row, 'y[{}]')}", f"v{k} = u{k} = w{k}"]
+            self._after += [f"u{k}, v{k} = w{k}, {self._at(row, 'z{}')}"]
+            if one is None:
+                self._after.append(f"w{k} = v{k}")
+                continue
+            knees = (_knee(n, one.saturation, impedance) for n in (one.thermal, one.reverse))
+            given = one.thermal, next(knees), min(one.breakdown, 1e30), one.reverse, next(knees)
+            self._after.append(f"w{k} = limited(v{k}, w{k}, {', '.join(map(writer.argument, given))})")
+            self._tests.append(f"w{k} == v{k}")
 
     def _add(self, name: str, value: str, slopes: dict[int, str], rows: Row, tolerance: str) -> None:
         """Add a function to the tests and to the matrix: its tangent is F + sum of F_k (w_k - u_k)."""
@@ -103,45 +107,52 @@ class Solver:
         self._stamps += [f"e{name} = " + _sum([f"F{name}", *(f"-F{name}_{k}*w{k}" for k in slopes)])]
         for i, weight in rows.items():
             self._right[self._row[i]].append(_times(-weight, f"e{name}"))
-            for k in slopes:
-                for j, factor in self.reduction.system.inputs[k][0].items():
-                    place = self._row[i], self._column[j]
-                    self._terms.setdefault(place, []).append(_times(weight * factor, f"F{name}_{k}"))
         is_current = not any(i in self.reduction.system.owners for i in rows)
-        self._slopes += [(rows, self.reduction.system.inputs[k][0], len(self._tests), is_current) for k in slopes]
+        for k in slopes:
+            row, _ = self.reduction.system.inputs[k]
+            self._slopes.append((rows, row, len(self._tests), is_current))
+            for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
+                place = self._row[i], self._column[j]
+                self._terms.setdefault(place, []).append(_times(weight * factor, f"F{name}_{k}"))
 
-    def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
-        """The lines that solve the equations of an iteration for z0, z1, ..."""
-        n, rng = self.n, np.random.default_rng(0)
-        voltages = np.array([i in self.reduction.system.owners for i in self.reduction.rows])
-        sizes, samples = np.where(voltages, 1.0, impedance), []
+    def _samples(self, impedance: float, linear: list[Floats]) -> Floats:
+        """Matrices as iterations meet them, with equations of like size: derivatives that are zero, small and large."""
+        rng, found = np.random.default_rng(0), []
+        sizes = [1.0 if i in self.reduction.system.owners else impedance for i in self.reduction.rows]
         for matrix in linear * SAMPLES:
-            one, derivatives = sizes[:, None] * matrix, dict[int, float]()
+            one, derivatives = np.array(sizes)[:, None] * matrix, dict[int, float]()
             for rows, row, function, is_current in self._slopes:
                 slope = 0.0 if rng.random() < 0.3 else 10.0 ** rng.uniform(-3.0, 2.0)
                 slope = derivatives.setdefault(function, slope) if is_current else slope * rng.choice([-1.0, 1.0])
-                for i, weight in rows.items():
-                    for j, factor in row.items():
-                        one[self._row[i], self._column[j]] += weight * factor * slope
-            samples.append(one)
-        pattern = np.any([one != 0.0 for one in linear], axis=0)
-        pattern |= np.array([[(i, j) in self._terms for j in range(n)] for i in range(n)])
-        into, same, out = (writer.argument(LARGEST * factor) for factor in (1.0 / impedance, 1.0, impedance))
-        limits = [[same if a == b else into if b else out for b in voltages] for a in voltages]
-        known = np.any([one != 0.0 for one in linear], axis=0)
-        entries = {
-            (i, j): ([f"Y[{i}, {j}]"] if known[i, j] else []) + self._terms.get((i, j), [])
-            for i, j in zip(*map(list, np.nonzero(pattern)), strict=True)
-        }
-        order = pivots(np.array(samples), pattern)
+                for (i, weight), (j, factor) in itertools.product(rows.items(), row.items()):
+                    one[self._row[i], self._column[j]] += weight * factor * slope
+            found.append(one)
+        return np.array(found)
+
+    def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
+        """The lines that solve the equations of an iteration for z0, z1, ..."""
+        n, entries = self.n, dict[tuple[int, int], list[str]]()
+        for i, j in np.argwhere(np.any(linear, axis=0)).tolist():
+            entries[i, j] = [f"Y[{i}, {j}]"]
+        for place, terms in self._terms.items():
+            entries[place] = entries.get(place, []) + terms
+        pattern = np.zeros((n, n), dtype=bool)
+        pattern[tuple(zip(*entries, strict=True))] = True
+        # An equation of voltages takes currents away by factors of the size of an impedance, and the other way round.
+        voltages = [i in self.reduction.system.owners for i in self.reduction.rows]
+        sizes = {0: 1.0, 1: impedance, -1: 1.0 / impedance}
+        limit = {of: writer.argument(LARGEST * size) for of, size in sizes.items()}
+        limits = [[limit[a - b] for b in voltages] for a in voltages]
+        order = pivots(self._samples(impedance, linear), pattern)
+        right = {i: _sum(terms) for i, terms in self._right.items()}
         return [
             *(f"a{i}_{j} = {_sum(terms)}" for (i, j), terms in entries.items()),
-            *(f"b{i} = {_sum(terms)}" for i, terms in self._right.items()),
+            *(f"b{i} = {text}" for i, text in right.items()),
             *lines_of(order, pattern, limits),
             "if not safe:",
             f"    for k in range({n * n + n}):",
             "        b[k] = 0.0",
-            *(f"    b[{i}] = {_sum(terms)}" for i, terms in self._right.items()),
+            *(f"    b[{i}] = {text}" for i, text in right.items()),
             *(f"    J[{i}, {j}] = {_sum(terms)}" for (i, j), terms in entries.items()),
             f"    if not solve_dense(J, b, {n}):",
             "        return -1",
@@ -152,7 +163,7 @@ class Solver:
         """The text of an input, from the unknowns by their ``name``."""
         return _sum([_times(value, name.format(self._column[k])) for k, value in one.items()])
 
-    def _text(self, switches: int, charges: int, solution: list[str]) -> str:
+    def _text(self, inputs: int, switches: int, charges: int, solution: list[str]) -> str:
         """The source of the solver."""
         n = self.n
         tests = ["            if not (" + one + "):\n                done = False" for one in self._tests]
@@ -163,9 +174,10 @@ class Solver:
             f"    p, s = carray(p_at, {max(len(self.arguments), 1)}), carray(s_at, {max(switches, 1)})",
             f"    q = carray(q_at, {max(charges, 1)})",
             *(f"    {one}" for one in self._before),
+            "    whole = False",
             "    for iteration in range(MOST_ITERATIONS):",
             *self._lines,
-            "        if iteration > 0:",
+            "        if whole:",
             "            done = True",
             *tests,
             "            if done:",
@@ -175,6 +187,9 @@ class Solver:
             *(f"        {one}" for one in self._stamps),
             *(f"        {one}" for one in solution),
             *(f"        {one}" for one in self._after),
+            f"        whole = iteration < DAMPED or iteration % {EACH} == 0",
+            f"        held = 0.0 if whole else {HELD}",
+            *(f"        w{k} += held * (u{k} - w{k})" for k in range(inputs)),
             "    return -1",
         ]
         return _HEAD + "\n".join(lines) + "\n"

@@ -14,7 +14,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.uncertainty.controls import cross_fitted
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, mean_and_error
 
 WORTH = 2.0  # times less variance must remain, for entries to weigh what weights from elsewhere explain
 LUCK = 2.0  # runs go on until their spread is small enough: where they end, it is smaller than it should be
@@ -24,13 +24,15 @@ LUCK = 2.0  # runs go on until their spread is small enough: where they end, it 
 class Controlled:
     """The estimate, and what decides how the effort is best split.
 
-    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation`` that of the pairs.
+    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation`` that of the pairs;
+    ``difference`` is the size of the mean of high - low, where that is all that the pairs tell.
     """
 
     value: Value
     residual: float
     weight: float
     correlation: float
+    difference: float = 0.0
 
     def gain(self, cost_ratio: float) -> float:
         """How many times cheaper than high runs alone, at the same standard error, with the best split.
@@ -61,6 +63,22 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
     )
     both = low.std() > 0.0 and high.std() > 0.0
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
+
+
+def differing(high: Floats, low: Floats, mean: Value) -> Controlled:
+    """The ``mean`` of low and the mean of high - low, of pairs too short for the whole difference.
+
+        E[high] = E[low] + E[high - low]
+
+    They begin in the law of low.  As the difference is small, what it lacks of the whole is taken to be less than
+    itself, and is a part of the bias.
+    """
+    off, stderr = mean_and_error(high - low)
+    errors = np.array([stderr, mean.stderr or 0.0])
+    dof = _freedom(errors, (len(high) - 1.0, mean.dof or 1e6))
+    bias = None if mean.bias is None else mean.bias + abs(off)
+    value = Value(mean.value + off, float(math.hypot(*errors)), bias, dof=dof)
+    return Controlled(value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1]), abs(off))
 
 
 def explained_and_controlled(

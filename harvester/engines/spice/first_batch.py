@@ -1,5 +1,7 @@
 """The first runs of ngspice for an answer: how long each goes on, how many there are, and whether anyone would wait."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
@@ -17,6 +19,8 @@ PATIENCE = 3e7  # steps of all ngspice runs together: a minute to some minutes
 SHORTEST = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
 STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
 WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
+SHORT, SHORT_RUNS = 8.0, 128  # nondimensional duration of short runs, and how many there are at first
+SHARE, LOOSE = 0.5, 0.02  # of a target, and of one where none is given: what they may differ by from the cheap model
 BLOCKS = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
 
@@ -35,10 +39,10 @@ def first_batch(
     """
     n_steps, blocks = setup.n_steps(_duration(options, problem, setup, paired)), 1
     if setup.has_controls and controlled:
-        blocks = max(round((n_steps * setup.device.h - setup.burn_in) / BLOCK), 1)
+        blocks = max(round((n_steps * setup.device.h - setup.settling) / BLOCK), 1)
     fewest = fewest_pairs(number(options.within), blocks) if paired else FEWEST
     count = options.trajectories or (TRAJECTORIES if options.within is None else fewest)
-    count = max(count, fewest) if paired else count
+    count = SHORT_RUNS if setup.short else max(count, fewest) if paired else count
     burn_in_alone = options.duration is not None  # for a duration is the user's own
     steps = count * (setup.burn_in / setup.device.h if burn_in_alone else n_steps)
     _check_patience(steps, number(options.budget), problem, setup)
@@ -53,11 +57,16 @@ def first_batch(
         deadline=deadline,
     )
     runs.run_batch(count)
+    if setup.short and runs.relative_difference() > SHARE * (number(options.within) or LOOSE):
+        long = replace(setup, short=False)
+        return first_batch(options, problem, long, paired, controlled, deadline, progress)
     return runs
 
 
 def _duration(options: MonteCarloOptions, problem: Problem, setup: SpiceSetup, paired: bool) -> float:
     """The nondimensional duration of a trajectory after its burn-in."""
+    if setup.short:
+        return SHORT
     if options.duration is not None:
         return (number(options.duration) or 0.0) * problem.units.frequency
     if paired or not problem.equations.is_random or options.within is not None:

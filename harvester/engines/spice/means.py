@@ -13,7 +13,7 @@ from harvester.engines.spice.ledger import gives_power, ledger_doubts
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.messages.unknown_parts import STEP, TOLERANCE
-from harvester.uncertainty.control_variate import Controlled, controlled, explained_and_controlled
+from harvester.uncertainty.control_variate import Controlled, controlled, differing, explained_and_controlled
 from harvester.uncertainty.controls import controlled_entries, scaled_least_squares
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -71,11 +71,17 @@ class RunMeans:
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
-        if explained is None:
+        if self.setup.short:
+            found = differing(high, low, mean_of_low)
+        elif explained is None:
             found = controlled(high, low, mean_of_low, controls, self.blocks)
         else:
             found = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
         return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
+
+    def relative_difference(self) -> float:
+        """What ngspice and the cheap model differ by in the power on the same noise, over the power."""
+        return self.power().difference / abs(self.power().value.value)
 
     def _step_bias(self, name: str, mean: float) -> float | None:
         """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""

@@ -66,7 +66,7 @@ class Runs(RunMeans):
         setup, before = self.setup, len(self.done)
         seeds = [child(self.seed, 0, before + k) for k in range(count)]
         starts = setup.starts and [setup.starts[(before + k) % len(setup.starts)] for k in range(count)]
-        given = setup.device, seeds, self.n_steps, setup.burn_in, self.paired, self.deadline, self.blocks, starts
+        given = setup.device, seeds, self.n_steps, setup.settling, self.paired, self.deadline, self.blocks, starts
         try:
             for k, one in enumerate(worker.measure_in_workers(*given)):
                 self.done.append(one)
@@ -98,7 +98,7 @@ class Runs(RunMeans):
             return
         if setup.pair is not None:
             seeds, starts = seeds[:FEWEST], starts and starts[:FEWEST]
-        given = setup.device.coarser(), seeds, n_steps, setup.burn_in, False, self.deadline, self.blocks, starts
+        given = setup.device.coarser(), seeds, n_steps, setup.settling, False, self.deadline, self.blocks, starts
         try:
             self.coarse.extend(worker.measure_in_workers(*given))
         except SimulationError as error:  # of a circuit that does not bear the step, or of time that is over
@@ -124,7 +124,7 @@ class Runs(RunMeans):
         starts = [starts[k % len(starts)] for k in range(2)]
         n_steps = min(setup.n_steps(TOLERANCE_TIME), self.n_steps)
         try:
-            both = list(tolerance_in_workers(device, seeds, n_steps, setup.burn_in, self.deadline, starts))
+            both = list(tolerance_in_workers(device, seeds, n_steps, setup.settling, self.deadline, starts))
         except CircuitError as error:
             setup.diagnostics.append(warning("tolerance_not_measured", error=str(error)))
         else:

@@ -19,7 +19,7 @@ def sampled_estimate(
 ) -> Estimate:
     """The answer that runs give; ``said`` is what their sampling has to say."""
     setup, eqs, unit = runs.setup, problem.equations, problem.units.frequency
-    step, burn_in = setup.device.h / unit, setup.burn_in / unit
+    step, burn_in = setup.device.h / unit, setup.settling / unit
     details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
     details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
     doubts, moments = runs.doubts(), runs.moments()

@@ -1,0 +1,132 @@
+"""The cheap model that runs of ngspice go beside: its circuit, its trajectories, their step, and starts from them."""
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.engines.options import MonteCarloOptions, number
+from harvester.engines.sampling import DRAWN, FINE, KNOWN, LOOSE, affordable, first_duration
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.uncertainty.target import Target, best_factor
+
+if TYPE_CHECKING:
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.cosimulation.runs import Start
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+
+LONGEST_CHARGING = 2e4  # nondimensional
+LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
+CLOSE = 0.02  # a target below which circuits that switch go beside their compiled circuit
+MEMORIES = 2.0  # time constants of the slowest change, of a burn-in from settled states
+SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspice
+
+
+def cheap_circuit(
+    problem: Problem, options: MonteCarloOptions, charging: float, settled: bool
+) -> "tuple[IdealCircuit | CompiledCircuit | None, bool]":
+    """The circuit without ngspice that goes beside, None where there is none, and whether runs are `SpiceSetup.short`.
+
+    It is made of ideal elements where these serve; a target that is close asks for the compiled circuit, which follows
+    ngspice through every switching.  Neither waits for a periodic response, which ngspice finds itself; a long
+    ``charging`` takes a compiled circuit minutes.
+    """
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.idealised import ideal_circuit
+
+    eqs, scales, load = problem.equations, problem.scales, problem.circuit
+    assert load is not None, "the engine refuses an open circuit"
+    if charging > LONGEST_CHARGING or eqs.mu is not None:
+        return None, False
+    ideal = ideal_circuit(load, scales)
+    if charging > LONGEST_COMPILED or (eqs.shaking_period is not None and not eqs.is_random):
+        return ideal, False
+    short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
+    closely = short and (number(options.within) or 1.0) < CLOSE
+    if ideal is not None and not (closely and ideal.hysteresis is not None):
+        return ideal, False
+    try:
+        return compiled_circuit(load, scales), short
+    except InputError:
+        return ideal, False
+
+
+def _tells_paths_apart(eqs: Equations) -> bool:
+    """Whether two models of a circuit soon go paths of their own on the same white noise, as beside a stop."""
+    stops = eqs.restitution is not None or eqs.stop_stiffness is not None
+    return stops and eqs.is_random and not eqs.is_shaken_otherwise
+
+
+def pilot_of(
+    problem: Problem, options: MonteCarloOptions, ideal: "IdealCircuit | CompiledCircuit | None", ngspice_rule: bool
+) -> "tuple[Trajectories, float]":
+    """The trajectories of the cheap model, compiled, and the seconds that compiling took."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.mechanics.ensemble.richardson import compile_pair
+    from harvester.mechanics.ensemble.trajectories import Trajectories
+    from harvester.mechanics.kernels.compiled import compilation
+
+    eqs = problem.equations
+    seed = np.random.SeedSequence([options.seed, 1])
+    h = None if options.dt is None else options.dt * problem.units.frequency
+    many = None if options.within is None else FINE  # for they weigh the controls of few runs
+    if isinstance(ideal, CompiledCircuit):
+        many = LOOSE  # whose steps take a hundred times as long
+    count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
+    pilot = Trajectories(eqs, count, seed, h, circuit=ideal, ngspice_rule=ngspice_rule, controlled=True)
+    with compilation() as compiling:
+        compile_pair(pilot)
+    return pilot, compiling.seconds
+
+
+def cheap_model(pilot: "Trajectories", burn_in: float, options: MonteCarloOptions, begin: float) -> "RichardsonPair":
+    """The cheap model with the bias of its step, known well enough for the target, in its share of the budget."""
+    from harvester.mechanics.ensemble.richardson import RichardsonPair
+
+    budget, within, spent = number(options.budget), number(options.within), time.perf_counter() - begin
+    share = None if budget is None else SHARE * budget
+    pair = RichardsonPair(pilot, first_duration(burn_in, spent, share), budget)
+    if within is None:
+        return pair
+    return _with_best_step(pair, "load", Target(within, share, begin), options.dt is not None)
+
+
+def settled_starts(
+    pair: "RichardsonPair", charging_time: float, from_rest: float, seed: int
+) -> "tuple[float, list[Start]]":
+    """The burn-in of runs that begin in states of the circuit of ideal elements, and these states.
+
+    It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls take what is left.
+    """
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.mechanics.ensemble.burn_in import memory
+
+    pilot = pair.trajectories
+    slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
+    states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
+    own = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
+    starts: list[Start] = [(*map(float, one[:4]), *([one[4:]] if own else [])) for one in states]
+    return min(MEMORIES * slowest, from_rest), starts
+
+
+def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bool) -> "RichardsonPair":
+    """The pair with its bias known well enough for the target, at a smaller step where that is called for.
+
+    A longer step would save little of the few ngspice runs that are needed.
+    """
+    while True:
+        bias, error = pair.relative_bias(name)
+        factor = 1.0 if fixed else best_factor(target.within, abs(bias), error)
+        if error < KNOWN * target.within:
+            pair.stop_coarse()
+        if factor < 1.0:
+            pair = pair.with_step(factor * pair.trajectories.h)
+        elif error < 0.25 * target.within or target.seconds_left < pair.seconds_a_unit * pair.duration:
+            return pair
+        else:
+            pair.extend(pair.duration)
