@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from harvester.uncertainty.control_variate import controlled, explained_and_controlled, split
+from harvester.uncertainty.control_variate import controlled, differing, explained_and_controlled, split
 from harvester.uncertainty.value import Value
 
 RNG = np.random.default_rng(20261121)
@@ -117,3 +117,15 @@ def test_what_is_known_to_be_explained_is_not_fitted():
     assert abs(of_known.mean() - 3.0) < 4.0 * of_known.std() / math.sqrt(600)
     inside = np.mean([abs(one.value - 3.0) < one.sampling95 for one in known])
     assert 0.93 < inside < 0.99
+
+
+def test_what_short_pairs_lack_of_a_difference_is_a_part_of_the_bias():
+    """E[low] + E[high - low], and the size of the difference beside the bias of low."""
+    low = RNG.standard_normal(400)
+    high = low + 0.01 + 1e-3 * RNG.standard_normal(400)
+    found = differing(high, low, Value(2.0, 0.02, 0.001, dof=50.0))
+    off = float(np.mean(high - low))
+    assert found.value.value == 2.0 + off and found.difference == abs(off)
+    assert found.value.bias == pytest.approx(0.001 + abs(off))
+    assert found.value.stderr == pytest.approx(math.hypot(0.02, np.std(high - low, ddof=1) / 20.0))
+    assert found.weight == 1.0 and found.residual == pytest.approx(np.var(high - low, ddof=1))

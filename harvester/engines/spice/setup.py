@@ -80,7 +80,7 @@ class SpiceSetup:
         if self.resistive:
             return None
         known = {"cheap_model": self.pair is not None, "tolerance_measured": tolerance_measured}
-        return note("biases", followed=followed, **known)
+        return note("biases", followed=followed, **known, **({"short": True} if self.short else {}))
 
     def n_steps(self, duration: float) -> int:
         """Steps of a trajectory of that nondimensional duration after its burn-in.

@@ -16,7 +16,7 @@ def _step_chosen(within: float, step: float, physical: bool) -> str:
     return f"`within` {within:.3g} chose a step of {step:.3g}{' s' if physical else ''}"
 
 
-def _biases(followed: int, cheap_model: bool, tolerance_measured: bool) -> str:
+def _biases(followed: int, cheap_model: bool, tolerance_measured: bool, short: bool = False) -> str:
     if not cheap_model and not followed:
         return "the bias of the step is not known, as no ideal circuit serves: compare with half of `dt`"
     measured = "was measured against a tenth of it on the same motion"
@@ -25,9 +25,13 @@ def _biases(followed: int, cheap_model: bool, tolerance_measured: bool) -> str:
     step = f"the most that {followed} runs of ngspice and those of twice the step on the same noise leave at 95 %"
     if cheap_model:
         step = "that of the circuit without ngspice"
+    runs = "runs alone"
+    if short:
+        runs = (
+            "runs alone, short ones from states of the compiled circuit, whose difference from it is counted as a bias"
+        )
     return (
-        f"the bias of the step is {step}, that of ngspice's tolerance {measured}; the ledger is of the ngspice runs "
-        "alone"
+        f"the bias of the step is {step}, that of ngspice's tolerance {measured}; the ledger is of the ngspice {runs}"
     )
 
 

@@ -1,0 +1,43 @@
+"""Boards beside a stop: many short runs of ngspice from the compiled circuit's states, on the same noise."""
+
+import dataclasses
+import math
+
+import pytest
+
+import harvester as hv
+from harvester.engines.spice.setup import set_up
+from harvester.equations.problem import Problem
+from tests.support.netlists import BRIDGE, STORE, on_plate
+
+BOARD = BRIDGE.format("BAT54") + STORE
+
+
+def beside_a_stop(folder):
+    return dataclasses.replace(on_plate(folder, BOARD), stop=hv.Stop(restitution=0.7))
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
+    """Two independent samples: their difference is within both errors, and ngspice makes few steps for its own."""
+    scene = beside_a_stop(tmp_path)
+    short, alone = hv.Spice(within="2%", seed=1).run(scene), hv.Compiled(within="1%", seed=2).run(scene)
+    powers = short.mean_power, alone.mean_power
+    stderr = math.hypot(*(one.stderr for one in powers))
+    bias = sum(one.bias for one in powers)
+    assert abs(powers[0].value - powers[1].value) < 4.0 * stderr + bias
+    assert powers[0].known_error95 < 0.02 * powers[0].value
+    assert short.details["burn_in"] == 0.0 and short.details["trajectories"] >= 128
+    assert short.details["control_correlation"] > 0.99
+    assert short.steps < 3e5
+
+
+@pytest.mark.ngspice
+def test_runs_of_ones_own_are_long(tmp_path):
+    """Whoever gives trajectories or a duration, or has no stop, gets runs that burn in."""
+    scene = beside_a_stop(tmp_path)
+    assert set_up(Problem(scene), hv.Spice(), settled=True).short
+    for own in (hv.Spice(trajectories=16), hv.Spice(duration=3.0)):
+        assert not set_up(Problem(scene), own, settled=True).short
+    assert not set_up(Problem(on_plate(tmp_path, BOARD, "free")), hv.Spice(), settled=True).short
