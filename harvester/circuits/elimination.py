@@ -14,7 +14,6 @@ import numpy as np
 from harvester.arrays import Bools, Floats
 
 SAFE = 1e-6  # of the largest coefficient of its column, in each sample: the least pivot that is taken
-LARGEST = 1e9  # factor of an elimination, in equations of like size
 
 
 def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:

@@ -20,7 +20,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.derivatives import Writer
-from harvester.circuits.elimination import LARGEST, lines_of, pivots
+from harvester.circuits.elimination import lines_of, pivots
+from harvester.circuits.newton_parts import LARGEST
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.system import Row
 from harvester.machine import files

@@ -7,6 +7,7 @@ from numba import types
 from harvester.mechanics.kernels.compiled import inlined
 
 MOST_ITERATIONS, DAMPED = 60, 12  # and from which on they are held back: they go round between branches
+LARGEST = 1e9  # factor of an elimination, in equations of like size
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)
 # y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations, -1 where they do not converge

@@ -6,7 +6,8 @@ A step of length d is two stages of tau = g d with the same matrices, g = 1 - 1/
 
 Beside it the stages tell the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes a charge by too
 much of its size, closes or opens a switch, or does not converge is made again in parts: the steps are h/2^k.  The
-current of the piezo carries exactly the charge theta (x1 - x0) of each step, so that an impact within one is averaged.
+current of the piezo carries exactly the charge theta (x1 - x0) of each step, so that an impact within one is averaged;
+it is one of h/64 at most, as a rectifier sees the peak of the voltage at contact.
 
 Source: Alexander, SIAM J. Numer. Anal. 14, 1006, 1977.
 """
@@ -21,6 +22,7 @@ from harvester.mechanics.kernels.compiled import c_function, inlined
 
 GAMMA = 1.0 - np.sqrt(0.5)
 LEVELS = 18  # lengths of steps, from h to h/2^17
+IMPACT = 6  # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out where one does not converge
 FADING = 2e-4  # of a charge's size, a step
 TOLD = 3  # quantities that are told beside the charges: voltages of the piezo, the store and the load
@@ -188,6 +190,9 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         while at % size != 0 or at + size > total:
             level += 1
             size = finest >> level
+        if level < IMPACT and at * unit < first < (at + size) * unit * (1.0 - 1e-9):
+            level += 1
+            continue
         seconds = c.seconds / (1 << level)
         here = place((at + size) * unit, x, x1, wall, first, h)
         u = c.charge * (here - before) / seconds

@@ -152,7 +152,7 @@ def _measure(
     grid, shaken = gaussian_grid if device.gaussian else three_point_grid, (device.eqs, device.h, kicks)
     noise = coarsened(grid(seed, 2 * kicks)) if device.coarse else grid(seed, kicks)
     shaking = (coarse_forcing if device.coarse else forcing)(*shaken, np.random.default_rng(child(seed, 1)))
-    nodes = None if len(start) == 4 else _nodes_of(device, start)
+    nodes = None if len(start) == 4 else nodes_of(device, start)
     drive = run_in_this_process(device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes)
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
@@ -167,7 +167,7 @@ def _measure(
     return TrajectoryMeans(moments, load, int(drive.state[0].accepted), ledger, control, probed)
 
 
-def _nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
+def nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
     """The voltages of ngspice's nodes (V) in a state of the compiled circuit; those of junctions find themselves."""
     voltages = device.ideal.voltages(start[4])  # type: ignore[union-attr]
     return {name if name == "p" else f"xload.{name}": value for name, value in voltages.items() if "#" not in name}

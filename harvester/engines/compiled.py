@@ -14,6 +14,8 @@ from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
+LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
+
 
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +57,21 @@ class Compiled(Ensemble):
         except InputError as error:
             return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
         return None
+
+    def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
+        """The largest relative difference from ngspice under white noise, where it is measured."""
+        from harvester.circuits.compiled_circuit import compiled_circuit
+        from harvester.engines.spice.cheap_model import settled_starts
+        from harvester.engines.spice.difference import difference_from_ngspice
+
+        eqs, trajectories = problem.equations, pair.trajectories
+        if not eqs.is_random or eqs.is_shaken_otherwise:
+            return {}, self.MODEL_NOTE
+        assert problem.circuit is not None, "refusal checks this"
+        circuit = compiled_circuit(problem.circuit, problem.scales)
+        settling, starts = settled_starts(pair, circuit.memory, LONGEST, self.seed)
+        found = difference_from_ngspice(problem, circuit, trajectories.h, starts, settling, self.seed)
+        return found, "difference_measured" if found else self.MODEL_NOTE
 
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
         """A warning where steps of the circuit did not converge, so that it was held for a while."""

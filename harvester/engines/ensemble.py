@@ -95,6 +95,10 @@ class Ensemble(MonteCarloOptions, Engine):
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
+    def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
+        """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
+        return {}, self.MODEL_NOTE
+
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:
         """What the trajectories say against their means; None where nothing."""
         return None
@@ -122,21 +126,20 @@ class Ensemble(MonteCarloOptions, Engine):
                 obstacle = sampling.refine(sampler, target)
                 diagnostics.append(sampler.effort(within))
             diagnostics.append(obstacle)
-        seconds = time.perf_counter() - setup.begin
-        if self.MODEL_NOTE:
-            diagnostics.append(note(self.MODEL_NOTE))
-        if setup.trajectories.hopping is not None:
-            diagnostics.append(note("between_wells"))
-        diagnostics += [agreed, self.doubt(sampler.pair)]
+        errors, remark = self.model_errors(problem, sampler.pair)
+        between = None if setup.trajectories.hopping is None else note("between_wells")
+        diagnostics += [note(remark) if remark else None, between, agreed, self.doubt(sampler.pair)]
         if problem.equations.mu is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"
         v2, power = (
-            value.with_unknown(self.UNKNOWN).with_unknown(exists.unknown)
-            for value in (sampler.mean("V2", exact), sampler.mean(setup.model.name, exact).scaled(setup.model.factor))
+            sampling.with_model(sampler.mean(name, exact), errors.get(name), self.UNKNOWN)
+            .with_unknown(exists.unknown)
+            .scaled(factor)
+            for name, factor in (("V2", 1.0), (setup.model.name, setup.model.factor))
         )
         samples = sampler.pair.entries("V2"), sampler.pair.entries(setup.model.name) * setup.model.factor
-        details, steps = sampler.details(), sampler.pair.steps
+        details, steps, seconds = sampler.details(), sampler.pair.steps, time.perf_counter() - setup.begin
         answer = estimate(self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples)
         return dataclasses.replace(answer, responses=responses)
 

@@ -145,6 +145,13 @@ def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> 
     return Value(mean, None if exact else error, bias, dof=dof)
 
 
+def with_model(value: Value, error: float | None, unknown: str) -> Value:
+    """A mean with the relative ``error`` of its model; None: the part of the error that is ``unknown`` then."""
+    if error is None:
+        return value.with_unknown(unknown)
+    return dataclasses.replace(value, model=(value.model or 0.0) + error * abs(value.value))
+
+
 def step_and_effort(pair: "RichardsonPair", name: str, within: float, unit: float, physical: bool) -> Diagnostic:
     """What was chosen for a target, and why."""
     bias, error = pair.relative_bias(name)

@@ -24,15 +24,13 @@ LUCK = 2.0  # runs go on until their spread is small enough: where they end, it 
 class Controlled:
     """The estimate, and what decides how the effort is best split.
 
-    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation`` that of the pairs;
-    ``difference`` is the size of the mean of high - low, where that is all that the pairs tell.
+    ``residual`` is the variance of one pair's high - a low, ``weight`` the mean a, ``correlation`` that of the pairs.
     """
 
     value: Value
     residual: float
     weight: float
     correlation: float
-    difference: float = 0.0
 
     def gain(self, cost_ratio: float) -> float:
         """How many times cheaper than high runs alone, at the same standard error, with the best split.
@@ -65,20 +63,19 @@ def controlled(high: Floats, low: Floats, mean: Value, controls: Floats | None =
     return Controlled(value, residual, weight, float(np.corrcoef(high, low)[0, 1]) if both else 0.0)
 
 
-def differing(high: Floats, low: Floats, mean: Value) -> Controlled:
+def differing(high: Floats, low: Floats, mean: Value, lacking: float) -> Controlled:
     """The ``mean`` of low and the mean of high - low, of pairs too short for the whole difference.
 
         E[high] = E[low] + E[high - low]
 
-    They begin in the law of low.  As the difference is small, what it lacks of the whole is taken to be less than
-    itself, and is a part of the bias.
+    They begin in the law of low.  The relative difference that they may be ``lacking`` is a part of the bias.
     """
     off, stderr = mean_and_error(high - low)
     errors = np.array([stderr, mean.stderr or 0.0])
     dof = _freedom(errors, (len(high) - 1.0, mean.dof or 1e6))
-    bias = None if mean.bias is None else mean.bias + abs(off)
+    bias = None if mean.bias is None else mean.bias + lacking * abs(mean.value)
     value = Value(mean.value + off, float(math.hypot(*errors)), bias, dof=dof)
-    return Controlled(value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1]), abs(off))
+    return Controlled(value, float((high - low).var(ddof=1)), 1.0, float(np.corrcoef(high, low)[0, 1]))
 
 
 def explained_and_controlled(

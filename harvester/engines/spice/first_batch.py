@@ -1,7 +1,5 @@
 """The first runs of ngspice for an answer: how long each goes on, how many there are, and whether anyone would wait."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
@@ -20,7 +18,6 @@ SHORTEST = 30.0  # s: in a smaller budget a few runs may not end; steps are coun
 STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
 WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
 SHORT, SHORT_RUNS = 8.0, 128  # nondimensional duration of short runs, and how many there are at first
-SHARE, LOOSE = 0.5, 0.02  # of a target, and of one where none is given: what they may differ by from the cheap model
 BLOCKS = 5.0  # that it goes on for at least from settled states, where the burn-in is short
 
 
@@ -57,9 +54,6 @@ def first_batch(
         deadline=deadline,
     )
     runs.run_batch(count)
-    if setup.short and runs.relative_difference() > SHARE * (number(options.within) or LOOSE):
-        long = replace(setup, short=False)
-        return first_batch(options, problem, long, paired, controlled, deadline, progress)
     return runs
 
 

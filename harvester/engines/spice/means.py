@@ -30,7 +30,7 @@ class RunMeans:
 
     ``coarse`` are the first of ``done`` again, at twice the step; a trajectory of more than one of the ``blocks`` has
     controls.  ``tolerance`` has the relative errors of moments by ngspice's tolerance, once they are measured, and
-    ``probed_tolerance`` those of probes (`harvester.cosimulation.tolerance.sizes_of_probes`).
+    ``probed_tolerance`` those of probes (`harvester.cosimulation.same_motion.sizes_of_probes`).
     """
 
     setup: SpiceSetup
@@ -72,16 +72,12 @@ class RunMeans:
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
         mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
         if self.setup.short:
-            found = differing(high, low, mean_of_low)
+            found = differing(high, low, mean_of_low, self.setup.difference[name])
         elif explained is None:
             found = controlled(high, low, mean_of_low, controls, self.blocks)
         else:
             found = explained_and_controlled(high, low, mean_of_low, factor * explained, self.blocks)
         return dataclasses.replace(found, value=self._with_tolerance(found.value, name))
-
-    def relative_difference(self) -> float:
-        """What ngspice and the cheap model differ by in the power on the same noise, over the power."""
-        return self.power().difference / abs(self.power().value.value)
 
     def _step_bias(self, name: str, mean: float) -> float | None:
         """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""

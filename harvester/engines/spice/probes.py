@@ -86,7 +86,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     """
     from scipy.special import stdtrit
 
-    from harvester.cosimulation.tolerance import sizes_of_probes
+    from harvester.cosimulation.same_motion import sizes_of_probes
 
     rows = np.array([one.probed for one in runs.done])
     mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))

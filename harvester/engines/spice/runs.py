@@ -110,7 +110,7 @@ class Runs(RunMeans):
         On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays unknown, with a
         warning, where ngspice does not bear a tenth of its tolerance, or the time is spent before.
         """
-        from harvester.cosimulation.tolerance import tolerance_in_workers
+        from harvester.cosimulation.same_motion import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
 
         setup, device, begin = self.setup, self.setup.device, time.perf_counter()

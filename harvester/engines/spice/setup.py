@@ -2,12 +2,13 @@
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.sampling import run_burn_in, step_and_effort
 from harvester.engines.spice.cheap_model import LONGEST_CHARGING, cheap_circuit, cheap_model, pilot_of, settled_starts
+from harvester.engines.spice.difference import difference_from_ngspice
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import UnboundedResponseError, invalid
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
+NEAR, LOOSE = 0.3, 0.02  # of a target, and of one where none is given: what a compiled circuit may differ by
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -30,8 +32,8 @@ class SpiceSetup:
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which makes the same steps
     (None where no circuit of ideal elements serves); ``seconds`` is what all this took, without compilation;
     ``starts`` are states of that model, from which runs begin near their stationary law (None: at rest, which takes a
-    ``burn_in_from_rest``); ``unknown`` is a part of every mean's error that nothing tells; ``short`` runs take a
-    compiled circuit on from its states without burn-in: beside a stop its path and that of ngspice soon part.
+    ``burn_in_from_rest``); ``unknown`` is a part of every mean's error that nothing tells; where runs are
+    short, ``difference`` has the relative differences of moments on the same motion (`difference_from_ngspice`).
     """
 
     device: "CoupledDevice"
@@ -42,11 +44,16 @@ class SpiceSetup:
     starts: "list[Start] | None" = None
     burn_in_from_rest: float = 0.0
     unknown: str = ""
-    short: bool = False
+    difference: dict[str, float] = field(default_factory=dict)
 
     def from_rest(self) -> "SpiceSetup":
         """The same, with runs that begin at rest and burn in for longer."""
-        return replace(self, burn_in=self.burn_in_from_rest, starts=None, short=False)
+        return replace(self, burn_in=self.burn_in_from_rest, starts=None, difference={})
+
+    @property
+    def short(self) -> bool:
+        """Whether runs take a compiled circuit on from its states: beside a stop its path and ngspice's soon part."""
+        return bool(self.difference)
 
     @property
     def settling(self) -> float:
@@ -157,9 +164,8 @@ def set_up(
     )
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
-    return SpiceSetup(
-        device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown, short and starts is not None
-    )
+    known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown
+    return SpiceSetup(*known, _difference(problem, device, starts, burn_in, options) if short else {})
 
 
 def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
@@ -171,6 +177,18 @@ def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> l
             raise
         feeds = "in the netlist, look for a negative capacitor or resistor, or a controlled source, that feeds it"
         raise UnboundedResponseError(f"{error}; {feeds}") from None
+
+
+def _difference(
+    problem: Problem, device: "CoupledDevice", starts: "list[Start] | None", settling: float, options: MonteCarloOptions
+) -> dict[str, float]:
+    """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+
+    if starts is None or not isinstance(device.ideal, CompiledCircuit):
+        return {}
+    found = difference_from_ngspice(problem, device.ideal, device.h, starts, settling, options.seed)
+    return found if found.get("load", 1.0) < NEAR * (number(options.within) or LOOSE) else {}
 
 
 def _settled_after(pilot: "Trajectories") -> float:

@@ -195,6 +195,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "circuit_not_converged": "a share of {share:.1g} of the circuit's steps did not converge, in which it was held as it was: "
     "the mean may be wrong; use engine 'spice'",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
+    "difference_measured": "the error of the model is what runs of ngspice on the same motion differ by at most (95 %)",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
     "slow_circuit": _slow_circuit,

@@ -9,7 +9,7 @@ import pytest
 import harvester as hv
 from harvester.cosimulation import runs as worker
 from harvester.cosimulation.lockstep.transitions import proposed_step
-from harvester.cosimulation.tolerance import tolerance_in_workers
+from harvester.cosimulation.same_motion import tolerance_in_workers
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.engines.spice.setup import set_up
 from harvester.equations.coefficients import Equations

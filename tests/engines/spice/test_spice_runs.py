@@ -174,13 +174,13 @@ def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
 
 def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
     """ngspice may not bear a tenth of its tolerance, or the time may be spent: the answer stays, and says so."""
-    from harvester.cosimulation import tolerance
+    from harvester.cosimulation import same_motion
 
     def refused(device, seeds, kicks, burn_in, deadline, starts):
         assert deadline == runs.deadline
         raise CircuitError("it did not converge")
 
-    monkeypatch.setattr(tolerance, "tolerance_in_workers", refused)
+    monkeypatch.setattr(same_motion, "tolerance_in_workers", refused)
     runs = made_up()
     known = vars(runs.setup.device) | {"load": SimpleNamespace(linear=False), "h": 0.1, "stride": 4}
     vars(runs.setup.device).update(known)

@@ -1,4 +1,4 @@
-"""What ngspice's tolerance does to the moments: runs repeated with a tenth of it, on the very same motion."""
+"""Runs of ngspice on the very same motion: with a tenth of its tolerance, and that of a compiled circuit."""
 
 import dataclasses
 import math
@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.cosimulation.probes import means_of_probes
-from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, run_in_this_process
+from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, nodes_of, run_in_this_process
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.noise import child, three_point_grid
 from harvester.mechanics.kernels.shaking import forcing
@@ -53,6 +54,41 @@ def _tolerance(
     moments = {name: (rough - fine) / fine / (1.0 - 0.1**ORDER) if fine else 0.0 for name, rough, fine in found}
     rough, fine = (means_of_probes(device.probes, one) for one in (first, second))
     return moments, (rough - fine) / sizes_of_probes(fine) / (1.0 - 0.1**ORDER)
+
+
+def differences_in_workers(
+    device: CoupledDevice,
+    seeds: Sequence[np.random.SeedSequence],
+    kicks: int,
+    burn_in: float,
+    deadline: float,
+    starts: Sequence[Start],
+) -> Iterator[dict[str, tuple[float, float]]]:
+    """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the compiled circuit, for each seed.
+
+    The force on ngspice's mass is that of the compiled circuit's voltages, so that both move alike and stay together
+    after impacts.  Arguments and errors as of `measure_in_workers`.
+    """
+    jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
+    yield from map_in_workers(_differences, jobs)
+
+
+def _differences(
+    device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
+) -> dict[str, tuple[float, float]]:
+    """`differences_in_workers` of one seed, in this process."""
+    circuit, noise = device.ideal, three_point_grid(seed, kicks)
+    assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
+    own = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4])
+    drive = new_drive(device, noise, 0.0, start=start)
+    drive.kicked[:, 2] = own.samples[:, 1]
+    drive.state["follows"] = 1
+    run_in_this_process(device, drive, deadline, nodes_of(device, start))
+    first = math.ceil(burn_in / device.h)
+    taken = drive.kicked[-1, 4] - drive.kicked[first, 4]
+    given = (own.square[-1] - own.square[first]) / circuit.resistance
+    squares = (float((one.V[first:] ** 2).mean()) for one in (drive.path(), own))
+    return {"V2": (next(squares), next(squares)), "load": (float(taken), float(given))}
 
 
 def sizes_of_probes(means: Floats) -> Floats:
