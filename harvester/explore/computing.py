@@ -10,10 +10,9 @@ from typing import Any, NamedTuple, Protocol
 from harvester.engines.selection import refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
-from harvester.explore import html_text
+from harvester.explore import html_text, paths
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, PowerCurve, live
-from harvester.explore.paths import path_elsewhere
 from harvester.explore.runs import without
 from harvester.explore.slider_scale import Slide
 from harvester.presentation.diagnostic import Diagnostic
@@ -39,6 +38,10 @@ class Shown(Protocol):
 
     def show(self, asked: Wanted, found: Live, serving: dict[str, Diagnostic | None], rested: bool) -> None:
         """Draw what the formulas say; in all its words where the knobs have ``rested``."""
+        ...
+
+    def show_power(self, asked: Wanted, found: dict[str, Any]) -> None:
+        """Draw and say what the circuit itself gives; ``error``: why that is not known."""
         ...
 
     def mean(self, text: str, doubts: list[str]) -> None:
@@ -68,6 +71,7 @@ class Computing:
         self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
+        self._power_work: Newest[Wanted] = Newest(POOL, self._power)
 
     def ask(self, wanted: Wanted) -> None:
         """Compute all of it anew; what was asked for before is given up."""
@@ -78,6 +82,7 @@ class Computing:
         self._ended.set()
         self._live_work.close()
         self._path_work.close()
+        self._power_work.close()
 
     def _compute(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
@@ -102,6 +107,8 @@ class Computing:
                 return
             self._tell(asked, found, rested=True)
             self._fine = (same, found.curves)
+            if found.instead:
+                self._power_work.ask(asked)
             self._path_work.ask(asked)
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
@@ -130,10 +137,19 @@ class Computing:
             lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
         )
         try:
-            found = path_elsewhere(asked.tables, overtaken, self._ended.is_set, PATIENCE)
+            found = paths.elsewhere(paths.path, asked.tables, overtaken, self._ended.is_set, PATIENCE)
         except Exception as error:
             text = str(named(error))
             self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
             return
         if found is not None and not overtaken():
             self._soon(lambda: self._page.show_path(found))
+
+    def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
+        """In a thread: what the circuit itself gives, from a process of its own."""
+        try:
+            found = paths.elsewhere(paths.power, asked.tables, overtaken, self._ended.is_set, PATIENCE)
+        except Exception as error:
+            found = {"error": str(named(error))}
+        if found is not None:
+            self._soon(functools.partial(self._page.show_power, asked, found))

@@ -43,10 +43,11 @@ def problem_line(text: str) -> str:
     return f'<div class="error" role="alert">{escape(plain(" ".join(text.split())))}</div>' if text else ""
 
 
-def headline(live: Live, runs: Sequence[dict[str, Any]]) -> str:
+def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "") -> str:
     """The working point in large letters: the power of the engine nearest to the truth, with its whole error.
 
-    The last of the ``runs`` there goes before a formula that is not exact.
+    The last of the ``runs`` there goes before a formula that is not exact.  A circuit's power is never that of a
+    resistor in its place: until a run has it, it is not known yet, or not at all, and ``why``.
     """
     found = best(live.here)
     own = [run for run in runs if run["own"]]
@@ -55,6 +56,10 @@ def headline(live: Live, runs: Sequence[dict[str, Any]]) -> str:
         number, told = _number(own[-1]["y"], unit, own[-1]["error"])
         told += "" if own[-1]["known"] else " of what is known of its error"
         return _large(number, told, f"mean power by <b>{escape(own[-1]['engine'])}</b>")
+    if live.instead:
+        by = f"{plain(why)}: run an engine below" if why else "The curves are those of a resistor in its place."
+        known = "The circuit's power is not known." if why else "Computing the circuit's power ..."
+        return f'<div class="power none">{known}</div><div class="by">{escape(by)}</div>'
     if found is None:
         return (
             '<div class="power none">No formula knows this scene.</div>'
@@ -62,8 +67,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]]) -> str:
         )
     value, error = found.mean_power, found.mean_power.error95
     number, told = _number(value.value, found.unit_names.power, error)
-    where = " with a resistor in the place of the circuit" if live.instead else ""
-    return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{where}")
+    return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>")
 
 
 def _large(number: str, told: str, by: str) -> str:

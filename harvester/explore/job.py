@@ -10,7 +10,10 @@ import os
 import sys
 import threading
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from harvester.answers.estimate import Estimate
 
 SELDOM = 0.1  # seconds between two reports of the fraction
 
@@ -31,7 +34,6 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
     from harvester.engines import selection
     from harvester.quantities.units import fraction
     from harvester.scene.scene import Scene
-    from harvester.studies.sweep.rows import SweepRow
 
     last = [0.0]
 
@@ -41,7 +43,13 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
             last[0] = now
             _say(fraction=done)
 
-    estimate = selection.engine(engine, within=fraction(within)).run(Scene(**tables), tell)
+    return told_of(selection.engine(engine, within=fraction(within)).run(Scene(**tables), tell))
+
+
+def told_of(estimate: "Estimate") -> dict[str, Any]:
+    """What a page is told of an answer."""
+    from harvester.studies.sweep.rows import SweepRow
+
     units = estimate.unit_names
     return {
         "answer": estimate.as_json(),

@@ -35,6 +35,7 @@ class Explorer:
         self._wanted: Wanted | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._doubts: list[str] = []
+        self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
         self._computing = Computing(self, self.soon)
         self.error = self._html("error-line")
         self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
@@ -144,6 +145,14 @@ class Explorer:
         self.runs.serve(serving)
         self._draw(rested)
 
+    def show_power(self, asked: Wanted, found: dict[str, Any]) -> None:
+        """Draw and say what the circuit itself gives; ``error``: why that is not known."""
+        if "error" in found:
+            self._unknown = asked.tables, found["error"]
+        else:
+            self.runs.add(found["engine"], (asked.tables, asked.key, asked.at), found)
+        self._draw()
+
     def mean(self, text: str, doubts: list[str]) -> None:
         """Say what the numbers mean."""
         self.meaning.object, self._doubts = text, doubts
@@ -165,7 +174,8 @@ class Explorer:
         if self.live is None:
             return
         runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
-        self.headline.object = html_text.headline(self.live, runs)
+        tables, why = self._unknown
+        self.headline.object = html_text.headline(self.live, runs, why if tables == self._asked.tables else "")
         if not rested:
             return
         self.answers.object = html_text.answers(self.live, runs)

@@ -1,4 +1,4 @@
-"""One path of a scene for the page, computed in a worker process: what is compiled there holds nobody up here."""
+"""A path of a scene, and its circuit's power, for the page, in a worker process: what it compiles holds nobody up."""
 
 import threading
 from collections.abc import Callable
@@ -8,6 +8,7 @@ from harvester.machine import processes
 
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
+WITHIN, SECONDS = 0.02, 10.0  # what the power of a circuit is computed to, and the time for that
 IDLE = 300.0  # seconds after which a worker without work ends
 
 _idle = processes.idle_processes()
@@ -16,7 +17,7 @@ _idle = processes.idle_processes()
 def path(tables: dict[str, Any]) -> dict[str, Any]:
     """The last periods of one path of a scene: t, x, v and V in its units, as lists, and the places of its stops.
 
-    Raises HarvesterError as `harvester.motion`, in the scene's own process: call `path_elsewhere`.
+    Raises HarvesterError as `harvester.motion`, in the scene's own process: call `elsewhere`.
     """
     import math
 
@@ -42,14 +43,39 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def path_elsewhere(
-    tables: dict[str, Any], overtaken: Callable[[], bool], ended: Callable[[], bool], patience: float
-) -> dict[str, Any] | None:
-    """`path` in a worker process; None where it was overtaken and took longer than ``patience`` seconds, or has ended.
+def power(tables: dict[str, Any]) -> dict[str, Any]:
+    """The power of a scene with its own circuit, by the engine without ngspice that serves it: as `told_of`, and whose.
 
-    Raises HarvesterError as `path`, and RuntimeError of loky's where the worker dies.
+    Raises CannotServeError where none does, and HarvesterError as that one.
     """
-    job, process = processes.submit_to_one(_idle, _new, path, (tables,))
+    from harvester.engines.selection import ENGINES, engine
+    from harvester.equations.problem import Problem
+    from harvester.errors import CannotServeError
+    from harvester.explore.job import told_of
+    from harvester.scene.scene import Scene
+
+    problem = Problem(Scene(**tables))
+    refusals = {name: kind.refusal(problem) for name, kind in ENGINES.items() if kind.needs_netlist}
+    for name, refused in refusals.items():
+        if refused is None:
+            return {"engine": name} | told_of(engine(name, within=WITHIN, budget=SECONDS).run(problem))
+    raise CannotServeError(list(refusals.values())[-1])
+
+
+def elsewhere(
+    function: Callable[[dict[str, Any]], dict[str, Any]],
+    tables: dict[str, Any],
+    overtaken: Callable[[], bool],
+    ended: Callable[[], bool],
+    patience: float,
+) -> dict[str, Any] | None:
+    """`path` or `power` in a worker process; None where that has ended, or was overtaken and beyond its ``patience``.
+
+    That is in seconds.
+
+    Raises HarvesterError as the ``function``, and RuntimeError of loky's where the worker dies.
+    """
+    job, process = processes.submit_to_one(_idle, _new, function, (tables,))
     waited = 0.0
     while not job.done():
         if ended() or (overtaken() and waited > patience):

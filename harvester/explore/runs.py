@@ -110,12 +110,16 @@ class RunPanel:
         self._running.pop(engine, None)
         self._show(engine, running=False)
         if "answer" in said:
-            self.points.append(_point(engine, self._begun[engine], said))
+            self.add(engine, self._begun[engine], said)
         elif "error" in said:
             self.told.object = f'<div class="error">{escape(engine)}: {escape(plain(said["error"]))}</div>'
         else:
             self.told.object = f'<div class="by">{escape(engine)} was cancelled.</div>'
         self._changed()
+
+    def add(self, engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> None:
+        """Take the answer of a run that the page made by itself."""
+        self.points.append(_point(engine, begun, said))
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
         """The points over a key; ``own`` says that one is of this very design but for the key."""

@@ -11,6 +11,7 @@ import urllib.parse
 import pytest
 from playwright import sync_api as playwright
 
+import harvester as hv
 from tests.support.browser import CHROMIUM, PHONE, Visit, chromium, serving
 from tests.support.paths import ROOT
 
@@ -171,6 +172,24 @@ def test_two_users_at_once(other, visit):
     one.page.close()
     two.write("load.resistance", "1M")
     two.until_power_changes(changed)
+
+
+def test_a_circuit_has_its_own_power_in_large_letters(visit):
+    """Never that of a resistor in its place, which is a fifth larger: until it is known, that it is computed."""
+    page = visit.page
+    page.locator(".circuit-bridge button").click()
+    page.locator(".headline .power", has_text="Computing").wait_for()
+    page.locator(".headline b", has_text="ideal").wait_for()
+    scene = hv.load(ROOT / "examples" / "plate_with_stop.toml").with_load(netlist="bridge")
+    assert "µW" in visit.power() and "resistor" not in page.locator(".headline").inner_text()
+    shown, own = float(visit.power().split()[0]), hv.Ideal(within="1%").run(scene).mean_power.value * 1e6
+    assert 0.5 * own < shown < 2.0 * own  # the page chooses the capacitor
+    settled(visit, 300)
+    page.locator(".headline b", has_text="averaged").wait_for()
+    before = visit.power()
+    visit.write("load.resistance", "1M")
+    visit.until_power_changes(before)
+    assert visit.faults == []
 
 
 def test_runs_pin_and_files(visit):

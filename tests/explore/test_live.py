@@ -1,5 +1,6 @@
 """What the page computes while a knob turns, and what it tells of it."""
 
+import math
 import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.explore import downloads, html_text
+from harvester.explore import downloads, html_text, paths
 from harvester.explore.draft import Draft, first
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import best, engineering, live
@@ -82,8 +83,26 @@ def test_a_netlist_has_the_resistor_beside_it():
     assert found.instead
     own = hv.Averaged().run(first().scene()).mean_power
     assert best(found.here).mean_power.value == pytest.approx(own.value, rel=1e-9)
+    large = html_text.headline(found, [])
+    assert "Computing the circuit's power" in large and "µW" not in large  # the resistor's is not the circuit's
+    assert "is not known" in html_text.headline(found, [], "no engine serves it")
     with pytest.raises(hv.SimulationError, match="run 'ideal' or 'spice' first"):
         downloads.table(found, [])
+
+
+@pytest.mark.slow
+def test_the_power_of_the_circuit_itself():
+    """It comes from a process of its own, to 2 %; what no engine without ngspice serves is one line."""
+    draft = first()
+    draft.choose("bridge")
+    scene = draft.scene()
+    found = paths.elsewhere(paths.power, scene.tables(), lambda: False, lambda: False, 60.0)
+    said, own = found["answer"]["mean_power"], hv.Ideal(within="1%", seed=3).run(scene).mean_power
+    assert found["engine"] == "ideal"
+    stderr = math.hypot(said["stderr"], own.stderr)
+    assert abs(said["value"] - own.value) < 4.0 * stderr + said["step_bias"] + own.bias
+    with pytest.raises(hv.CannotServeError, match="element qtop is an element of a kind"):
+        paths.power(hv.load(ROOT / "examples" / "bimorph_self_powered_sshi.toml").tables())
 
 
 def test_downloads():
