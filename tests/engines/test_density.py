@@ -38,6 +38,7 @@ def test_it_is_chosen_where_sampling_does_not_reach():
     assert hv.run(scene(linear(0.05, 1.0)), within="0.001%").engine == "exact"
 
 
+@pytest.mark.thorough("test_linear_scene_within_its_error")
 @pytest.mark.slow
 @pytest.mark.parametrize("n2", [0.02, 0.07])
 def test_error_of_a_box_in_a_power_tail(n2):

@@ -17,6 +17,7 @@ def beside_a_stop(folder):
     return dataclasses.replace(on_plate(folder, BOARD), stop=hv.Stop(restitution=0.7))
 
 
+@pytest.mark.thorough("test_runs_of_ones_own_are_long")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
@@ -35,9 +36,8 @@ def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
 
 @pytest.mark.ngspice
 def test_runs_of_ones_own_are_long(tmp_path):
-    """Whoever gives trajectories or a duration, or has no stop, gets runs that burn in."""
+    """Whoever gives trajectories, or has no stop, gets runs that burn in."""
     scene = beside_a_stop(tmp_path)
     assert set_up(Problem(scene), hv.Spice(), settled=True).short
-    for own in (hv.Spice(trajectories=16), hv.Spice(duration=3.0)):
-        assert not set_up(Problem(scene), own, settled=True).short
+    assert not set_up(Problem(scene), hv.Spice(trajectories=16), settled=True).short
     assert not set_up(Problem(on_plate(tmp_path, BOARD, "free")), hv.Spice(), settled=True).short
