@@ -29,6 +29,7 @@ FINE = 1e-3
 DRAWN, FEWEST_DRAWN = 1024, 128  # trajectories on records of tabulated noise: 64 of them are one independent entry
 LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
+SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
 SHOCK_STEPS = 8  # of a shock, at least
@@ -77,7 +78,11 @@ def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within
     """
     if steady or (within is not None and within >= LOOSE):
         return FEWEST if steady else LEAST
-    share = 1.0 if circuit is None else min(CHARGING / circuit.memory, 1.0)
+    share = 1.0
+    if circuit is not None:
+        from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+
+        share = min(CHARGING / circuit.memory, 1.0) / (1.0 if isinstance(circuit, IdealCircuit) else SLOWER)
     if within is not None:
         share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
     return max(round(share * TRAJECTORIES), FEWEST)

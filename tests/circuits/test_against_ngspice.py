@@ -3,6 +3,8 @@
 The whole table is that of `python benchmarks/compiled_circuits.py`.
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,11 @@ def test_halving_the_step_divides_the_error_by_four(tmp_path):
     first, second, third = np.diff(squares)
     assert first / second == pytest.approx(4.0, rel=0.4)
     assert second / third == pytest.approx(4.0, rel=0.4)
+
+
+def test_iterations_that_went_round_between_two_branches_end(monkeypatch):
+    """SECE at large amplitudes: a fifth of the steps did not converge at this tolerance, and the power was 70 % off."""
+    monkeypatch.setattr("harvester.circuits.compiled_circuit.TOLERANCE", 0.01)
+    scene = dataclasses.replace(hv.load("examples/plate_sece.toml"), stop=None)
+    noise = three_point_grid(np.random.SeedSequence(3), 4000)
+    assert compiled(scene).trace(Problem.of(scene).equations, noise, 0.0667, 4000).failed == 0
