@@ -43,7 +43,7 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
 
 
 def lines_of(order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]) -> list[str]:
-    """The lines that solve a x = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
+    """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
 
     ``limits`` are the arguments' texts of the largest factors, by the equations that are subtracted from and that are
     subtracted, shape (n, n).

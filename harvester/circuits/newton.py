@@ -43,7 +43,7 @@ from harvester.mechanics.kernels.compiled import c_function
 def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
-EACH, HELD = 4, 0.7  # of iterations that do not end, how many go only a part of the way, and the part that they do not
+EACH, HELD = 4, 0.7  # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 

@@ -6,7 +6,8 @@ from numba import types
 
 from harvester.mechanics.kernels.compiled import inlined
 
-MOST_ITERATIONS, DAMPED = 60, 12  # and from which on they are held back: they go round between branches
+MOST_ITERATIONS = 60
+DAMPED = 12  # iterations after which most go a part of the way only, as they may go round between two branches
 LARGEST = 1e9  # factor of an elimination, in equations of like size
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)

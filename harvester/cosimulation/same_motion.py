@@ -56,27 +56,15 @@ def _tolerance(
     return moments, (rough - fine) / sizes_of_probes(fine) / (1.0 - 0.1**ORDER)
 
 
-def differences_in_workers(
-    device: CoupledDevice,
-    seeds: Sequence[np.random.SeedSequence],
-    kicks: int,
-    burn_in: float,
-    deadline: float,
-    starts: Sequence[Start],
-) -> Iterator[dict[str, tuple[float, float]]]:
-    """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the compiled circuit, for each seed.
-
-    The force on ngspice's mass is that of the compiled circuit's voltages, so that both move alike and stay together
-    after impacts.  Arguments and errors as of `measure_in_workers`.
-    """
-    jobs = [(device, seed, kicks, burn_in, deadline, start) for seed, start in zip(seeds, starts, strict=True)]
-    yield from map_in_workers(_differences, jobs)
-
-
-def _differences(
+def same_motion_means(
     device: CoupledDevice, seed: np.random.SeedSequence, kicks: int, burn_in: float, deadline: float, start: Start
 ) -> dict[str, tuple[float, float]]:
-    """`differences_in_workers` of one seed, in this process."""
+    """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the device's compiled circuit.
+
+    The force on ngspice's mass is that of the compiled circuit's voltages, so that both move alike and stay together
+    after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
+    `harvester.cosimulation.runs.run_in_this_process`.
+    """
     circuit, noise = device.ideal, three_point_grid(seed, kicks)
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     own = circuit.trace(device.eqs, noise, device.h, 1, start[:2], start[4])

@@ -60,17 +60,15 @@ class Compiled(Ensemble):
 
     def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under white noise, where it is measured."""
-        from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice
 
         eqs, trajectories = problem.equations, pair.trajectories
         if not eqs.is_random or eqs.is_shaken_otherwise:
             return {}, self.MODEL_NOTE
-        assert problem.circuit is not None, "refusal checks this"
-        circuit = compiled_circuit(problem.circuit, problem.scales)
-        settling, starts = settled_starts(pair, circuit.memory, LONGEST, self.seed)
-        found = difference_from_ngspice(problem, circuit, trajectories.h, starts, settling, self.seed)
+        assert trajectories.circuit is not None, "that of the netlist"
+        settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)
+        found = difference_from_ngspice(problem, trajectories.h, starts, settling, self)
         return found, "difference_measured" if found else self.MODEL_NOTE
 
     def doubt(self, pair: "RichardsonPair") -> Diagnostic | None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 from harvester.engines.selection import refusals
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
-from harvester.explore import html_text, paths
+from harvester.explore import html_text, in_worker
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, PowerCurve, live
 from harvester.explore.runs import without
@@ -137,7 +137,7 @@ class Computing:
             lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
         )
         try:
-            found = paths.elsewhere(paths.path, asked.tables, overtaken, self._ended.is_set, PATIENCE)
+            found = in_worker.elsewhere(in_worker.path, asked.tables, overtaken, self._ended.is_set, PATIENCE)
         except Exception as error:
             text = str(named(error))
             self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
@@ -148,7 +148,7 @@ class Computing:
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, from a process of its own."""
         try:
-            found = paths.elsewhere(paths.power, asked.tables, overtaken, self._ended.is_set, PATIENCE)
+            found = in_worker.elsewhere(in_worker.power, asked.tables, overtaken, self._ended.is_set, PATIENCE)
         except Exception as error:
             found = {"error": str(named(error))}
         if found is not None:

@@ -57,7 +57,7 @@ def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "") -> str:
         told += "" if own[-1]["known"] else " of what is known of its error"
         return _large(number, told, f"mean power by <b>{escape(own[-1]['engine'])}</b>")
     if live.instead:
-        by = f"{plain(why)}: run an engine below" if why else "The curves are those of a resistor in its place."
+        by = plain(why) if why else "The curves are those of a resistor in its place."
         known = "The circuit's power is not known." if why else "Computing the circuit's power ..."
         return f'<div class="power none">{known}</div><div class="by">{escape(by)}</div>'
     if found is None:

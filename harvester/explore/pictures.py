@@ -185,7 +185,7 @@ class PathPlots:
             self.orbit.add_layout(stop)
 
     def show(self, path: dict[str, Any]) -> None:
-        """Draw a path as `harvester.explore.paths.path` gives it."""
+        """Draw a path as `harvester.explore.in_worker.path` gives it."""
         physical = path["physical"]
         scales = {name: engineering(path[name]) if physical else 0 for name in ("x", "v", "V", "t")}
         units = dict(zip(scales, ("m", "m/s", "V", "s"), strict=True))

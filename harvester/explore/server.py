@@ -16,7 +16,7 @@ import panel as pn
 from tornado.websocket import WebSocketClosedError
 
 from harvester.errors import InputError
-from harvester.explore import paths
+from harvester.explore import in_worker
 from harvester.explore.draft import Draft
 from harvester.explore.guard import LIMITS, Guard, quieten
 from harvester.explore.page import Explorer
@@ -78,7 +78,7 @@ class Server:
             for session in self._server.get_sessions():
                 session.destroy()
             self._server.stop()
-            paths.close()
+            in_worker.close()
 
 
 def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

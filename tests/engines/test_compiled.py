@@ -42,7 +42,7 @@ def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):
     circuit = compiled_circuit(problem.circuit, problem.scales)
     trajectories = Trajectories(problem.equations, 64, np.random.SeedSequence(1), circuit=circuit)
     settling, starts = settled_starts(RichardsonPair(trajectories, 64.0), circuit.memory, 100.0, 1)
-    given = problem, circuit, trajectories.h, starts, settling, 1
+    given = problem, trajectories.h, starts, settling, hv.Compiled(seed=1)
     found = difference_from_ngspice(*given)
     assert 0.0 < found["load"] < 1e-3 and 0.0 < found["V2"] < 1e-3
     other = Problem(on_plate(tmp_path, BRIDGE.format("BAT54") + STORE, "other")).circuit
@@ -59,7 +59,7 @@ def test_without_ngspice_the_unknown_part_is_named(tmp_path, monkeypatch):
     def missing(*_, **__):
         raise hv.MissingProgramError("no ngspice")
 
-    monkeypatch.setattr("harvester.cosimulation.same_motion.map_in_workers", missing)
+    monkeypatch.setattr("harvester.cosimulation.worker_pool.map_in_workers", missing)
     ours = hv.Compiled(within="10%", seed=1).run(on_plate(tmp_path, BRIDGE.format("1N4148") + STORE))
     assert ours.mean_power.error95 is None
     assert "the error of the difference from ngspice is not known" in str(ours)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.explore import downloads, html_text, paths
+from harvester.explore import downloads, html_text, in_worker
 from harvester.explore.draft import Draft, first
 from harvester.explore.latest_request import Newest
 from harvester.explore.live import best, engineering, live
@@ -96,13 +96,13 @@ def test_the_power_of_the_circuit_itself():
     draft = first()
     draft.choose("bridge")
     scene = draft.scene()
-    found = paths.elsewhere(paths.power, scene.tables(), lambda: False, lambda: False, 60.0)
+    found = in_worker.elsewhere(in_worker.power, scene.tables(), lambda: False, lambda: False, 60.0)
     said, own = found["answer"]["mean_power"], hv.Ideal(within="1%", seed=3).run(scene).mean_power
     assert found["engine"] == "ideal"
     stderr = math.hypot(said["stderr"], own.stderr)
     assert abs(said["value"] - own.value) < 4.0 * stderr + said["step_bias"] + own.bias
     with pytest.raises(hv.CannotServeError, match="element qtop is an element of a kind"):
-        paths.power(hv.load(ROOT / "examples" / "bimorph_self_powered_sshi.toml").tables())
+        in_worker.power(hv.load(ROOT / "examples" / "bimorph_self_powered_sshi.toml").tables())
 
 
 def test_downloads():

@@ -165,7 +165,7 @@ def set_up(
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
     known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown
-    return SpiceSetup(*known, _difference(problem, device, starts, burn_in, options) if short else {})
+    return SpiceSetup(*known, _difference(problem, pilot.h, starts, burn_in, options) if short else {})
 
 
 def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
@@ -180,14 +180,10 @@ def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> l
 
 
 def _difference(
-    problem: Problem, device: "CoupledDevice", starts: "list[Start] | None", settling: float, options: MonteCarloOptions
+    problem: Problem, h: float, starts: "list[Start] | None", settling: float, options: MonteCarloOptions
 ) -> dict[str, float]:
     """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
-
-    if starts is None or not isinstance(device.ideal, CompiledCircuit):
-        return {}
-    found = difference_from_ngspice(problem, device.ideal, device.h, starts, settling, options.seed)
+    found = {} if starts is None else difference_from_ngspice(problem, h, starts, settling, options)
     return found if found.get("load", 1.0) < NEAR * (number(options.within) or LOOSE) else {}
 
 
