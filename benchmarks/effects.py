@@ -89,7 +89,7 @@ def prepared(e, held, readings=READINGS):
     """A call of the package's kernel on these arrays."""
     state, words, sums = held
     shaker = Trajectories(e, BATCH, np.random.SeedSequence(2), H).shakers[0]
-    batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, False)
+    batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, 0)
     c, update = coefficients(e), update_of(e, H)
     return lambda: advance(batch, schedule, H, None, c, shaker, update)
 

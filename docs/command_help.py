@@ -9,20 +9,25 @@ from sphinx.util.docutils import SphinxDirective
 from harvester.cli import cli
 from harvester.studies.registry import STUDIES
 
-WIDTH = 92  # columns that fit a page
+WIDTH = 80  # columns that fit a page
 
 
 class CommandHelp(SphinxDirective):
-    """One section a command, with the text of its --help."""
+    """One section a command, with the text of its --help; of the program itself where no part of its help is named."""
+
+    optional_arguments = 1
+    final_argument_whitespace = True
 
     def run(self) -> list[nodes.Node]:
-        """The program's own help first, then its commands in the order in which that help names them."""
+        """The program's own help, or that of all commands of a part of it, in its order."""
         program = _context(cli, "harvester")
-        pages = [("harvester", program.get_help())]
-        for section in cli.list_sections(program):
-            for name, command in section.commands.items():
-                pages.append((f"harvester {name}", _context(command, name, parent=program).get_help()))
-        return [self._section(title, click.unstyle(text)) for title, text in pages]
+        parts = {section.title: section.commands for section in cli.list_sections(program)}
+        if not self.arguments:
+            return [self._section("harvester", click.unstyle(program.get_help()))]
+        return [
+            self._section(f"harvester {name}", click.unstyle(_context(command, name, parent=program).get_help()))
+            for name, command in parts[self.arguments[0]].items()
+        ]
 
     @staticmethod
     def _section(title: str, text: str) -> nodes.section:

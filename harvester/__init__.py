@@ -41,5 +41,5 @@ def __getattr__(name: str) -> Any:
     import warnings
 
     new = _RENAMED[name]
-    warnings.warn(f"harvester.{name} is harvester.{new} now", DeprecationWarning, stacklevel=2)
+    warnings.warn(f"harvester.{name} is harvester.{new} from version 0.3 on", DeprecationWarning, stacklevel=2)
     return getattr(importlib.import_module("harvester.studies.old_names"), name, None) or _attribute(new)

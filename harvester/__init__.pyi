@@ -7,6 +7,7 @@ from .engines import Ensemble as Ensemble
 from .engines import Exact as Exact
 from .engines import Ideal as Ideal
 from .engines import Published as Published
+from .engines import Slow as Slow
 from .engines import Spice as Spice
 from .engines.selection import run as run
 from .errors import CannotServeError as CannotServeError
@@ -14,13 +15,13 @@ from .errors import HarvesterError as HarvesterError
 from .errors import InputError as InputError
 from .errors import MissingProgramError as MissingProgramError
 from .errors import SimulationError as SimulationError
-from .identification.answer import IdentificationResult as IdentificationResult
+from .identification.identification_result import IdentificationResult as IdentificationResult
 from .identification.identify import identify as identify
 from .machine.execution import Execution as Execution
+from .netlists.load_circuit import Netlist as Netlist
 from .quantities.spacing import linspace as linspace
 from .quantities.spacing import logspace as logspace
 from .scene.load import Load as Load
-from .scene.load import Netlist as Netlist
 from .scene.nondimensional import Nondimensional as Nondimensional
 from .scene.physical import Excitation as Excitation
 from .scene.physical import OppositeStop as OppositeStop
@@ -28,6 +29,8 @@ from .scene.physical import Oscillator as Oscillator
 from .scene.physical import Piezo as Piezo
 from .scene.physical import Stop as Stop
 from .scene.scene import Scene as Scene
+from .scene.sensor_node import SensorNode as SensorNode
+from .scene.sensor_node import Storage as Storage
 from .scene.toml import load as load
 from .scene.toml import loads as loads
 from .studies.charging.answer import ChargingResult as ChargingResult
@@ -42,9 +45,11 @@ from .studies.frequency_response.response import responses as responses
 from .studies.frequency_response.responses import FrequencyResponses as FrequencyResponses
 from .studies.motion import Motion as Motion
 from .studies.motion import motion as motion
-from .studies.optimum.answer import Optimum as Optimum
+from .studies.node import NodeResult as NodeResult
+from .studies.node import node as node
 from .studies.optimum.circuit_choice import CircuitChoice as CircuitChoice
 from .studies.optimum.optimise import optimise as optimise
+from .studies.optimum.optimum_result import Optimum as Optimum
 from .studies.optimum.pareto_front import ParetoFront as ParetoFront
 from .studies.optimum.under_limits import RobustOptimum as RobustOptimum
 from .studies.sensitivity import Sensitivity as Sensitivity
@@ -52,9 +57,9 @@ from .studies.sensitivity import sensitivity as sensitivity
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
 from .studies.sweep.sweep import sweep as sweep
-from .studies.sweep.table import SweepTable as SweepTable
-from .studies.tolerance.answer import ToleranceResult as ToleranceResult
+from .studies.sweep.sweep_table import SweepTable as SweepTable
 from .studies.tolerance.tolerance import tolerance as tolerance
+from .studies.tolerance.tolerance_result import ToleranceResult as ToleranceResult
 from .uncertainty.value import Value as Value
 
 __version__: str

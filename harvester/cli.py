@@ -14,6 +14,7 @@ from harvester.commands.charge import charge
 from harvester.commands.compare import compare
 from harvester.commands.cost import cost
 from harvester.commands.doctor import doctor
+from harvester.commands.examples import examples
 from harvester.commands.explore import explore
 from harvester.commands.export import export
 from harvester.commands.help import SETTINGS
@@ -31,6 +32,7 @@ from harvester.commands.stability import stability
 from harvester.commands.study import study_commands
 from harvester.commands.sweep import sweep
 from harvester.commands.tolerance import tolerance
+from harvester.commands.tour import tour
 from harvester.errors import HarvesterError, named
 from harvester.machine.limits import check_limits, check_streams
 
@@ -40,7 +42,7 @@ A scene file says what the device is; engines compute it, from formulas in milli
 the mass.
 
 \b
-A first session:
+A first session (harvester tour runs one):
   harvester new mine.toml                                  your device, from questions; what its numbers mean
   harvester run mine.toml --within 1%                      its mean power, with the error
   harvester sweep mine.toml --vary load.resistance=1k:10M:25 --out sweep          against the load, with a plot
@@ -52,7 +54,7 @@ A first session:
 @cloup.group(
     help=HELP,
     sections=[
-        cloup.Section("Your device", [new, keys, identify, record, export]),
+        cloup.Section("Your device", [new, keys, examples, tour, identify, record, export]),
         cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability, *study_commands()]),
         cloup.Section("The paper, this machine", [paper, doctor]),

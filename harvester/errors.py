@@ -5,7 +5,7 @@ import functools
 import inspect
 import reprlib
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 T = TypeVar("T", bound=Callable[..., Any])
@@ -46,13 +46,13 @@ class MissingProgramError(InputError):
 class CannotServeError(InputError):
     """The engine cannot compute this scene; the message names one that can.
 
-    Its argument is the refusal, a `harvester.presentation.diagnostic.Diagnostic` whose sentence the message is.
+    Its argument is the refusal: a code with numbers (``error.args[0].code``), whose sentence the message is.
 
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
     >>> hv.Averaged().run(hv.Scene(nondimensional=table))
     Traceback (most recent call last):
-    harvester.errors.CannotServeError: engine 'averaged' does not know harmonic drive: use engine 'ensemble', ...
+    harvester.errors.CannotServeError: engine 'averaged' cannot model harmonic drive: use engine 'ensemble', ...
     """
 
 
@@ -146,6 +146,13 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
     near = difflib.get_close_matches(name[:120].lower(), names, n=1)
     hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
     return InputError(f"unknown {kind} {shown(name)}: {hint}")
+
+
+def named_once(names: Sequence[str], argument: str) -> None:
+    """Raise InputError where an argument names something twice."""
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{argument} must name each only once, but names {name!r} twice")
 
 
 def names_arguments(target: T) -> T:

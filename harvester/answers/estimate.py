@@ -4,9 +4,10 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from harvester import figures
-from harvester.answers.probes import ProbeMeans
-from harvester.answers.responses import SteadyResponse
+from harvester.answers.probe_means import ProbeMeans
+from harvester.answers.steady_responses import SteadyResponse
 from harvester.arrays import Floats
+from harvester.equations.power_bound import PowerBound
 from harvester.equations.repeated_shaking import Events
 from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, has
@@ -20,14 +21,40 @@ UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Estimate(Result):
     """What an engine found for a scene: mean square voltage and mean power with their errors.
 
-    Both are in `unit_names` (V^2 and W; nondimensional for a nondimensional scene); ``nondimensional`` holds both and
-    beta and mu without units.  ``steps`` are trajectory-steps (ensemble) or accepted ngspice steps (spice);
-    ``seconds`` is the computation without compilation; ``probes`` are other quantities of the circuit that were asked
-    for.  ``diagnostics`` are its warnings, and notes: why there is no sampling error, or what is known of the model's.
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    mean_power
+        a `Value`: the mean over time of what the load takes (W; nondimensional scene: without a unit).
+    mean_square_voltage
+        a `Value`: the mean over time of the square of the piezo's voltage (V^2).
+    nondimensional
+        the same two numbers without units, and the scene's beta and mu.
+    effects
+        names of the effects that the scene calls for, and that were computed.
+    seconds
+        the time of computing, without compilation (s).
+    steps
+        trajectory-steps of an engine that samples, or steps that ngspice accepted.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    details
+        further numbers of the computation by name, such as its step, burn-in and number of trajectories.
+    probes
+        other quantities of the circuit that were asked for, by name: mean, rms, least and largest.
+    responses
+        to the same steady drive, from other starts: what a search for several responses found.
+    events
+        the shocks or steps, where the shaking is made of such; else None.
+    bound
+        the most that any device of this mass could take of the shaking (W), and why; None where no bound applies.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -37,9 +64,11 @@ class Estimate(Result):
     """
 
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power", "mean_square_voltage")
-    DERIVED: ClassVar[tuple[str, ...]] = ("event_rate", "energy_per_event")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"nondimensional", "event_rate"})
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"event_rate", "energy_per_event", "responses", "probes"})
+    DERIVED: ClassVar[tuple[str, ...]] = ("event_rate", "energy_per_event", "share_of_possible")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"nondimensional", "event_rate", "bound"})
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset(
+        {"event_rate", "energy_per_event", "responses", "probes", "bound", "share_of_possible"}
+    )
     INTERNAL: ClassVar[frozenset[str]] = frozenset({"samples", "power_samples", "events"})
 
     engine: str
@@ -53,11 +82,12 @@ class Estimate(Result):
     diagnostics: tuple[Diagnostic, ...] = ()
     details: dict[str, float] = field(default_factory=dict)
     probes: dict[str, ProbeMeans] = field(default_factory=dict)
-    samples: Floats | None = None  # of nondimensional V^2, one a trajectory or batch
+    samples: Floats | None = field(default=None, compare=False)  # of nondimensional V^2, one a trajectory or batch
     # Of the mean power, one a trajectory; None where it is no plain mean of them.  No part of what the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
     responses: tuple[SteadyResponse, ...] = ()  # to the same steady drive, from other starts: what a search found
     events: Events | None = None  # the shocks or steps, where the shaking is made of such
+    bound: PowerBound | None = None  # the most that any device of this mass could take of the shaking
 
     @property
     def is_sound(self) -> bool:
@@ -70,7 +100,7 @@ class Estimate(Result):
         """The mean energy that the load takes of one shock or step, E[P] over their rate; None without events."""
         if self.events is None:
             return None
-        energy = self.mean_power.scaled(1.0 / self.events.rate)
+        energy = self.mean_power.scaled(1.0 / self.events.rate, self.unit_names.energy)
         if not self.events.memory:
             return energy
         return replace(energy, model=(energy.model or 0.0) + self.events.memory * abs(energy.value))
@@ -79,6 +109,11 @@ class Estimate(Result):
     def event_rate(self) -> float | None:
         """Shocks or steps a second; None without events."""
         return None if self.events is None else self.events.rate
+
+    @property
+    def share_of_possible(self) -> float | None:
+        """The mean power over the most that any device of this mass could take; None where no bound is known."""
+        return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property
     def reason(self) -> str:

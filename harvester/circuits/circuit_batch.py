@@ -37,14 +37,14 @@ def advance_circuit(b, state, schedule, h, own, c, shaker):
     the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``own`` is the `Own` circuit, c the coefficients.
     """
     room, one = np.empty((ROOMS, own.length)), np.empty(state.shape[0] - OWN)
-    last, volts, sums, steps = len(one) - DID, own.volts, b.sums, 1 if schedule.coarse else 2
+    last, volts, sums, steps = len(one) - DID, own.volts, b.sums, 1 if schedule.doublings > 0 else 2
     noise, accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
     unit = own.unit / (schedule.stride * own.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if (c.n1 is not None or c.n2 is not None) and k % steps == 0:
-                draw_noise(noise, b.s0, b.s1, schedule.coarse)
-            shake_and_add(b, filtered, accelerations, schedule.coarse, shaker, 1.0)
+                draw_noise(noise, b.s0, b.s1, schedule.doublings)
+            shake_and_add(b, filtered, accelerations, schedule.doublings > 0, shaker, 1.0)
             for i in range(BATCH):
                 a, a1 = shaken(i, accelerations, shaker)
                 s, wall, first, did = drifted(State(b.x[i], b.v[i], b.V[i]), h, h, c, a)

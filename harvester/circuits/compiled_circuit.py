@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -47,14 +48,22 @@ class CompiledCircuit:
 
     ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
 
+    ``elements`` are those that stand for the load's, such as a part of them; ``tolerance`` is that of a step.
+
     Raises UnservedError for what compiled circuits do not have, and InputError for a circuit without a solution.
     """
 
     sums = len(MORE_SUMS)
 
-    def __init__(self, load: LoadCircuit, scales: Scales) -> None:
-        self.load, self.scales = load, scales
-        parts = {part.name: part for part in parts_of(load)}
+    def __init__(
+        self,
+        load: LoadCircuit,
+        scales: Scales,
+        elements: Sequence[CircuitPart] | None = None,
+        tolerance: float = TOLERANCE,
+    ) -> None:
+        self.load, self.scales, self.tolerance = load, scales, tolerance
+        parts = {part.name: part for part in (parts_of(load) if elements is None else elements)}
         check_parts(parts)
         self.system = system_of(parts, scales.capacitance)
         rload, store = parts["rload"], parts.get("csmooth")
@@ -170,6 +179,10 @@ class CompiledCircuit:
         found = self.reduction.unknowns(state[:ns], state[ns : ns + n], self._tau(TYPICAL) / 2 ** (LEVELS - 1))
         return {name: float(found[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
 
+    def charge_at(self, name: str) -> int:
+        """Where the charge of a capacitor stands in a state."""
+        return [one for one, *_ in self.system.charges].index(name)
+
     def begin(self, state: Floats) -> None:
         """Fill the rows of circuits at rest."""
         state[:, OWN:] = self.rest[:, None]
@@ -206,7 +219,10 @@ class CompiledCircuit:
         ns, n, many, nz = self.sizes
         found["solver_at"], found["switches"] = self.solver.address, many
         found["n"], found["nz"], found["ns"] = n, nz, ns
-        found["least"], found["tolerance"] = LEAST * s.volts, RINGING if self.has_coils else TOLERANCE
+        found["least"], found["tolerance"] = (
+            LEAST * s.volts,
+            min(RINGING, self.tolerance) if self.has_coils else self.tolerance,
+        )
         found["charge"], found["seconds"] = s.capacitance * s.volts, h / s.frequency
         return found, arrays
 

@@ -20,7 +20,12 @@ from harvester.commands.reports import report_file, report_option, save_report
 @scene_argument
 @cloup.option_group(
     "What to compute",
-    cloup.option("--to", required=True, help="The voltage to reach, such as 3.3V (nondimensional scene: a number)."),
+    cloup.option(
+        "--to",
+        required=True,
+        help="What the probe must reach: a voltage such as 3.3V, of i(ELEMENT) a current such as 5mA, of p(ELEMENT) a "
+        "power (nondimensional scene: a number).",
+    ),
     cloup.option(
         "--probe",
         default="store",
@@ -28,7 +33,9 @@ from harvester.commands.reports import report_file, report_option, save_report
         help="store (the capacitor Csmooth), v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT) of the netlist.",
     ),
     cloup.option(
-        "--engine", shell_complete=engines, help="ideal or spice.  Default: ideal where it serves, else spice."
+        "--engine",
+        shell_complete=engines,
+        help="ideal, slow or spice.  Default: slow for a large store, else ideal where it serves, else spice.",
     ),
     cloup.option(
         "--duration",
@@ -43,7 +50,9 @@ from harvester.commands.reports import report_file, report_option, save_report
 )
 @cloup.option_group(
     "Accuracy",
-    cloup.option("--trajectories", type=int, help="Runs.  Default: 2048 (ideal), 16 (spice), 1 if nothing is random."),
+    cloup.option(
+        "--trajectories", type=int, help="Runs.  Default: 2048 (ideal, slow), 16 (spice), 1 if nothing is random."
+    ),
     cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
     seed_option,
 )

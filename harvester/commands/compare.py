@@ -4,13 +4,18 @@ from typing import Any
 
 import cloup
 
+from harvester.commands.completion import engines as engines_of
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_json, echo_written
 from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
 from harvester.commands.reports import report_file, report_option, save_report
 
 
-@command("harvester compare mine.toml --within 1% --out compare", "harvester compare mine.toml --lifetime '5 years'")
+@command(
+    "harvester compare mine.toml --within 1% --out compare",
+    "harvester compare mine.toml --engine averaged --engine spice",
+    "harvester compare mine.toml --lifetime '5 years'",
+)
 @scene_argument
 @cloup.option_group(
     "Limits",
@@ -19,6 +24,16 @@ from harvester.commands.reports import report_file, report_option, save_report
         metavar="TIME",
         help="Also the largest displacement, voltage, strain and impact in that time ('5 years'): by Rice's formula "
         "for a linear scene, and counted.",
+    ),
+)
+@cloup.option_group(
+    "What to compute",
+    cloup.option(
+        "--engine",
+        "engines",
+        shell_complete=engines_of,
+        multiple=True,
+        help="Repeatable.  Default: every engine that can serve SCENE.",
     ),
 )
 @sampling
@@ -33,6 +48,7 @@ from harvester.commands.reports import report_file, report_option, save_report
 def compare(
     path: str,
     lifetime: str | None,
+    engines: tuple[str, ...],
     out: str | None,
     vector: tuple[str, ...],
     report: str | None,
@@ -51,7 +67,8 @@ def compare(
         check_asked(scene, lifetime)
     file = report_file(report, out)
     with Bar("compare", shorter=EFFORT) as bar:
-        result = study.compare(scene, execution=Execution(out=out, formats=vector, progress=bar), **options)
+        execution = Execution(out=out, formats=vector, progress=bar)
+        result = study.compare(scene, engines=engines or None, execution=execution, **options)
     largest = [] if lifetime is None else extremes_both_ways(scene, lifetime, options["seed"])
     if as_json:
         echo_json(result.as_json() | ({"extremes": [one.as_json() for one in largest]} if largest else {}))

@@ -28,6 +28,13 @@ def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: s
     return _starting(incomplete, {f"{one.table}.{one.name}": one.meaning for one in keys()})
 
 
+def example_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
+    """The example scenes by name."""
+    from harvester.commands.example_files import example_scenes
+
+    return _starting(incomplete, dict.fromkeys(example_scenes(), ""))
+
+
 def _starting(incomplete: str, words: dict[str, str]) -> Items:
     """The words that go on from ``incomplete``, with a help for the shells that show one."""
     return [CompletionItem(word, help=text) for word, text in words.items() if word.startswith(incomplete)]

@@ -2,39 +2,75 @@
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cloup
 
 from harvester.commands.help import command
-from harvester.commands.messages import echo
+from harvester.commands.messages import echo, echo_json
+from harvester.commands.options import json_option
 from harvester.errors import InputError, shown
 
+OPTIONAL = {  # package: the extra that brings it, and what uses it
+    "panel": ("explore", "'harvester explore'"),
+    "distributed": ("dask", "sweeps on several machines"),
+    "playwright": ("test", "tests in a browser"),
+    "sphinx": ("docs", "building the pages"),
+}
 CAPACITANCE = 50e-9  # F, of a netlist that asks for that of a piezo
 
 
-@command("harvester doctor")
+@command("harvester doctor", "harvester doctor --json")
 @cloup.argument("file", required=False, type=cloup.Path(), help="A netlist, or a scene with one.")
-def doctor(file: str | None) -> None:
+@cloup.option_group("Output", json_option)
+def doctor(file: str | None, as_json: bool) -> None:
     """What is installed, what is missing, and how to get it.
 
     Of a netlist FILE, or a scene file, which of its elements a compiled circuit has (engine 'compiled').
     """
-    for line in examine() if file is None else examine_netlist(file):
-        echo(line)
+    if file is not None:
+        lines = list(examine_netlist(file))
+        if as_json:
+            echo_json({"netlist": lines})
+        else:
+            echo("\n".join(lines))
+        return
+    parts = list(examine())
+    if as_json:
+        echo_json({part.name: vars(part) for part in parts})
+    else:
+        echo("\n".join(map(str, parts)))
 
 
-def examine() -> Iterator[str]:
-    """One line for each thing that the package uses: what was found, or how to get it."""
-    from harvester.machine.provenance import machine, versions
+@dataclass(frozen=True)
+class Requirement:
+    """A thing that the package uses: what was ``found`` ('' for nothing), ``how`` to get it, and whether it must be."""
+
+    name: str
+    found: str
+    how: str = ""
+    optional: bool = False
+
+    def __str__(self) -> str:
+        word = "ok     " if self.found else "absent " if self.optional else "MISSING"
+        return f"{word}  {self.name:<16} {self.found or self.how}"
+
+
+def examine() -> Iterator[Requirement]:
+    """Everything that the package uses, then what only some commands use."""
+    from harvester.machine import provenance
     from harvester.netlists.load_circuit import netlist_folder
 
-    for name, version in versions().items():
-        yield _line(name, version, "run 'make setup'")
+    for name, version in provenance.versions().items():
+        yield Requirement(name, version, "run 'make setup'")
     yield from _ngspice()
     names = sorted(path.stem for path in netlist_folder().glob("*.cir"))
-    yield _line("netlists", ", ".join(names), "run 'make setup'")
-    this = machine()
-    yield _line("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}", "")
+    yield Requirement("netlists", ", ".join(names), "run 'make setup'")
+    this = provenance.machine()
+    yield Requirement("machine", f"{this['processor']}, {this['cores']} cores, {this['system']}")
+    for package, (extra, what) in OPTIONAL.items():
+        how = f"only for {what}: python -m pip install 'piezo-harvester[{extra}]'"
+        yield Requirement(package, provenance.version(package), how, optional=True)
 
 
 def examine_netlist(file: str) -> Iterator[str]:
@@ -57,26 +93,21 @@ def examine_netlist(file: str) -> Iterator[str]:
     yield f"{served} of {len(parts)} elements are served by engine 'compiled'; engine 'spice' takes all"
 
 
-def _ngspice() -> Iterator[str]:
-    """The lines on ngspice: the shared library, which is loaded, and the program."""
-    from harvester.cosimulation.ngspice.locate_libngspice import find_library
+def _ngspice() -> Iterator[Requirement]:
+    """The parts of ngspice: the shared library, which is loaded, and the program."""
+    from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, find_library
     from harvester.errors import CircuitError, MissingProgramError
 
-    how = "run 'make setup' or 'apt-get install libngspice0 ngspice'"
     try:
         library = find_library()
     except MissingProgramError:
-        yield _line("libngspice", "", how)
+        yield Requirement("libngspice", "", REMEDY)
     else:
         from harvester.cosimulation.runs import ngspice_version
 
         try:
-            yield _line("libngspice", f"{ngspice_version()} ({library})", how)
+            yield Requirement("libngspice", f"{ngspice_version()} ({library})", REMEDY)
         except (CircuitError, OSError) as error:
-            yield _line("libngspice", "", f"{library} does not load: {error}")
-    yield _line("ngspice program", shutil.which("ngspice") or "", how + " (only for netlists by hand)")
-
-
-def _line(what: str, found: str, how: str) -> str:
-    """A line on one thing: ok and what was ``found``, or MISSING and ``how`` to get it."""
-    return f"{'ok     ' if found else 'MISSING'}  {what:<16} {found or how}"
+            yield Requirement("libngspice", "", f"{library} does not load: {error}")
+    program = shutil.which("ngspice") or ""
+    yield Requirement("ngspice program", program, "run 'apt-get install ngspice' (only for netlists by hand)")

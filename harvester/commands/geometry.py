@@ -5,6 +5,7 @@ from typing import Any
 
 import cloup
 
+from harvester.devices.materials import PIEZOS, SUBSTRATES
 from harvester.errors import InputError, refused
 
 SIZES = {
@@ -32,8 +33,8 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
             cloup.option("--" + name.replace("_", "-"), name, metavar="VALUE", help=help_)
             for name, help_ in SIZES.items()
         ),
-        cloup.option("--piezo", metavar="NAME", help="PZT-5A, PZT-5H or PVDF."),
-        cloup.option("--substrate", metavar="NAME", help="steel, brass, aluminium, FR4 or silicon."),
+        cloup.option("--piezo", metavar="NAME", help=f"One of {', '.join(PIEZOS)}."),
+        cloup.option("--substrate", metavar="NAME", help=f"One of {', '.join(SUBSTRATES)}."),
     )(command)
 
 

@@ -47,9 +47,10 @@ def identify(
     time with a voltage or displacement.  Files are fitted jointly; a ring-down that bounces gives the stop.
     """
     from harvester.devices.scene_file import check
-    from harvester.identification import scene_file
+    from harvester.identification import identified_scene as scene_file
     from harvester.identification.identify import identify as study
     from harvester.machine.files import folder
+    from harvester.scene.schema import NAME
 
     path = None if out is None else Path(out)
     if force and path is None:
@@ -70,7 +71,7 @@ def identify(
         figures.save(found.plot(title), path.parent, f"{path.stem}_fit")
         if not as_json:
             whole = scene_file.is_whole(found)
-            click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}")
+            click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
             echo(f"next: harvester run {path}   (after its shaking and load)" if whole else _unfinished(names))
     save_report(page, lambda report: report.of_identification(found, title), quiet=as_json)
 

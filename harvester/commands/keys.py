@@ -1,25 +1,45 @@
 """The command `harvester keys`."""
 
 import json
+from pathlib import Path
 
 import click
 import cloup
 
 from harvester.commands.help import command
 from harvester.commands.options import json_option
+from harvester.errors import InputError
 
 
 @command(
-    "harvester keys", "harvester keys excitation", "harvester keys load.resistance --json", "harvester keys profile"
+    "harvester keys",
+    "harvester keys excitation",
+    "harvester keys load.resistance --json",
+    "harvester keys profile",
+    "harvester keys --schema --out harvester.schema.json",
 )
 @cloup.argument(
     "what", required=False, metavar="[TABLE|KEY]", help="Such as load or load.resistance, or profile.  Default: all."
 )
-@cloup.option_group("Output", json_option)
-def keys(what: str | None, as_json: bool) -> None:
+@cloup.option_group(
+    "Output",
+    json_option,
+    cloup.option(
+        "--schema", is_flag=True, help="Print the JSON schema of scene files, by which editors complete them."
+    ),
+    cloup.option("--out", metavar="FILE", help="With --schema: write it to this file, such as harvester.schema.json."),
+)
+def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None:
     """All keys of a scene file: unit, example, meaning; of 'profile' all shakings by name, with their sources."""
     from harvester.scene import keys as scene_keys
 
+    if schema:
+        if what is not None or as_json:
+            raise InputError(f"{'--json' if as_json else 'TABLE|KEY'} must be left out with --schema, but is given")
+        _schema(out)
+        return
+    if out is not None:
+        raise InputError("--out must go with --schema, but --schema is left out")
     if what in ("profile", "excitation.profile"):
         from harvester.records.profiles import catalogue
 
@@ -28,3 +48,15 @@ def keys(what: str | None, as_json: bool) -> None:
 
     chosen = scene_keys.chosen(what)
     click.echo(json.dumps([vars(key) for key in chosen]) if as_json else scene_keys.text(chosen))
+
+
+def _schema(out: str | None) -> None:
+    """Print the schema, or write it to a file."""
+    from harvester.machine import files
+    from harvester.scene.schema import text
+
+    if out is None:
+        click.echo(text(), nl=False)
+        return
+    files.write(Path(out), text())
+    click.echo(f"written: {out}")

@@ -80,6 +80,7 @@ def new(
     from harvester.devices.device import missing, scene_tables
     from harvester.devices.interpretation import meaning
     from harvester.devices.scene_file import check, write
+    from harvester.scene.schema import NAME
 
     path = Path(file)
     check(path, force)  # before anybody answers questions
@@ -102,7 +103,8 @@ def new(
         answer = {"file": file, "scene": problem.scene.tables(), "numbers": numbers, **found.facts}
         click.echo(json.dumps({**answer, "words": words, "next": lines}, allow_nan=False))
         return
-    echo("\n".join([f"written: {file}", "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
+    written = [f"written: {file}", f"written: {path.with_name(NAME)}"]
+    echo("\n".join([*written, "", *found.table(), "", *words, "", *(f"next: {line}" for line in lines)]))
 
 
 def _from_geometry(beam: Any, texts: dict[str, str]) -> Any:

@@ -93,18 +93,18 @@ def optimise(
     """
     from harvester.commands.progress import Bar
     from harvester.engines import selection
+    from harvester.engines.cheapest import formula
     from harvester.equations.problem import Problem
     from harvester.machine.execution import Execution
     from harvester.scene.toml import load
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
-    from harvester.studies.optimum.under_limits import default_formula
 
     aim, points = _aim(options), options.pop("points")
     scene, file = load(path), report_file(report, out)
     kind, circuits = study.kind_of_search(**aim), varied(aim["vary"])[0]
     if kind == "devices":
-        which = selection.engine(engine or default_formula(Problem(scene)), within=within, **options)
+        which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
     elif kind == "circuits":
         which = selection.engine(engine or selection.ENGINE_OF_CIRCUITS, **options)
     else:

@@ -72,8 +72,8 @@ def figure(name: str, vector: tuple[str, ...]) -> list[str]:
     return [f"{name}.{form}" for form in ("png", *dict.fromkeys(vector))]
 
 
-def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of the engines that sample to a command, in two groups of its help."""
+def sampling(command: Callable[..., Any], whole: str = "") -> Callable[..., Any]:
+    """Add the options of the engines that sample to a command; ``whole`` names what a budget is for, if not a run."""
     accuracy = cloup.option_group(
         "Accuracy",
         cloup.option(
@@ -86,7 +86,8 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
             "--budget",
             type=duration,
             metavar="TIME",
-            help="Time that it may take, such as 30s: the burn-in, and reaching --within.  Default: what it takes.",
+            help=f"Time that {whole or 'it'} may take, such as 30s: the burn-in, and reaching --within.  "
+            "Default: unlimited.",
         ),
         cloup.option("--seed", type=int, default=0, show_default=True, help="The same seed, the same answer."),
     )
@@ -95,7 +96,7 @@ def sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         cloup.option(
             "--trajectories",
             type=int,
-            help="Independent ones.  Default: 4096, with --within 256 or more (spice: 16 and 8).",
+            help="Number of trajectories.  Default: 4096, with --within 256 or more (spice: 16 and 8).",
         ),
         cloup.option(
             "--duration", type=time_of("duration"), metavar="TIME", help="Of a trajectory after its burn-in, as --dt."

@@ -10,7 +10,6 @@ import time
 from typing import Any, Self
 
 from tqdm import tqdm
-from tqdm.contrib import DummyTqdmFile
 
 REDRAWN = 0.5  # seconds between two looks at the clock
 FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {left} left{postfix}"
@@ -149,6 +148,8 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def __enter__(self) -> Self:
         if not self.disable and self.fp == sys.stderr:  # notices stand above the bar, not in its line
+            from tqdm.contrib import DummyTqdmFile  # which loads asyncio
+
             self.others, sys.stderr = sys.stderr, DummyTqdmFile(sys.stderr)
         return self
 

@@ -5,6 +5,7 @@ from typing import Any
 import cloup
 
 from harvester.commands.completion import engines
+from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer, echo_json
 from harvester.commands.options import json_option, probe_option, sampling, scene_argument
@@ -59,8 +60,6 @@ def run(
     from harvester.commands.progress import Bar
     from harvester.engines import selection
     from harvester.scene.toml import load
-    from harvester.studies.extremes.extremes import check_asked, extremes
-    from harvester.studies.sensitivity import sensitivity as sensitivities
 
     scene = load(path)
     options["probe"] = probe or None
@@ -69,12 +68,21 @@ def run(
     chosen = selection.engine(engine, **options)
     file = report_file(report, None)
     if lifetime is not None:
+        from harvester.studies.extremes.extremes import check_asked
+
         check_asked(scene, lifetime)
-    with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar:
+    with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
         answer = chosen.run(scene, bar.tell)
-    largest = None if lifetime is None else extremes(scene, lifetime=lifetime, seed=options["seed"])
-    keys = sensitivities(scene, budget=options.get("budget")) if sensitivity else None
-    further = {name: one for name, one in (("extremes", largest), ("sensitivity", keys)) if one is not None}
+    further: dict[str, Any] = {}
+    largest = None
+    if lifetime is not None:
+        from harvester.studies.extremes.extremes import extremes
+
+        further["extremes"] = largest = extremes(scene, lifetime=lifetime, seed=options["seed"])
+    if sensitivity:
+        from harvester.studies.sensitivity import sensitivity as sensitivities
+
+        further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
     if not further:
         echo_answer(answer, as_json)
     elif as_json:

@@ -15,7 +15,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     "Accuracy",
     seed_option,
     cloup.option(
-        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Independent ones."
+        "--trajectories", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Number of paths."
     ),
 )
 @cloup.option_group(

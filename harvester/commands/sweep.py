@@ -1,6 +1,7 @@
 """The command `harvester sweep`."""
 
 from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import cloup
@@ -49,11 +50,11 @@ one_runner = mutually_exclusive.rephrased(
         "engines",
         shell_complete=engines,
         multiple=True,
-        help="Repeatable.  Default: exact for a linear scene, spice for a netlist, else all that serve SCENE; "
-        "with --within, see run.",
+        help="Repeatable.  Default: exact for a linear scene, for a netlist spice beside ideal, else all that serve "
+        "SCENE; with --within, see run.",
     ),
 )
-@sampling
+@partial(sampling, whole="the whole sweep, in equal shares of its points,")
 @cloup.option_group(
     "Output",
     cloup.option("--out", help="Folder for sweep.csv, sweep.nc, sweep.png and provenance.json."),
@@ -94,14 +95,18 @@ def sweep(
     from harvester.presentation.sheet import sheet
     from harvester.scene.toml import load
     from harvester.studies.sweep.cluster import dask_client
-    from harvester.studies.sweep.compute import compute_table
+    from harvester.studies.sweep.compute import compute_table, share_of_budget
     from harvester.studies.sweep.points import grid, read_axis, read_points
 
     scene = load(path)
     where = read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     within = options["within"]
     default = selection.default_engines(scene) if within is None else [selection.default_engine(scene, within=within)]
-    chosen = selection.engines(engines or default, **options)
+    names = engines or tuple(default)
+    if options["budget"] is not None:
+        rows = len(where) * sum(not selection.ENGINES[one].is_formula for one in names if one in selection.ENGINES)
+        options["budget"] = share_of_budget(options["budget"], rows, 1 if scheduler else workers)
+    chosen = selection.engines(names, **options)
     file = report_file(report, out)
     with ExitStack() as stack:
         executor = None if scheduler is None else stack.enter_context(dask_client(scheduler))

@@ -22,7 +22,7 @@ from harvester.commands.sweep import one_runner
 from harvester.errors import InputError
 
 if TYPE_CHECKING:
-    from harvester.identification.spreads import ScenesSpreads
+    from harvester.identification.stated_spreads import ScenesSpreads
     from harvester.scene.scene import Scene
 
 
@@ -142,7 +142,7 @@ def tolerance(
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
     """The spreads that the comments of a scene file state; InputError where there is none."""
-    from harvester.identification.spreads import spreads_of
+    from harvester.identification.stated_spreads import spreads_of
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.probes import probes_at, values_of
+from harvester.cosimulation.probe_series import probes_at, values_of
 from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, run_in_this_process
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid

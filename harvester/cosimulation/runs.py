@@ -16,7 +16,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
-from harvester.cosimulation.probes import means_of_probes, vectors_of
+from harvester.cosimulation.probe_series import means_of_probes, vectors_of
 from harvester.cosimulation.worker_pool import map_in_workers, worker_count
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
@@ -45,7 +45,7 @@ class CoupledDevice:
 
     ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit; ``h`` is the
     nondimensional step, ``stride`` the kicks between readings. A run that makes less than a kick a second over
-    ``patience`` seconds is given up; ``norton`` see `harvester.cosimulation.ngspice.deck.build_deck`; ``reltol`` is
+    ``patience`` seconds is given up; ``reltol`` is
     ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
     do. ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule`` says that the load
     resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
@@ -58,7 +58,6 @@ class CoupledDevice:
     h: float
     stride: int
     patience: float = 30.0
-    norton: bool = False
     reltol: float = 1e-4
     gaussian: bool = False
     ideal: "IdealCircuit | CompiledCircuit | None" = None
@@ -128,7 +127,7 @@ def run_in_this_process(
 
     scales, vectors = device.scales, vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * one for one in drive.start[:4])
-    whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), device.norton, scales.volts
+    whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
     keeps = len(drive.start) == 4
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
     deck = build_deck(device.load, scales.capacitance, *given)

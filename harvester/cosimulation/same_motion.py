@@ -8,7 +8,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.cosimulation.probes import means_of_probes
+from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, nodes_of, run_in_this_process
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.noise import child, three_point_grid

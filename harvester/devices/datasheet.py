@@ -46,7 +46,7 @@ FIELDS = {
         Field("damping_ratio", "oscillator.damping_ratio", MASS, "Mechanical damping ratio, such as 0.004", "Or --q."),
         Field("q", "", MASS, "Quality factor in short circuit, 1/(2 damping ratio), such as 125"),
         Field("capacitance", "piezo.capacitance", PIEZO, _CLAMPED),
-        Field("coupling", "piezo.coupling", PIEZO, "Force a volt, such as 1e-3 N/V", "Or --open-circuit-frequency."),
+        Field("coupling", "piezo.coupling", PIEZO, "Force per volt, such as 1e-3 N/V", "Or --open-circuit-frequency."),
         Field("open_circuit_frequency", _FREQUENCY, PIEZO, "Resonance in open circuit, such as 4.8 Hz", _COUPLING),
         Field("strain_per_displacement", "piezo.strain_per_displacement", PIEZO, _STRAIN, "For peak_strain."),
         Field("restitution", "stop.restitution", STOP, "Speed after over speed before an impact, such as 0.96"),

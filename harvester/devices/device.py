@@ -10,13 +10,12 @@ from typing import TypeAlias
 
 from harvester.devices.datasheet import FIELDS, TEXTS, arguments
 from harvester.errors import InputError, invalid, refused
-from harvester.quantities.kinds import Kind, any_quantity, with_prefix
+from harvester.quantities.kinds import QUALITY, Kind, any_quantity, with_prefix
 from harvester.quantities.units import prefix_factor, split_unit
 from harvester.records.profiles.catalogue import SHARED
 from harvester.scene.keys import kind_of
 from harvester.uncertainty.value import Value
 
-_QUALITY = Kind("a quality factor", "", "125", above=0.0)
 _PREFIXED = ("ohm", "F", "Hz", "m")  # units that take a prefix as they stand
 _COPIED = {  # fields that stand in the scene file as they are: their tables, keys and comments
     "strain_per_displacement": ("piezo", "strain_per_displacement", "1/m, largest strain of the piezo, at the clamp"),
@@ -165,7 +164,7 @@ def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[En
     """The entries of coupling, which the resonance in open circuit may stand for, and of capacitance."""
     capacitance = Entry("capacitance", written["capacitance"], "clamped: with the mass held")
     if "coupling" in values:
-        return [Entry("coupling", written["coupling"], "force a volt, charge a displacement"), capacitance]
+        return [Entry("coupling", written["coupling"], "force per volt, charge per displacement"), capacitance]
     stiffness, short = _short_circuit(values)
     open_circuit = values["open_circuit_frequency"]
     if not open_circuit > short:
@@ -179,7 +178,7 @@ def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[En
 
 def _kind(name: str) -> Kind:
     """The kind of quantity that a field is."""
-    return kind_of(FIELDS[name].key) if FIELDS[name].key else _QUALITY
+    return kind_of(FIELDS[name].key) if FIELDS[name].key else QUALITY
 
 
 def _as_written(name: str, text: str) -> float | str:

@@ -1,6 +1,6 @@
 """Whether a harmonic drive meets the resonance, from the linear equations without a stop.
 
-The power at the frequency w is beta mu |V(w)|^2 of `harvester.linear.response.amplitudes`, times the drive's square.
+The power at the frequency w is beta mu |V(w)|^2 of `harvester.linear.transfer.amplitudes`, times the drive's square.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from harvester.equations.problem import Problem
-from harvester.linear.response import gains
+from harvester.linear.transfer import gains
 from harvester.presentation.diagnostic import Diagnostic, warning
 
 MISSES = 0.1  # of the largest power: below, the drive misses the resonance

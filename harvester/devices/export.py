@@ -140,12 +140,8 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
 def _device(problem: Problem, name: str) -> Iterator[str]:
     """The subcircuit of mass, springs, dampers, stops and piezo."""
     scene, s = problem.scene, problem.scales
-    oscillator, piezo = scene.oscillator, scene.piezo
-    assert oscillator is not None and piezo is not None, "a physical scene has both"
-    stiffness, metre = abs(oscillator.stiffness), _unit(problem)[0]
-    damping = oscillator.damping
-    if oscillator.damping_ratio is not None:
-        damping = 2.0 * oscillator.damping_ratio * math.sqrt(stiffness * oscillator.mass)
+    modal, metre = scene.modal, _unit(problem)[0]
+    mass, stiffness, damping = modal.mass, abs(modal.stiffness), modal.damping
     start = problem.equations.resting_places[0] * s.length
     x, speed = f"({metre:.10g}*v(x))", "i(Vspeed)"
     nodes = iter(range(1, 100))
@@ -158,39 +154,39 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
         return pair
 
     yield f".subckt {name} p n acc x"
-    yield f"* The base's acceleration pushes the mass M = {oscillator.mass:.10g} kg by -M a"
-    yield f"Eforce m{here} 0 acc 0 {-oscillator.mass:.10g}"
-    yield f"* The mass: {oscillator.mass:.10g} kg as a capacitor, which takes v(speed) and whose current is the force"
+    yield f"* The base's acceleration pushes the mass M = {mass:.10g} kg by -M a"
+    yield f"Eforce m{here} 0 acc 0 {-mass:.10g}"
+    yield f"* The mass: {mass:.10g} kg as a capacitor, which takes v(speed) and whose current is the force"
     yield "* (a coil would do as well, but LTspice gives every coil a resistance of its own)"
     yield "Hspeed speed 0 Vspeed 1"
-    yield f"Cmass speed force {oscillator.mass:.10g}"
+    yield f"Cmass speed force {mass:.10g}"
     yield "Vforce force 0 0"
     yield f"Hmass {ends()} Vforce 1"
     if damping:
         yield f"* Its linear damping: {damping:.10g} N s/m as a resistor"
         yield f"Rdamping {ends()} {damping:.10g}"
     for key, power in (("damping_x2", 2), ("damping_x4", 4)):
-        if coefficient := getattr(oscillator, key):
+        if coefficient := getattr(scene.oscillator, key):
             yield f"* Damping of X^{power}: {coefficient:.10g} N s/m^{power + 1}"
             yield f"B{key} {ends()} V={coefficient:.10g}*{'*'.join([x] * power)}*{speed}"
     yield f"* The linear spring: {stiffness:.10g} N/m as a capacitor of 1/k; it begins at {start:.10g} m"
     yield f"Cspring {(spring := ends())} {1.0 / stiffness:.10g} ic={stiffness * start:.10g}"
     yield f"Edisplacement x 0 {spring} {1.0 / (stiffness * metre):.10g}"
-    if oscillator.stiffness < 0.0:
-        yield f"* The stiffness is negative, {oscillator.stiffness:.10g} N/m: minus twice the capacitor's"
-        yield f"Bnegative {ends()} V={2.0 * oscillator.stiffness:.10g}*{x}"
+    if modal.stiffness < 0.0:
+        yield f"* The stiffness is negative, {modal.stiffness:.10g} N/m: minus twice the capacitor's"
+        yield f"Bnegative {ends()} V={2.0 * modal.stiffness:.10g}*{x}"
     for key, power in (("quadratic_stiffness", 2), ("cubic_stiffness", 3)):
-        if coefficient := getattr(oscillator, key):
+        if coefficient := getattr(scene.oscillator, key):
             yield f"* The spring's force of X^{power}: {coefficient:.10g} N/m^{power}"
             yield f"B{key} {ends()} V={coefficient:.10g}*{'*'.join([x] * power)}"
     for stop in _stops(problem):
         yield f"* {stop.words}"
         yield f"B{stop.name} {ends()} V={stop.resistance(metre)}"
-    yield f"* The piezo: {piezo.coupling:.10g} N/V as an ideal transformer, capacitance {piezo.capacitance:.10g} F"
-    yield f"Epiezo {ends()} p n {piezo.coupling:.10g}"
+    yield f"* The piezo: {modal.coupling:.10g} N/V as an ideal transformer, capacitance {modal.capacitance:.10g} F"
+    yield f"Epiezo {ends()} p n {modal.coupling:.10g}"
     yield f"Vspeed m{here} 0 0"
-    yield f"Fpiezo n p Vspeed {piezo.coupling:.10g}"
-    yield f"Cpiezo p n {piezo.capacitance:.10g}"
+    yield f"Fpiezo n p Vspeed {modal.coupling:.10g}"
+    yield f"Cpiezo p n {modal.capacitance:.10g}"
     yield f".ends {name}"
 
 
@@ -199,8 +195,7 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
 
     A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its damping ratio.
     """
-    scene, oscillator = problem.scene, problem.scene.oscillator
-    assert oscillator is not None, "a physical scene has one"
+    scene, modal = problem.scene, problem.scene.modal
     for name, stop, side in (("stop", scene.stop, 1.0), ("opposite", scene.opposite_stop, -1.0)):
         if stop is None:
             continue
@@ -212,10 +207,10 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
             yield _Contact(name, words, place, side, stop.stiffness, stop.damping or 0.0)
             continue
         assert stop.restitution is not None, "the scene checks this"
-        hard = STIFFER * abs(oscillator.stiffness)
+        hard = STIFFER * abs(modal.stiffness)
         logarithm = -math.log(max(stop.restitution, LEAST_RESTITUTION))
         ratio = logarithm / math.hypot(math.pi, logarithm)
-        soft = 2.0 * ratio * math.sqrt(hard * oscillator.mass)
+        soft = 2.0 * ratio * math.sqrt(hard * modal.mass)
         words = _words(f"A rigid stop, r = {stop.restitution:.10g},", place, hard, soft)
         yield _Contact(name, words, place, side, hard, soft)
 
@@ -227,11 +222,10 @@ def _words(kind: str, place: float, stiffness: float, damping: float) -> str:
 
 def _shortest_contact(problem: Problem) -> float | None:
     """How long the shortest contact with a stop lasts (s); None without a stop."""
-    oscillator = problem.scene.oscillator
-    assert oscillator is not None, "a physical scene has one"
+    mass = problem.scene.modal.mass
     times = []
     for stop in _stops(problem):
-        square = stop.stiffness / oscillator.mass - (0.5 * stop.damping / oscillator.mass) ** 2
+        square = stop.stiffness / mass - (0.5 * stop.damping / mass) ** 2
         times.append(math.pi / math.sqrt(square))
     return min(times, default=None)
 

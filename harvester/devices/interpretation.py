@@ -93,7 +93,7 @@ def _coupling(eqs: Equations) -> Finding:
 def noise_share(beta: float, c: float) -> float:
     """Of N1, the power that white noise gives a linear device without a stop, what the best resistor takes.
 
-    beta mu S/N1 of the Lyapunov equation (see `harvester.linear.response`) at mu = sqrt(1 + beta).
+    beta mu S/N1 of the Lyapunov equation (see `harvester.linear.transfer`) at mu = sqrt(1 + beta).
     """
     return beta / (beta + 2.0 * c * math.sqrt(1.0 + beta) + c * c)
 

@@ -11,6 +11,7 @@ from harvester.errors import InputError, shown
 from harvester.machine import files
 from harvester.netlists.read_lines import MOST_BYTES, read_lines
 from harvester.scene.load import is_path
+from harvester.scene.schema import DIRECTIVE, write_beside
 from harvester.scene.toml import loads
 
 WIDTH = 34  # where comments begin
@@ -30,7 +31,8 @@ EXAMPLES = {  # what a table that is left out might hold
 
 def text(tables: Tables) -> str:
     """The text of the scene file that holds these tables."""
-    lines = ["# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."]
+    lines = [DIRECTIVE]  # an editor's, which completes the keys that stand below
+    lines += ["# Numbers are SI, texts carry their unit; a table or key that is left out is an effect that is absent."]
     lines += ["# All keys, their units and meanings: harvester keys", ""]
     lines += [_line(entry) for entry in tables[""]]
     for table, word in TABLES.items():
@@ -73,7 +75,8 @@ def check(path: Path, force: bool) -> None:
 def write(path: Path, tables: Tables, force: bool) -> Problem:
     """Write the file, whole or not at all, and return the problem of its scene.
 
-    A netlist from outside the file's folder is copied into it, because a scene reaches no file elsewhere.
+    The schema that its first line names is written beside it.  A netlist from outside the file's folder is copied
+    into it, because a scene reaches no file elsewhere.
 
     Raises InputError where `check` refuses the file, where it cannot be written, and for tables that are no scene.
     """
@@ -83,6 +86,7 @@ def write(path: Path, tables: Tables, force: bool) -> Problem:
     if problem.netlist is not None:
         _ = problem.circuit  # refuses a netlist that is not allowed
     files.write(path, content, "FILE")
+    write_beside(path)
     return problem
 
 

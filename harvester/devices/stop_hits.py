@@ -12,7 +12,7 @@ import numpy as np
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
-from harvester.linear.response import amplitudes, white
+from harvester.linear.transfer import amplitudes, white
 from harvester.presentation.diagnostic import Diagnostic, note
 
 OFTEN, SELDOM = 0.1, 1e-3  # times a period

@@ -9,6 +9,7 @@ from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
 from harvester.engines.published import Published
 from harvester.engines.selection import ENGINES, engine, serving
+from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Exact",
     "Ideal",
     "Published",
+    "Slow",
     "Spice",
     "engine",
     "serving",

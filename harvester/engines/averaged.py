@@ -28,13 +28,18 @@ LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Averaged(Formula):
-    """Impact-aware averaging (`harvester.averaging.two_scale.law`): E[V^2], E[P] = beta mu E[V^2], and its own error.
+    """Impact-aware averaging: E[V^2], E[P] = beta mu E[V^2], and its own error.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> answer = hv.Averaged().run(scene)
     >>> f"{answer.mean_power.value:.5f} +- {answer.mean_power.known_error95:.5f}"
     '0.00323 +- 0.00002'
+
+    Parameters
+    ----------
+    within, budget, seed
+        the options of `run`.
 
     Raises
     ------

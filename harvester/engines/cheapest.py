@@ -23,16 +23,21 @@ FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is che
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Cheapest(MonteCarloOptions, Engine):
-    """`exact` where that serves, `averaged` where its own error allows it, else `ensemble`; for a netlist `spice`.
+    """`Exact` where that serves, `Averaged` where its own error allows it, else `Ensemble`; for a netlist `Spice`.
 
-    Where ``within`` is finer than sampling reaches in reasonable time, `density` in place of `ensemble`, if it serves.
+    Where ``within`` is finer than sampling reaches in reasonable time, `Density` in place of `Ensemble`, if it serves.
 
-    The answer is that engine's, and says why.  `published` and `ideal` do not know the error of their model.
+    The answer is that engine's, and says why.  `Published` and `Ideal` do not know the error of their model.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.Cheapest(within="5%").run(scene).engine
     'exact'
+
+    Parameters
+    ----------
+    within, budget, seed, duration, trajectories, dt
+        the options of `run`.
 
     Raises
     ------

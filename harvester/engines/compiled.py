@@ -20,11 +20,16 @@ LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Compiled(Ensemble):
-    """The coupled equations with the netlist as a compiled circuit (`harvester.circuits`).
+    """The coupled equations with the netlist as a compiled circuit.
 
     >>> import harvester as hv
     >>> hv.Compiled(within="2%", budget="1min").budget
     60.0
+
+    Parameters
+    ----------
+    within, budget, seed, duration, trajectories, dt
+        the options of `run`.
 
     Raises
     ------
@@ -64,7 +69,7 @@ class Compiled(Ensemble):
         from harvester.engines.spice.difference import difference_from_ngspice
 
         eqs, trajectories = problem.equations, pair.trajectories
-        if not eqs.is_random or eqs.is_shaken_otherwise:
+        if not eqs.is_shaken_by_white_noise:
             return {}, self.MODEL_NOTE
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)

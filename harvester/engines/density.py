@@ -10,6 +10,7 @@ from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_known_effects, served
 from harvester.equations.bounds import check_bounded
 from harvester.equations.effects import DENSITY, unknown_to
+from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
@@ -23,13 +24,18 @@ REFUSED = 0.02  # the relative error above which there is no answer
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Density(Request, Engine):
-    """The stationary Fokker-Planck equation of the fully coupled motion (`harvester.density.weak_form`).
+    """The stationary Fokker-Planck equation of the fully coupled motion.
 
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9)
     >>> answer = hv.Density(within="0.001%").run(hv.Scene(nondimensional=table))
     >>> answer.mean_power.known_error95 < 1e-5 * answer.mean_power.value
     True
+
+    Parameters
+    ----------
+    within, budget, seed
+        the options of `run`.
 
     Raises
     ------
@@ -41,7 +47,7 @@ class Density(Request, Engine):
 
     NAME: ClassVar[str] = "density"
     LOOK: ClassVar[EngineLook] = EngineLook(
-        "density (no sampling)", "#8C6D1F", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
+        "density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
     )
     share_of_time: ClassVar[float] = 0.3
     FINEST: ClassVar[float] = 1e-9
@@ -68,7 +74,8 @@ class Density(Request, Engine):
         share, parts = answer.share, answer.parts
         if not share <= REFUSED:
             raise SimulationError(refusal("density_not_resolved", error=share, **parts))
-        diagnostics = [exists.warning, note("density_solved")]
+        uncounted = accumulation(eqs)
+        diagnostics = [exists.warning, note("density_solved"), uncounted]
         if eqs.mu is None:
             diagnostics.append(warning("open_circuit"))
         if within is not None and share > within:
@@ -78,7 +85,7 @@ class Density(Request, Engine):
         details |= {
             name: float(mean) * _unit(name, problem)
             for name, mean in zip(NAMES[1:], answer.means[1:], strict=True)
-            if mean
+            if mean and (uncounted is None or not name.endswith("impact_rate"))
         }
         return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=details)
 

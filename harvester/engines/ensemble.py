@@ -1,4 +1,7 @@
-"""Engine `ensemble`: Monte Carlo of the coupled equations."""
+"""Engine `ensemble`: Monte Carlo of the coupled equations.
+
+Long because the engine explains its options to users.
+"""
 
 import dataclasses
 import math
@@ -15,6 +18,7 @@ from harvester.engines.moment_existence import existence
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_resistance, served
 from harvester.engines.sampling import Model
+from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
 from harvester.machine.folders import machine_code
@@ -67,6 +71,11 @@ class Ensemble(MonteCarloOptions, Engine):
     >>> bool(power.known_error95 <= 0.01 * power.value)
     True
 
+    Parameters
+    ----------
+    within, budget, seed, duration, trajectories, dt
+        the options of `run`.
+
     Raises
     ------
     CannotServeError
@@ -77,7 +86,7 @@ class Ensemble(MonteCarloOptions, Engine):
 
     NAME: ClassVar[str] = "ensemble"
     LOOK: ClassVar[EngineLook] = EngineLook(
-        "ensemble (exact RC)", "#888888", "s", width=4.0, order=2.0, paler=0.6, trust=4
+        "ensemble (exact RC)", "#666666", "s", width=4.0, order=2.0, paler=0.6, trust=4
     )
     samples: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
@@ -115,10 +124,9 @@ class Ensemble(MonteCarloOptions, Engine):
         searched = may_have_several(problem) and (self.budget, self.trajectories, self.duration) == (None, None, None)
         found = steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN) if searched else ()
         responses = tuple(one.response for one in found)
-        agreed = None
-        if problem.equations.is_steady:
-            agreed = sampling.agreement(sampler.pair.moments, setup.model.name, responses)
-        diagnostics, within = [exists.warning, *setup.diagnostics], number(self.within)
+        steady, moments = problem.equations.is_steady, sampler.pair.moments
+        agreed = sampling.agreement(moments, setup.model.name, responses) if steady else None
+        diagnostics, within = [exists.warning, accumulation(problem.equations), *setup.diagnostics], number(self.within)
         if within is not None:
             obstacle = exists.obstacle(within)
             if obstacle is None:
@@ -200,7 +208,7 @@ class EnsembleSampler:
         if (value.model or 0.0) > target.within * abs(value.value):
             return warning("within_between_wells", within=target.within)
         bias, bias_error = self.pair.relative_bias(self.setup.model.name)
-        factor = best_factor(target.within, abs(bias), bias_error)
+        factor = best_factor(target.within, abs(bias), bias_error, self.pair.order)
         if factor < 1.0 and self.dt is not None:
             return warning("needs_smaller_step", within=target.within, dt=self.dt)
         if factor != 1.0 and self.dt is None:

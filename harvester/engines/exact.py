@@ -19,12 +19,17 @@ from harvester.uncertainty.value import Value
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Exact(Formula):
-    """The stationary E[V^2] and E[P] of a linear scene (`harvester.linear.solve`), whose only error is rounding.
+    """The stationary E[V^2] and E[P] of a linear scene, whose only error is rounding.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> f"{hv.Exact().run(scene).mean_power.value:.8f}"
     '0.00322581'
+
+    Parameters
+    ----------
+    within, budget, seed
+        the options of `run`.
 
     Raises
     ------

@@ -22,11 +22,16 @@ SLOW, WORSE = 0.02, 4.0  # of half a period: a switching that is told; what it m
 @names_arguments
 @dataclass(frozen=True, kw_only=True)
 class Ideal(Ensemble):
-    """The coupled equations with a load circuit that is piecewise linear (`harvester.mechanics.kernels.ideal_circuit`).
+    """The coupled equations with a load circuit that is piecewise linear.
 
     >>> import harvester as hv
     >>> hv.Ideal(within="2%", budget="1min").budget
     60.0
+
+    Parameters
+    ----------
+    within, budget, seed, duration, trajectories, dt
+        the options of `run`.
 
     Raises
     ------

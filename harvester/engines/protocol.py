@@ -8,9 +8,10 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
+from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
-from harvester.presentation.diagnostic import Diagnostic, refusal, warning
+from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -35,6 +36,7 @@ class Engine:
     needs_netlist: ClassVar[bool] = False  # serves nothing else
     runs_ngspice: ClassVar[bool] = False  # in processes of their own; it alone sees all nodes of a circuit
     chooses: ClassVar[bool] = False  # another engine for each scene, whose name its answer has
+    by_mean_current: ClassVar[bool] = False  # of a rectifier: what is behind it is computed alone
     has_frequency_response: ClassVar[bool] = False
     next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
@@ -108,20 +110,13 @@ def with_power(v2: Value, eqs: Equations) -> Value:
 
 
 def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
-    """A warning of a mean power (nondimensional) below 0, or above what white noise of the base gives: N1, or M G/4.
-
-    What it gives does not depend on the response; other shaking, and a circuit's own supplies, may give more.
-    """
-    eqs, units = problem.equations, problem.units
-    load = problem.scene.load
-    unit = "W" if problem.physical else ""
+    """A warning of a mean power (nondimensional) below 0, or surely above what any device could take."""
+    watts, unit, bound = problem.units.watts, "W" if problem.physical else "", power_bound(problem)
     if power.value < 0.0:
-        return warning("negative_power", power=power.value * units.watts, unit=unit)
-    white_alone = eqs.n1 is not None and eqs.n2 is None and eqs.n12 is None and not eqs.is_shaken_otherwise
-    if white_alone and not (load is not None and load.supplies) and power.value > (eqs.n1 or 0.0) * (1.0 + 1e-9):
-        return warning(
-            "power_above_bound", power=power.value * units.watts, bound=(eqs.n1 or 0.0) * units.watts, unit=unit
-        )
+        return warning("negative_power", power=power.value * watts, unit=unit)
+    least = (power.value * (1.0 - 1e-9) - power.known_error95) * watts
+    if bound is not None and least > bound.value:
+        return warning("power_above_bound", power=power.value * watts, bound=bound.value, unit=unit, why=str(bound.why))
     return None
 
 
@@ -144,7 +139,8 @@ def estimate(
     eqs, units, shocks = problem.equations, problem.units, problem.events
     power = with_power(v2, eqs) if power is None else power
     told = [one for one in diagnostics if one is not None]
-    impossible = None if any(one.code == "netlist_gives" for one in told) else impossible_power(problem, power)
+    gives = has(told, "netlist_gives")
+    impossible = None if gives else impossible_power(problem, power)
     told += [] if impossible is None else [impossible]
     of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
@@ -161,4 +157,5 @@ def estimate(
         samples=samples,
         power_samples=None if power_samples is None else power_samples * units.watts,
         events=shocks,
+        bound=None if gives else power_bound(problem),
     )

@@ -26,6 +26,11 @@ class Published(Formula):
     >>> f"{hv.Published().run(scene).mean_power.value:.5f}"
     '0.00331'
 
+    Parameters
+    ----------
+    within, budget, seed
+        the options of `run`.
+
     Raises
     ------
     CannotServeError

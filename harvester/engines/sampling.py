@@ -14,7 +14,7 @@ from harvester.uncertainty.target import Target
 from harvester.uncertainty.value import Value, amount, mean_and_error
 
 if TYPE_CHECKING:
-    from harvester.answers.responses import SteadyResponse
+    from harvester.answers.steady_responses import SteadyResponse
     from harvester.mechanics.ensemble.hopping import Hopping
     from harvester.mechanics.ensemble.own_circuit import OwnCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -141,7 +141,7 @@ def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
     """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
-    hops, bias = pair.trajectories.hopping, abs(pair.bias(name)[0])
+    hops, bias = pair.trajectories.hopping, pair.largest_bias(name)
     if hops is not None:
         every, together = getattr(pair.moments, name), pair.trajectories.together
         return dataclasses.replace(hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias)

@@ -2,7 +2,8 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, TypeAlias, TypedDict, Unpack
+from functools import partial
+from typing import Any, TypeAlias, TypedDict, Unpack, overload
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
@@ -14,15 +15,16 @@ from harvester.engines.exact import Exact
 from harvester.engines.ideal import Ideal
 from harvester.engines.protocol import AnyScene, Engine, Progress
 from harvester.engines.published import Published
+from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, unknown
+from harvester.errors import HarvesterError, InputError, unknown
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
 ENGINES: dict[str, type[Engine]] = {
-    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Compiled, Spice)
+    engine.NAME: engine for engine in (Exact, Published, Averaged, Density, Ensemble, Ideal, Compiled, Slow, Spice)
 }
 LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
@@ -43,30 +45,93 @@ class EngineOptions(TypedDict, total=False):
     ledger: bool
 
 
+@overload
+def run(  # type: ignore[overload-overlap]  # a text is the path of one file
+    scene: AnyScene, engine: Named | None = ..., *, progress: Progress | None = ..., **options: Unpack[EngineOptions]
+) -> Estimate: ...
+
+
+@overload
 def run(
-    scene: AnyScene, engine: Named | None = None, *, progress: Progress | None = None, **options: Unpack[EngineOptions]
-) -> Estimate:
-    """The stationary mean square voltage and mean power of a scene, with their errors.
+    scene: Sequence[AnyScene],
+    engine: Named | None = ...,
+    *,
+    progress: Progress | None = ...,
+    **options: Unpack[EngineOptions],
+) -> list[Estimate]: ...
 
-    ``scene`` may be the path of a scene file; ``engine`` a name; without it, ``within`` chooses the cheapest engine
-    that is known to reach it, and else it is `Exact` where that serves, `Spice` for a netlist, and `Ensemble`.
-    ``options`` are the engine's, such as ``within="1%"``.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> hv.run(scene).engine, f"{hv.run(scene, 'published').mean_power.value:.5f}"
-    ('exact', '0.00331')
+def run(
+    scene: AnyScene | Sequence[AnyScene],
+    engine: Named | None = None,
+    *,
+    progress: Progress | None = None,
+    **options: Unpack[EngineOptions],
+) -> Estimate | list[Estimate]:
+    """The stationary mean square voltage and mean power of a scene, or of each scene of a list, with their errors.
+
+    Parameters
+    ----------
+    scene
+        a `Scene`, the path of a scene file, or a list of such.
+    engine
+        its name, such as "spice", or the engine itself: ``hv.Spice(within="1%")``.  Without it, ``within`` chooses the
+        cheapest engine that is known to reach it; else it is `Exact` where that serves, `Slow` for a chip behind a
+        rectifier under a drive, `Spice` for another netlist, and `Ensemble`.
+    progress
+        is called with the fraction done, from 0 to 1.
+    options
+        of the engine: ``within`` (relative error at 95 %, .01 or "1%"), ``budget`` (seconds of computing, 30 or "30s"),
+        ``seed``; of engines that sample also ``trajectories``, ``duration`` and ``dt`` (seconds, or in 1/w0 for a
+        nondimensional scene); of `Spice` also ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``.
+
+    Returns
+    -------
+    Estimate
+        in SI units for a physical scene, without units for a nondimensional one; for a list of scenes a list of them,
+        in its order.
 
     Raises
     ------
     InputError
         for an unknown engine or option, with the nearest match, and an option that the engine would ignore.
     HarvesterError
-        of the engine.
+        of the engine.  Of several scenes the first error is raised; a note of its traceback has the scene's index in
+        the list.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.run(scene).engine, f"{hv.run(scene, 'published').mean_power:.5f}"
+    ('exact', '0.00331')
+    >>> [f"{answer.mean_power:.5f}" for answer in hv.run([scene.vary("mu", mu) for mu in (0.5, 1.0, 2.0)])]
+    ['0.00274', '0.00323', '0.00280']
     """
+    if isinstance(scene, Sequence) and not isinstance(scene, str):
+        return _run_all(scene, engine, progress, options)
     problem = Problem.of(scene)
     chosen = default_engine(problem, **options) if engine is None else engine
     return engines([chosen], **options)[0].run(problem, progress)
+
+
+def _run_all(
+    scenes: Sequence[AnyScene], engine: Named | None, progress: Progress | None, options: EngineOptions
+) -> list[Estimate]:
+    """`run` of each scene."""
+    answers: list[Estimate] = []
+    for k, scene in enumerate(scenes):
+        try:
+            answers.append(run(scene, engine, progress=partial(_share, progress, k, len(scenes)), **options))
+        except HarvesterError as error:
+            error.add_note(f"at index {k} of {len(scenes)} scenes")
+            raise
+        _share(progress, k, len(scenes), 1.0)
+    return answers
+
+
+def _share(progress: Progress | None, index: int, count: int, done: float) -> None:
+    """Tell how far a list is, where one of its entries is so far."""
+    if progress is not None:
+        progress((index + done) / count)
 
 
 def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
@@ -97,6 +162,8 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
     if "within" in given:
         return Cheapest.NAME
     problem = Problem.of(scene)
+    if problem.netlist is not None and not given - {*_options(Slow)} and Slow.refusal(problem) is None:
+        return Slow.NAME
     return default_sampler(problem) if Exact.refusal(problem) or given - {*_options(Exact)} else Exact.NAME
 
 
@@ -109,10 +176,16 @@ ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared
 
 
 def default_engines(scene: AnyScene) -> list[str]:
-    """The engines of a sweep: for a linear scene `Exact` and for a netlist `Spice` alone, else all that serve it."""
+    """The engines of a sweep: for a linear scene `Exact` alone, else theories beside simulations.
+
+    With a resistor that is all that serve it.  No formula knows the power of a circuit: beside `Spice` stands the
+    circuit of ideal diodes and switches, `Ideal`, where there is one.
+    """
     problem = Problem.of(scene)
-    default = default_engine(problem)
-    return serving(problem) if default == Ensemble.NAME else [default]
+    default, all_of_them = default_engine(problem), serving(problem)
+    if default == Ensemble.NAME:
+        return all_of_them
+    return [*(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them), default]
 
 
 def engine(which: Named, **options: Any) -> Engine:
@@ -129,7 +202,7 @@ def engines(which: Sequence[Named], **options: Any) -> list[Engine]:
 
     InputError for an option that none of them has, which would be ignored.
     """
-    which = [which] if isinstance(which, str) else which
+    which = [which] if isinstance(which, str | Engine) else which
     kinds = [_kind(one) for one in which]
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:

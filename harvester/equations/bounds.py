@@ -74,14 +74,18 @@ def flow(eqs: Equations, place: float = 0.0) -> Floats:
 
 
 def strongest_feed(eqs: Equations) -> float:
-    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere.
+    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 where it takes energy everywhere."""
+    return max(0.0, -least_friction(eqs))
 
-    It is at rest, or where f, a polynomial of x^2, has its least value; a feed that grows without end is not counted.
+
+def least_friction(eqs: Equations) -> float:
+    """The least of f(x) over all x.
+
+    It is at rest, or where f, a polynomial of x^2, has its least value; an f that falls without end is not counted.
     """
     friction = Polynomial(eqs.friction)
     turns = friction.deriv().roots().astype(complex)
-    fed = [-float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0]
-    return max([0.0, -eqs.friction[0], *fed])
+    return min([eqs.friction[0], *(float(friction(u.real)) for u in turns if u.imag == 0.0 and u.real > 0.0)])
 
 
 def friction_bounds(eqs: Equations) -> bool:

@@ -85,6 +85,11 @@ class Equations:
         return any(one is not None for one in (self.coloured, self.drive, self.record, self.density))
 
     @property
+    def is_shaken_by_white_noise(self) -> bool:
+        """Whether white noise moves the mass, and nothing else."""
+        return self.is_random and not self.is_shaken_otherwise
+
+    @property
     def shaking_period(self) -> float | None:
         """Period of a shaking that repeats itself; None for one that does not, and without any."""
         if self.drive is not None:

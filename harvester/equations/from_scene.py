@@ -73,12 +73,8 @@ def _rate(s: Scales) -> float:
 
 
 def _from_device(scene: Scene, s: Scales) -> Equations:
-    oscillator, piezo = scene.oscillator, scene.piezo
-    assert oscillator is not None and piezo is not None, "Scene checks this"
-    stiffness, resistance = abs(oscillator.stiffness), scene.load.resistance if scene.load else None
-    damping = oscillator.damping
-    if oscillator.damping_ratio is not None:
-        damping = 2.0 * oscillator.damping_ratio * _rate(s)
+    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
+    stiffness = abs(modal.stiffness)
     opposite = scene.opposite_stop
     plain: dict[str, Any] = {
         name: scaled(_given(scene, key), factor(s, stiffness)) for name, (key, factor) in _SCALED.items()
@@ -86,10 +82,10 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
     return Equations(
         **plain,
         **_shaking(scene, s),
-        linear=-1.0 if oscillator.stiffness < 0.0 else None,
-        beta=piezo.coupling**2 / (stiffness * piezo.capacitance),
-        mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * s.frequency),
-        c1=scaled(damping, -1.0 / _rate(s)),
+        linear=-1.0 if modal.stiffness < 0.0 else None,
+        beta=modal.coupling**2 / (stiffness * modal.capacitance),
+        mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * s.frequency),
+        c1=scaled(modal.damping, -1.0 / _rate(s)),
         restitution=None if scene.stop is None else scene.stop.restitution,
         opposite_restitution=None if opposite is None else opposite.restitution,
         opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,

@@ -7,6 +7,7 @@ from pathlib import Path
 from harvester.equations.from_scene import equations_at
 from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
+from harvester.errors import invalid
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.scene.load import Load
 from harvester.scene.scene import Scene
@@ -35,6 +36,8 @@ class Problem:
         """The problem of a scene, or of a scene file; a problem as it is."""
         if isinstance(scene, Problem):
             return scene
+        if not isinstance(scene, Scene | str | Path):
+            raise invalid("`scene`", "be a Scene, or the path of a scene file", scene)
         return cls(scene if isinstance(scene, Scene) else load(scene))
 
     @cached_property

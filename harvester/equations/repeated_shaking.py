@@ -12,12 +12,12 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import InputError
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.profiles.catalogue import PROFILES
-from harvester.records.profiles.densities import density
 from harvester.records.profiles.lines import STEP_RATE, machine, walking
 from harvester.records.profiles.shocks import SHOCKS, shock
+from harvester.records.profiles.standard_curves import density
 from harvester.records.record_files import read_density, read_record
 from harvester.records.records import Record, TabulatedDensity
-from harvester.scene.physical import Oscillator
+from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.scene import Scene
 
 LEFT, SMALLEST = 1e-4, 1e-12  # of the amplitude, when the next shock comes; of an energy, which is told
@@ -70,8 +70,8 @@ def events(scene: Scene) -> Events | None:
 
 def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
     """The record or density of the scene's profile."""
-    excitation, oscillator = scene.excitation, scene.oscillator
-    assert excitation is not None and excitation.profile is not None and oscillator is not None, "the caller checks"
+    excitation = scene.excitation
+    assert excitation is not None and excitation.profile is not None, "the caller checks"
     name, level = excitation.profile, 1.0 if excitation.level is None else excitation.level
     if PROFILES[name].random:
         return None, density(name, level)
@@ -82,7 +82,7 @@ def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
         return walking(excitation.frequency, level), None
     amplitude, duration = excitation.acceleration_amplitude, excitation.pulse_duration
     assert amplitude is not None and duration is not None, "Excitation checks this"
-    resonance = _w0(oscillator) / (2.0 * math.pi)
+    resonance = scene.modal.frequency / (2.0 * math.pi)
     found = shock(name, amplitude, duration, excitation.frequency, _period(scene), resonance)
     return found.scaled(1.0, level), None
 
@@ -94,38 +94,32 @@ def _period(scene: Scene) -> float:
 
     Raises InputError for a single shock of a device without damping.
     """
-    excitation, oscillator = scene.excitation, scene.oscillator
-    assert excitation is not None and oscillator is not None, "Scene checks this"
+    excitation, modal = scene.excitation, scene.modal
+    assert excitation is not None, "the caller checks"
     if excitation.event_rate is not None:
         return 1.0 / excitation.event_rate
-    decay = 0.5 * _damping(oscillator)
+    decay = 0.5 * _damping(modal)
     if not decay > SLOWEST:
         raise InputError(
             "excitation.event_rate must be given for a device without damping, which does not come to rest after a "
             "shock, but is left out"
         )
-    return (excitation.pulse_duration or 0.0) + math.log(1.0 / LEFT) / (decay * _w0(oscillator))
+    return (excitation.pulse_duration or 0.0) + math.log(1.0 / LEFT) / (decay * modal.frequency)
 
 
 def _memory(scene: Scene, period: float) -> float:
     """The part of an event's energy that depends on the one before: twice the amplitude that is left after a period."""
-    oscillator, piezo = scene.oscillator, scene.piezo
-    assert oscillator is not None and piezo is not None, "Scene checks this"
-    w0, resistance = _w0(oscillator), scene.load.resistance if scene.load else None
+    modal, resistance = scene.modal, scene.load.resistance if scene.load else None
     free = Equations(
-        linear=-1.0 if oscillator.stiffness < 0.0 else None,
-        c1=-_damping(oscillator),
-        beta=piezo.coupling**2 / (abs(oscillator.stiffness) * piezo.capacitance),
-        mu=None if resistance is None else 1.0 / (resistance * piezo.capacitance * w0),
+        linear=-1.0 if modal.stiffness < 0.0 else None,
+        c1=-_damping(modal),
+        beta=modal.coupling**2 / (abs(modal.stiffness) * modal.capacitance),
+        mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * modal.frequency),
     )
-    found = 2.0 * math.exp(min(growth_near(free), 0.0) * w0 * period)
+    found = 2.0 * math.exp(min(growth_near(free), 0.0) * modal.frequency * period)
     return found if found > SMALLEST else 0.0
 
 
-def _w0(oscillator: Oscillator) -> float:
-    return math.sqrt(abs(oscillator.stiffness) / oscillator.mass)
-
-
-def _damping(oscillator: Oscillator) -> float:
+def _damping(modal: ModalParameters) -> float:
     """Nondimensional, -c1."""
-    return (oscillator.damping or 0.0) / (oscillator.mass * _w0(oscillator)) + 2.0 * (oscillator.damping_ratio or 0.0)
+    return (modal.damping or 0.0) / (modal.mass * modal.frequency)

@@ -58,15 +58,8 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
         stiffness = DEFAULT_MASS * DEFAULT_FREQUENCY**2
         coupling = math.sqrt(beta * stiffness * DEFAULT_CAPACITANCE) if beta else DEFAULT_COUPLING
         return Scales(DEFAULT_MASS, DEFAULT_FREQUENCY, DEFAULT_LENGTH, coupling, DEFAULT_CAPACITANCE)
-    oscillator, piezo = scene.oscillator, scene.piezo
-    assert oscillator is not None and piezo is not None, "Scene checks this"
-    return Scales(
-        mass=oscillator.mass,
-        frequency=math.sqrt(abs(oscillator.stiffness) / oscillator.mass),
-        length=natural_length(scene) if length is None else length,
-        coupling=piezo.coupling,
-        capacitance=piezo.capacitance,
-    )
+    modal, own = scene.modal, natural_length(scene) if length is None else length
+    return Scales(modal.mass, modal.frequency, own, modal.coupling, modal.capacitance)
 
 
 def natural_length(scene: Scene) -> float:
@@ -75,19 +68,17 @@ def natural_length(scene: Scene) -> float:
     With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so that F = 1, and
     under a record with its RMS for A; without any, the length where the cubic force equals the linear one, or 1 mm.
     """
-    oscillator = scene.oscillator
-    assert oscillator is not None, "Scene checks this"
-    stiffness = abs(oscillator.stiffness)
+    mass, stiffness = scene.modal.mass, abs(scene.modal.stiffness)
     excitation = scene.excitation or Excitation()
     if excitation.acceleration_psd:
-        return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(oscillator.mass / stiffness, 0.75)
+        return 0.5 * math.sqrt(excitation.acceleration_psd) * math.pow(mass / stiffness, 0.75)
     if excitation.acceleration_amplitude and excitation.profile is None:
-        return excitation.acceleration_amplitude * oscillator.mass / stiffness
+        return excitation.acceleration_amplitude * mass / stiffness
     for recorded in recorded_shaking(scene):
         if recorded is not None:
-            return recorded.rms * oscillator.mass / stiffness
-    if oscillator.cubic_stiffness:
-        return math.sqrt(stiffness / abs(oscillator.cubic_stiffness))
+            return recorded.rms * mass / stiffness
+    if cubic := scene.oscillator.cubic_stiffness if scene.oscillator else None:
+        return math.sqrt(stiffness / abs(cubic))
     return 1e-3
 
 

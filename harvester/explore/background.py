@@ -3,7 +3,6 @@
 import contextlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -12,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from harvester.machine.processes import SAFE
+from harvester.machine.system import this_system
 
 PATIENCE, LOOK = 2.0, 0.02  # seconds that processes get to end by themselves; between two looks at them
 Told = Callable[[dict[str, Any]], None]
@@ -31,8 +31,8 @@ class Background:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
-            start_new_session=True,
             env={**os.environ, **SAFE},
+            **this_system.own_group(),
         )
         self.group = self._process.pid
         assert self._process.stdin is not None
@@ -68,9 +68,9 @@ class Background:
 
     def _end_group(self) -> None:
         """Wait until the processes that the run started have ended, which free what they share, and kill those left."""
-        with contextlib.suppress(ProcessLookupError):
-            for _ in range(round(PATIENCE / LOOK)):
-                os.killpg(self.group, 0)
-                self._process.poll()
-                time.sleep(LOOK)
-            os.killpg(self.group, signal.SIGKILL)
+        for _ in range(round(PATIENCE / LOOK)):
+            if not this_system.group_lives(self.group):
+                return
+            self._process.poll()
+            time.sleep(LOOK)
+        this_system.kill_group(self.group)

@@ -12,7 +12,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, named
 from harvester.explore import html_text, in_worker
 from harvester.explore.latest_request import Newest
-from harvester.explore.live import Live, PowerCurve, live
+from harvester.explore.live import Live, PowerCurve, grid, live
 from harvester.explore.runs import without
 from harvester.explore.slider_scale import Slide
 from harvester.presentation.diagnostic import Diagnostic
@@ -20,6 +20,8 @@ from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
+HASTE = 8.0  # the same, of the power of a circuit
+ALONG = 9  # places of a circuit's curve
 PATIENCE = 60.0  # seconds that a path may take after it is overtaken: kernels may be compiled meanwhile
 
 
@@ -69,6 +71,8 @@ class Computing:
         self._ended = threading.Event()
         self._told: Live | None = None  # the last answer that the page has
         self._fine: tuple[Any, dict[str, PowerCurve]] | None = None  # the last fine curves, and what they are of
+        self._circuit: Any = None  # the circuit and the axis whose power was asked for last
+        self._along: Any = None  # the circuit and the axis whose curve is drawn
         self._live_work: Newest[Wanted] = Newest(POOL, self._compute)
         self._path_work: Newest[Wanted] = Newest(POOL, self._trace)
         self._power_work: Newest[Wanted] = Newest(POOL, self._power)
@@ -94,6 +98,9 @@ class Computing:
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
             where = asked.scene, asked.key, asked.at, asked.slide
             found = None
+            if self._circuit != (asked.tables, same) and "netlist" in asked.tables.get("load", {}):
+                self._circuit = asked.tables, same
+                self._power_work.ask(asked)
             if curves is None:  # the best formula's curve is there long before those of the others
                 found = live(*where, False, first=True)
                 self._tell(asked, found, rested=False, more=True)
@@ -107,8 +114,6 @@ class Computing:
                 return
             self._tell(asked, found, rested=True)
             self._fine = (same, found.curves)
-            if found.instead:
-                self._power_work.ask(asked)
             self._path_work.ask(asked)
         except Exception as error:  # any is one line on the page
             self._soon(functools.partial(self._page.fail, str(named(error))))
@@ -137,7 +142,7 @@ class Computing:
             lambda: self._page.say_of_path("computing a path ... (what is new to this machine is compiled first)")
         )
         try:
-            found = in_worker.elsewhere(in_worker.path, asked.tables, overtaken, self._ended.is_set, PATIENCE)
+            found = in_worker.elsewhere(in_worker.path, (asked.tables,), overtaken, self._ended.is_set, PATIENCE)
         except Exception as error:
             text = str(named(error))
             self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
@@ -146,10 +151,39 @@ class Computing:
             self._soon(lambda: self._page.show_path(found))
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
-        """In a thread: what the circuit itself gives, from a process of its own."""
-        try:
-            found = in_worker.elsewhere(in_worker.power, asked.tables, overtaken, self._ended.is_set, PATIENCE)
-        except Exception as error:
-            found = {"error": str(named(error))}
-        if found is not None:
+        """In a thread: what the circuit itself gives, at once and then finely, and along the axis; from a process."""
+        found = self._power_to(asked, in_worker.QUICK, overtaken)
+        if found is not None and "error" not in found:
             self._soon(functools.partial(self._page.show_power, asked, found))
+        if self._ended.wait(RESTED) or overtaken():
+            return
+        found = self._power_to(asked, in_worker.FINE, overtaken)
+        if found is None:
+            return
+        self._soon(functools.partial(self._page.show_power, asked, found))
+        same = (without(asked.tables, asked.key), asked.key, asked.slide)
+        for place in () if "error" in found or self._along == same else grid(asked.slide, ALONG):
+            if overtaken() or self._ended.is_set():
+                return
+            there = asked._replace(tables=at_place(asked.tables, asked.key, float(place)), at=float(place))
+            found = self._power_to(there, in_worker.ALONG, overtaken)
+            if found is not None and "error" not in found:
+                self._soon(functools.partial(self._page.show_power, there, found))
+        self._along = same
+
+    def _power_to(
+        self, asked: Wanted, how: tuple[float, float], overtaken: Callable[[], bool]
+    ) -> dict[str, Any] | None:
+        """What a circuit gives, to an error within a time; ``error`` why it does not, None where it was overtaken."""
+        try:
+            arguments = (asked.tables, *how)
+            return in_worker.elsewhere(in_worker.power, arguments, overtaken, self._ended.is_set, HASTE)
+        except Exception as error:
+            return {"error": str(named(error))}
+
+
+def at_place(tables: dict[str, Any], key: str, value: float) -> dict[str, Any]:
+    """The tables of a scene with another value of a key."""
+    first, *rest = key.split(".", 1)
+    inside = tables.get(first, {})
+    return {**tables, first: at_place(inside, rest[0], value) if rest else value}

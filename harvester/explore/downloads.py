@@ -8,7 +8,7 @@ from harvester.explore.live import Live
 from harvester.studies.output_folder import provenance
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import SweepRow
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 
 
 def table(live: Live, runs: list[dict[str, Any]]) -> SweepTable:

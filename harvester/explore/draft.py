@@ -1,6 +1,5 @@
 """The scene that a page works on: every key as the text that stands in its field, and what is switched on."""
 
-import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,17 +7,20 @@ from typing import Any
 
 from harvester.errors import InputError
 from harvester.explore.effects import EffectCard, effects, present
+from harvester.explore.first_values import first_text
 from harvester.explore.texts import exactly, in_file, normal, written
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
-from harvester.scene.keys import keys, read_value
+from harvester.scene.keys import read_value
 from harvester.scene.load import Load
-from harvester.scene.physical import FILES
+from harvester.scene.modal_parameters import ModalParameters, modal_parameters
+from harvester.scene.physical import FILES, Oscillator, Piezo
 from harvester.scene.scene import Scene
 from harvester.scene.toml import MOST_BYTES, load, loads
 
 PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
 WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}  # keys that are no number, and what they are at first
+CARRIED = ("storage", "node")  # tables that no knob turns, which go with a netlist
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
 FIRST = """
 title = "A plate against a stop, to begin with"
@@ -28,17 +30,6 @@ stop = { restitution = 0.96 }
 excitation = { acceleration_psd = "1e-5 g^2/Hz" }
 load = { resistance = "1 Mohm" }
 """  # what a page without a scene begins with: examples/plate_with_stop.toml
-# What a key is when its effect is switched on for the first time, where its example in `harvester keys` does not fit.
-_BEGIN = {"nondimensional.c1": "-0.05", "nondimensional.c2": "-0.05", "nondimensional.linear": "1"}
-_BEGIN |= {"nondimensional.mu": "1", "nondimensional.drive_frequency": "1", "nondimensional.centre_frequency": "1"}
-_BEGIN |= {"nondimensional.D12": "0.001", "nondimensional.gap": "0.2", "nondimensional.opposite_gap": "1"}
-_BEGIN |= {
-    "nondimensional.restitution": "0.96",
-    "nondimensional.opposite_restitution": "0.9",
-    "stop.damping": "0.1 N s/m",
-}
-_BEGIN |= {"nondimensional.eps1": "1", "nondimensional.eps2": "1", "nondimensional.D11": "0.01"}
-_BEGIN |= {"nondimensional.D22": "0.01", "nondimensional.stop_stiffness": "100"}
 
 
 class Draft:
@@ -59,6 +50,7 @@ class Draft:
         self.load: dict[str, Any] = {}
         self.loaded = scene.load is not None
         tables = scene.tables()
+        self.carried: dict[str, dict[str, Any]] = {}
         for table, entries in tables.items():
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
@@ -86,7 +78,10 @@ class Draft:
 
     def _take(self, key: str, value: Any, raw: Any) -> None:
         """Take the value of a key, as ``raw``, the text of the file, where there is one."""
-        if key == "load.supplies":
+        table, _, name = key.partition(".")
+        if table in CARRIED:
+            self.carried.setdefault(table, {})[name] = value
+        elif key == "load.supplies":
             self.load["supplies"] = value
         elif isinstance(value, dict):
             for name, one in value.items():
@@ -106,27 +101,33 @@ class Draft:
 
     def switch(self, effect: EffectCard, on: bool) -> None:
         """Switch an effect on or off; on, others of its choice go off, and keys without a text get one."""
+        same = self._said_otherwise(effect) if on else {}
         self.on.discard(effect)
         if on:
+            self.texts |= same
             self.on = {other for other in self.on if not effect.choice or other.choice != effect.choice} | {effect}
             for key in effect.keys:
                 if key in WORDS:
                     self.words.setdefault(key, WORDS[key])
                 elif key.partition(".")[2] not in FILES:
-                    self.texts.setdefault(key, self._first(key))
+                    self.texts.setdefault(key, first_text(key, self._modal()))
 
-    def _first(self, key: str) -> str:
-        """What a key is when it is present for the first time."""
-        name = key.partition(".")[2]
-        if key in _BEGIN:
-            return _BEGIN[key]
-        if self.physical and name in ("frequency", "centre_frequency", "bandwidth", "correlation_time"):
-            stiffness, mass = (self.value(f"oscillator.{one}") for one in ("stiffness", "mass"))
-            f0 = math.sqrt(abs(stiffness) / mass) / (2.0 * math.pi)
-            first = {"bandwidth": 0.2 * f0, "correlation_time": 0.1 / f0}.get(name, f0)
-            return written(key, float(f"{first:.3g}"))
-        example = next(one.example for one in keys() if f"{one.table}.{one.name}" == key)
-        return normal(key, example.strip("\"'"))
+    def _said_otherwise(self, effect: EffectCard) -> dict[str, str]:
+        """The texts of an effect's keys that say the present device in another way."""
+        modal = self._modal()
+        values = {} if modal is None else modal.by_key()
+        return {key: written(key, values[key]) for key in effect.keys if key in values}
+
+    def _modal(self) -> ModalParameters | None:
+        """The device without what shakes, stops and loads it; None where it is wrong or nondimensional."""
+        found: dict[str, dict[str, Any]] = {"oscillator": {}, "piezo": {}}
+        for table, name in (key.split(".", 1) for key in self.present_keys()):
+            if table in found:
+                found[table][name] = self.texts[f"{table}.{name}"]
+        try:
+            return modal_parameters(Oscillator(**found["oscillator"]), Piezo(**found["piezo"]))
+        except InputError:
+            return None
 
     def value(self, key: str) -> float:
         """The value of a key in SI units."""
@@ -184,7 +185,7 @@ class Draft:
             found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
-        return found
+        return found | (self.carried if self.netlist is not None else {})
 
     def _in_file(self, key: str) -> Any:
         """What a scene file has for a key; None where it has no text."""

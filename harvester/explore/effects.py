@@ -25,14 +25,19 @@ class EffectCard:
 
 BY_NAME = "shaking by name"
 PHYSICAL = (
-    EffectCard("oscillator", "mass and spring", ("oscillator.mass", "oscillator.stiffness"), fixed=True),
+    EffectCard("oscillator", "mass", ("oscillator.mass",), fixed=True),
+    EffectCard("oscillator", "spring, as a stiffness", ("oscillator.stiffness",), "spring"),
+    EffectCard("oscillator", "spring, as a resonance frequency", ("oscillator.frequency",), "spring"),
     EffectCard("oscillator", "damping, as a ratio", ("oscillator.damping_ratio",), "damping"),
+    EffectCard("oscillator", "damping, as a quality factor", ("oscillator.q",), "damping"),
     EffectCard("oscillator", "damping, as a coefficient", ("oscillator.damping",), "damping"),
     EffectCard("oscillator", "quadratic spring", ("oscillator.quadratic_stiffness",)),
     EffectCard("oscillator", "cubic spring", ("oscillator.cubic_stiffness",)),
     EffectCard("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
     EffectCard("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
-    EffectCard("piezo", "transducer", ("piezo.coupling", "piezo.capacitance"), fixed=True),
+    EffectCard("piezo", "clamped capacitance", ("piezo.capacitance",), fixed=True),
+    EffectCard("piezo", "coupling, as a force per volt", ("piezo.coupling",), "coupling"),
+    EffectCard("piezo", "coupling, as a frequency in open circuit", ("piezo.open_circuit_frequency",), "coupling"),
     EffectCard("piezo", "strain, for limits and lifetimes", ("piezo.strain_per_displacement",)),
     EffectCard("stop", "rigid stop", ("stop.restitution",), "stop"),
     EffectCard("stop", "compliant stop", ("stop.stiffness",), "stop"),
@@ -91,6 +96,9 @@ NONDIMENSIONAL = (
 )
 
 
+AWAY = ("load", "storage", "node")  # tables that are no effects of the motion
+
+
 @cache
 def effects(physical: bool) -> tuple[EffectCard, ...]:
     """All effects of a physical or of a nondimensional scene, in the order of the page.
@@ -99,7 +107,7 @@ def effects(physical: bool) -> tuple[EffectCard, ...]:
     """
     listed = PHYSICAL if physical else NONDIMENSIONAL
     known = {key for effect in listed for key in effect.keys}
-    others = [one for one in keys() if (one.table == "nondimensional") != physical and one.table != "load"]
+    others = [one for one in keys() if (one.table == "nondimensional") != physical and one.table not in AWAY]
     cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
     named = {f"{one.table}.{one.name}": one for one in others}
     rest = [(cards.get(one.table, one.table), one.meaning, (key,)) for key, one in named.items() if key not in known]

@@ -83,14 +83,14 @@ def _number(value: float, unit: str, error: float | None) -> tuple[str, str]:
     if error is None:
         return f"{value / 10.0**power:.4g} {prefix}{unit}", "its error is not known"
     if error < 1e-6 * abs(value):
-        return f"{value / 10.0**power:.5g} {prefix}{unit}", "no error but rounding"
+        return f"{value / 10.0**power:.5g} {prefix}{unit}", "closed form"
     digits = max(2, 2 + math.ceil(math.log10(abs(value) / error))) if value else 3
     return f"{value / 10.0**power:.{digits}g} {prefix}{unit}", f"± {error / 10.0**power:.2g} {prefix}{unit} (95 %)"
 
 
 def answers(live: Live, runs: Sequence[dict[str, Any]]) -> str:
     """The working point by every engine that answered, with all parts of the error; and why others did not."""
-    rows = [_row(one) for one in live.here.values()]
+    rows = [_row(one, " (a resistor)" * live.instead) for one in live.here.values()]
     rows += [(run["engine"], run["text"], run["voltage"]) for run in runs if run["own"]]
     found = table(("engine", "mean power", "mean square voltage"), rows, "answers") if rows else ""
     reasons = [(name, live.refused[name]) for name in FORMULAS if name in live.refused]
@@ -100,9 +100,13 @@ def answers(live: Live, runs: Sequence[dict[str, Any]]) -> str:
     return found
 
 
-def _row(one: Estimate) -> tuple[str, str, str]:
+def _row(one: Estimate, instead: str) -> tuple[str, str, str]:
     units = one.unit_names
-    return one.engine, one.mean_power.format(units.power), one.mean_square_voltage.format(units.mean_square_voltage)
+    return (
+        one.engine + instead,
+        one.mean_power.format(units.power),
+        one.mean_square_voltage.format(units.mean_square_voltage),
+    )
 
 
 def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = ()) -> str:

@@ -8,7 +8,8 @@ from harvester.machine import processes
 
 PERIODS = 12.0  # that are drawn
 MOST = 1500  # points that are drawn
-WITHIN, SECONDS = 0.02, 10.0  # what the power of a circuit is computed to, and the time for that
+# What the power of a circuit is computed to, and the seconds for that: at once, in the end, and along a curve.
+QUICK, FINE, ALONG = (0.05, 0.2), (0.01, 10.0), (0.05, 1.0)
 IDLE = 300.0  # seconds after which a worker without work ends
 
 _idle = processes.idle_processes()
@@ -28,9 +29,10 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
 
     problem = Problem(Scene(**tables))
     found = motion(problem, default_sampler(problem), duration=2.0 * math.pi * PERIODS / problem.units.frequency)
-    last = found.t > found.t[-1] - found.shown
+    last = found.time > found.time[-1] - found.shown
     every = max(1, -(-int(last.sum()) // MOST))
-    t, x, v, voltage = (one[last][::every] for one in (found.t, found.x, found.v, found.voltage))
+    drawn = (found.time, found.displacement, found.velocity, found.voltage)
+    t, x, v, voltage = (one[last][::every] for one in drawn)
     return {
         "t": (t - t[0]).tolist(),
         "x": x.tolist(),
@@ -43,8 +45,10 @@ def path(tables: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def power(tables: dict[str, Any]) -> dict[str, Any]:
+def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, Any]:
     """The power of a scene with its own circuit, by the engine without ngspice that serves it: as `told_of`, and whose.
+
+    ``within`` is the relative error to reach, ``seconds`` the time for that.
 
     Raises CannotServeError where none does, and HarvesterError as that one.
     """
@@ -58,13 +62,13 @@ def power(tables: dict[str, Any]) -> dict[str, Any]:
     refusals = {name: kind.refusal(problem) for name, kind in ENGINES.items() if kind.needs_netlist}
     for name, refused in refusals.items():
         if refused is None:
-            return {"engine": name} | told_of(engine(name, within=WITHIN, budget=SECONDS).run(problem))
+            return {"engine": name} | told_of(engine(name, within=within, budget=seconds).run(problem))
     raise CannotServeError(list(refusals.values())[-1])
 
 
 def elsewhere(
-    function: Callable[[dict[str, Any]], dict[str, Any]],
-    tables: dict[str, Any],
+    function: Callable[..., dict[str, Any]],
+    arguments: tuple[Any, ...],
     overtaken: Callable[[], bool],
     ended: Callable[[], bool],
     patience: float,
@@ -75,7 +79,7 @@ def elsewhere(
 
     Raises HarvesterError as the ``function``, and RuntimeError of loky's where the worker dies.
     """
-    job, process = processes.submit_to_one(_idle, _new, function, (tables,))
+    job, process = processes.submit_to_one(_idle, _new, function, arguments)
     waited = 0.0
     while not job.done():
         if ended() or (overtaken() and waited > patience):

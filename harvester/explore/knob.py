@@ -33,7 +33,7 @@ class Knob:
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
         self.draft, self.key, self._changed = draft, key, changed
         self._quiet = False
-        self.slide: Slide = slide(key, self._value() or 1.0)
+        self.slide: Slide = slide(self.key, self._value() or 1.0)
         name, unit = key.rpartition(".")[2].replace("_", " "), unit_on_page(key)
         told = f"{meaning_of(key)} ({unit})" if unit else meaning_of(key)
         style = [f"knob-{key.replace('.', '-')}"]
@@ -92,7 +92,11 @@ class Knob:
     def _turned(self, event: Any) -> None:
         if self._quiet:
             return
-        self.draft.turn(self.key, self.slide.value(event.new))
+        try:
+            self.draft.turn(self.key, self.slide.value(event.new))
+        except InputError as error:
+            self._changed(str(error))
+            return
         self._quiet = True
         self.field.value = self.draft.texts[self.key]
         self._quiet = False

@@ -11,7 +11,7 @@ from harvester.explore import circuits
 from harvester.explore.draft import PARAMETER, RESISTANCE, WORDS, Draft
 from harvester.explore.effects import EffectCard, possible
 from harvester.explore.knob import Changed, Knob, WordKnob
-from harvester.explore.looks import CARD, CHECKBOX, PICTURE
+from harvester.explore.looks import CARD, CHECKBOX, INK, PICTURE
 from harvester.explore.slider_scale import Slide
 from harvester.scene.physical import FILES
 
@@ -47,6 +47,7 @@ class Knobs:
             css_classes=["card", f"card-{table}"],
             header_background="transparent",
             active_header_background="transparent",
+            header_color=INK,
         )
 
     def _block(self, effect: EffectCard) -> Any:

@@ -1,25 +1,35 @@
 """The looks of the page's parts, each of which has a style sheet of its own inside (shadow DOM)."""
 
-INK, PALE, LINE, ACCENT = "#1f2933", "#66717d", "#d9dee3", "#0b6e99"
+# The colours of page.html, which has them for a light and for a dark page.
+INK, PALE, LINE, ACCENT = "var(--ink)", "var(--pale)", "var(--line)", "var(--accent)"
+PICTURES = """
+@media (prefers-color-scheme: dark) { :host { filter: invert(0.9) hue-rotate(180deg); } }
+"""  # Bokeh draws on a canvas, which knows no variables of a page
+CHART = (
+    PICTURES
+    + "@media (max-width: 820px) { :host { height: 33vh !important; min-height: 0 !important; max-height: 33vh; } }"
+)
 
 FIELD = f"""
 :host {{ font-size: 13px; }}
 label {{ color: {PALE}; font-size: 12px; line-height: 1.2; padding: 0; text-transform: none; }}
-input.bk-input {{ height: 28px; font-size: 13px; padding: 2px 7px; border: 1px solid {LINE}; border-radius: 5px;
-  color: {INK}; background: #fff; }}
-input.bk-input:focus {{ border-color: {ACCENT}; box-shadow: 0 0 0 2px #0b6e9922; outline: none; }}
+input.bk-input, select.bk-input {{ height: 28px; font-size: 13px; padding: 2px 7px; border: 1px solid {LINE};
+  border-radius: 5px; color: {INK}; background-color: var(--card); }}
+input.bk-input:focus {{ border-color: {ACCENT}; box-shadow: 0 0 0 2px var(--glow); outline: none; }}
 """
 SLIDER = f"""
 :host {{ --slider-size: 4px; --handle-width: 14px; --handle-height: 14px; }}
 .noUi-target {{ height: 4px; background: {LINE}; border: none; box-shadow: none; margin: 10px 4px; }}
 .noUi-connect {{ background: {ACCENT}; }}
-.noUi-handle {{ background: #fff; border: 2px solid {ACCENT}; box-shadow: none; border-radius: 50%; cursor: grab; }}
-.noUi-handle:focus {{ box-shadow: 0 0 0 4px #0b6e9933; outline: none; }}
+.noUi-handle {{ background: var(--card); border: 2px solid {ACCENT}; box-shadow: none; border-radius: 50%;
+  cursor: grab; }}
+.noUi-handle:focus {{ box-shadow: 0 0 0 4px var(--glow); outline: none; }}
 """
 CARD = f"""
-:host(.card) {{ border: 1px solid {LINE}; border-radius: 8px; background: #fff; box-shadow: none; outline: none; }}
+:host(.card) {{ border: 1px solid {LINE}; border-radius: 8px; background: var(--card); box-shadow: none;
+  outline: none; }}
 .card-header {{ border: none; padding: 7px 12px; background: transparent; }}
-.card-header-row {{ font-size: 14px; font-weight: 600; color: {INK}; }}
+.card-header *, .card-header-row {{ font-size: 14px; font-weight: 600; color: {INK} !important; }}
 :host > div:not(.card-header), :host > .bk-Column {{ margin: 0 12px; }}
 """
 CHECKBOX = f"""
@@ -28,33 +38,37 @@ input {{ accent-color: {ACCENT}; width: 15px; height: 15px; }}
 """
 PICTURE = f"""
 :host .bk-btn.bk-btn-default {{ display: flex; flex-direction: column; align-items: center; justify-content: center;
-  padding: 2px; border-radius: 6px; font-size: 11.5px; color: {PALE}; background: #fff !important;
+  padding: 2px; border-radius: 6px; font-size: 11.5px; color: {PALE} !important; background: var(--card) !important;
   border: 1px solid {LINE}; }}
 :host .bk-btn.bk-btn-default > :first-child {{ margin: -18px 0 -22px; }}
-:host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; color: {INK}; background: #f3f8fb !important; }}
-:host(.chosen) .bk-btn.bk-btn-default {{ border: 2px solid {ACCENT}; color: {INK}; background: #eef6fa !important; }}
+:host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; color: {INK}; background: var(--hover) !important; }}
+:host(.chosen) .bk-btn.bk-btn-default {{ border: 2px solid {ACCENT}; color: {INK};
+  background: var(--hover) !important; }}
 """
 BUTTON = f"""
-:host .bk-btn.bk-btn-default {{ font-size: 13px; color: {INK}; background: #fff !important; border: 1px solid {LINE};
+:host .bk-btn.bk-btn-default {{ font-size: 13px; color: {INK} !important; background: var(--card) !important;
+  border: 1px solid {LINE};
   border-radius: 6px; padding: 4px 10px; box-shadow: none; }}
-:host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; background: #f3f8fb; }}
-:host .bk-btn.bk-btn-default[disabled] {{ color: #a9b2bb; background: #f7f8f9; border-color: {LINE}; }}
+:host .bk-btn.bk-btn-default:hover {{ border-color: {ACCENT}; background: var(--hover); }}
+:host .bk-btn.bk-btn-default[disabled] {{ color: var(--pale); opacity: 0.6; background: var(--hover);
+  border-color: {LINE}; }}
 a {{ color: inherit; }}
 """
 WORDS = f"""
 :host {{ font-size: 13.5px; line-height: 1.45; color: {INK}; }}
 table {{ border-collapse: collapse; width: 100%; margin: 4px 0 8px; }}
 th {{ text-align: left; font-weight: 600; color: {PALE}; font-size: 12px; }}
-th, td {{ padding: 3px 10px 3px 0; border-bottom: 1px solid #eef1f3; vertical-align: top; background: none; }}
+th, td {{ padding: 3px 10px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top; background: none; }}
 td {{ overflow-wrap: anywhere; }}
 table.numbers td:first-child, table.answers td:first-child {{ white-space: nowrap; font-weight: 600; }}
 table.numbers td:nth-child(2) {{ white-space: nowrap; }}
 table.difference td {{ font-size: 12.5px; }}
 p {{ margin: 4px 0 8px; }}
 ul {{ margin: 4px 0 8px; padding-left: 18px; }}
-ul.warnings {{ color: #8a4b00; }}
+ul.warnings {{ color: var(--warn); }}
 ul.refused {{ color: {PALE}; }}
-.error {{ background: #fdecea; color: #8c1d18; border: 1px solid #f5c6c2; border-radius: 6px; padding: 6px 10px; }}
+.error {{ background: var(--bad); color: var(--bad-ink); border: 1px solid var(--bad-ink); border-radius: 6px;
+  padding: 6px 10px; }}
 .power {{ font-size: 27px; font-weight: 650; letter-spacing: -0.01em; line-height: 1.2; }}
 .power.none {{ font-size: 18px; color: {PALE}; }}
 .error95 {{ font-size: 15px; font-weight: 400; color: {PALE}; margin-left: 10px; }}

@@ -15,18 +15,19 @@ from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
 from harvester.explore.live import Live, best
-from harvester.explore.looks import WORDS
+from harvester.explore.looks import CHART, FIELD, PICTURES, WORDS
 from harvester.explore.pictures import PathPlots, PowerPlot
 from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
 from harvester.presentation.diagnostic import Diagnostic
+from harvester.uncertainty.value import amount
 
 
 class Explorer:
     """The page of one user."""
 
-    def __init__(self, draft: Draft) -> None:
+    def __init__(self, draft: Draft, error: str = "") -> None:
         self.draft = draft
         self.document = pn.state.curdoc
         self._ended = threading.Event()
@@ -35,14 +36,17 @@ class Explorer:
         self._wanted: Wanted | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._doubts: list[str] = []
+        self._answered: dict[str, Any] = {}  # the design that the table of answers is of; paler of another one
         self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
         self._computing = Computing(self, self.soon)
         self.error = self._html("error-line")
         self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
         self.meaning, self.difference, self.path_told = map(self._html, ("meaning", "difference", "path-told"))
-        self.axis = pn.widgets.Select(name="", options=["load.resistance"], width=210, margin=0, css_classes=["axis"])
+        self.axis = pn.widgets.Select(
+            name="", options=["load.resistance"], width=210, margin=0, css_classes=["axis"], stylesheets=[FIELD]
+        )
         self.axis.param.watch(lambda _: self.changed(""), "value")
-        self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0)
+        self.plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=380, margin=0, stylesheets=[CHART])
         self.power: PowerPlot | None = None
         self.paths = PathPlots()
         self.runs = RunPanel(self._point, self._draw, self.soon)
@@ -50,6 +54,8 @@ class Explorer:
         self.files = FilesBar(Path(self.folder.name), self)
         self.side = pn.Column(sizing_mode="stretch_width", margin=0)
         self._renew()
+        self.said = self._html("said")
+        self.said.object = html_text.problem_line(error) if error else ""
         pn.state.onload(lambda: self.changed(""))  # what is computed would slow down the first sight of the page
 
     def _html(self, name: str) -> Any:
@@ -63,11 +69,13 @@ class Explorer:
         head = pn.FlexBox(self.headline, over, justify_content="space-between", sizing_mode="stretch_width", margin=0)
         return {
             "knobs": self.side,
-            "power": pn.Column(self.error, head, self.plot, self.runs.view, sizing_mode="stretch_width", margin=0),
+            "power": pn.Column(
+                self.said, self.error, head, self.plot, self.runs.view, sizing_mode="stretch_width", margin=0
+            ),
             "numbers": pn.Column(self.answers, self.warnings, sizing_mode="stretch_width", margin=0),
             "path": self.path_told,
-            "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0),
-            "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0),
+            "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
+            "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
             "meaning": self.meaning,
             "compare": pn.Column(self.pin.view, self.difference, sizing_mode="stretch_width", margin=0),
             "files": pn.Column(self.files.open, self.files.save, sizing_mode="stretch_width", margin=0),
@@ -122,7 +130,10 @@ class Explorer:
         """Draw a path."""
         self.paths.show(found)
         hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
-        self.say_of_path(f"the last 12 periods of one path by {found['engine']}{hits}; a path is no mean")
+        length, volt = ("m", "V") if found["physical"] else ("", "")
+        sizes = [amount(max(map(abs, found[name])), unit) for name, unit in (("x", length), ("V", volt))]
+        far = f"largest displacement {sizes[0]} and voltage {sizes[1]}"
+        self.say_of_path(f"the last 12 periods of one path by {found['engine']}{hits}: {far}; a path is no mean")
 
     def soon(self, action: Callable[[], None]) -> None:
         """Call a function on the server's thread, where the page may be changed; nothing where the page is gone."""
@@ -176,9 +187,14 @@ class Explorer:
         runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
         tables, why = self._unknown
         self.headline.object = html_text.headline(self.live, runs, why if tables == self._asked.tables else "")
+        stale = not rested and self._answered != self._asked.tables
+        if self.answers.styles != (shade := {"opacity": "0.35" if stale else "1"}):
+            self.answers.styles = shade
         if not rested:
             return
+        self._answered = self._asked.tables
         self.answers.object = html_text.answers(self.live, runs)
+        self.files.show_link()
         self.warnings.object = html_text.warnings(self.live, runs, self._doubts)
         if self.pinned is None:
             self.difference.object = ""

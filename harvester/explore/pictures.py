@@ -20,6 +20,8 @@ _MARKERS = {"o": "circle", "s": "square", "D": "diamond", "*": "star", "X": "x",
 _MARKERS |= {"h": "hex", "v": "inverted_triangle"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
+_OWN, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
+JOINED = 3  # points of one design that are joined
 _TICKS = """
 const size = Math.abs(tick);
 if (size == 0) return "0";
@@ -71,6 +73,7 @@ class PowerPlot:
             "x", "y", source=ghost, color=_GHOST, line_width=3, line_dash=[1, 4], line_cap="round"
         )
         self.curves: dict[str, Any] = {}
+        self.joined: dict[str, Any] = {}
         items = []
         for engine in reversed(FORMULAS):
             source = ColumnDataSource({"x": [], "y": [], "low": [], "high": []}, name=f"curve-{engine}")
@@ -84,6 +87,8 @@ class PowerPlot:
             source = ColumnDataSource({name: [] for name in ("x", "y", "low", "high", "alpha")}, name=f"runs-{engine}")
             look = {"color": look_of(engine).colour, "alpha": "alpha"}
             self.plot.segment("x", "low", "x", "high", source=source, line_width=2, **look)
+            joined = ColumnDataSource({"x": [], "y": []}, name=f"joined-{engine}")
+            self.joined[engine] = self.plot.line("x", "y", source=joined, color=look_of(engine).colour, line_width=2.4)
             dots = self.plot.scatter("x", "y", source=source, size=9, marker=marker, name=engine, **look)
             self.curves[engine] = dots
             items.append(LegendItem(label=engine, renderers=[dots]))
@@ -121,11 +126,13 @@ class PowerPlot:
 
     def _show_curves(self, live: Live, pinned: Live | None, scaled: float) -> None:
         """Draw the formulas' curves, and that of the pinned design, over ``scaled``."""
+        best = next((name for name in FORMULAS if name in live.curves), "")
         for engine in FORMULAS:
-            curve = live.curves.get(engine)
+            curve = None if live.instead and engine != best else live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
+            self.curves[engine].glyph.update(**(_REFERENCE if live.instead else _OWN))
             self.items[engine].visible = curve is not None
-            self.items[engine].label = value(engine + ", with a resistor instead" * live.instead)
+            self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
         ghost = _main(pinned)
         drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
         _put(self.ghost.data_source, drawn)
@@ -139,6 +146,9 @@ class PowerPlot:
             alpha = [1.0 if run["own"] else 0.3 for run in mine]
             data = {"x": [run["x"] for run in mine], "y": y, "low": y - error, "high": y + error, "alpha": alpha}
             _put(self.curves[engine].data_source, data)
+            own = sorted((run["x"], run["y"] / scaled) for run in mine if run["own"])
+            drawn = own if len(own) >= JOINED else []
+            _put(self.joined[engine].data_source, {"x": [x for x, _ in drawn], "y": [y for _, y in drawn]})
             self.items[engine].visible = bool(mine)
 
 

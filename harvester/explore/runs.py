@@ -1,6 +1,7 @@
 """The buttons that run an engine in the background, with progress, a way to cancel, and the points that come out."""
 
 import json
+import math
 from collections.abc import Callable
 from html import escape
 from typing import Any
@@ -10,7 +11,7 @@ import panel as pn
 from harvester.engines.selection import ENGINES
 from harvester.explore.background import Background
 from harvester.explore.html_text import plain
-from harvester.explore.looks import BUTTON, WORDS
+from harvester.explore.looks import BUTTON, FIELD, WORDS
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
@@ -41,8 +42,12 @@ class RunPanel:
             width=76,
             margin=(4, 10, 4, 4),
             css_classes=["within"],
+            stylesheets=[FIELD],
         )
         self.buttons, self.cancels, self.bars = {}, {}, {}
+        self.why = pn.pane.HTML(
+            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["why-not"]
+        )
         self.told = pn.pane.HTML(
             "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(0, 0, 2, 2), css_classes=["run-told"]
         )
@@ -63,6 +68,7 @@ class RunPanel:
         label = pn.pane.HTML("within", stylesheets=[WORDS], margin=(10, 0, 4, 6))
         self.view = pn.Column(
             pn.FlexBox(*parts, label, self.within, sizing_mode="stretch_width", margin=0),
+            self.why,
             self.told,
             sizing_mode="stretch_width",
             margin=0,
@@ -76,7 +82,12 @@ class RunPanel:
         return button
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
-        """Let those engines be run that serve the scene; the others say why not when the pointer rests on them."""
+        """Let those engines be run that serve the scene, and say below why the others are greyed."""
+        reasons = [
+            f"{name}: {refused}" for name, refused in refusals.items() if name in SAMPLERS and refused is not None
+        ]
+        said = "".join(f"<li>{escape(plain(one))}</li>" for one in reasons)
+        self.why.object = f"<details><summary>Why some are grey</summary><ul>{said}</ul></details>" if reasons else ""
         for engine in SAMPLERS:
             known = engine in refusals and refusals[engine] is None
             self.buttons[engine].disabled = engine in self._running or not known
@@ -118,8 +129,12 @@ class RunPanel:
         self._changed()
 
     def add(self, engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> None:
-        """Take the answer of a run that the page made by itself."""
-        self.points.append(_point(engine, begun, said))
+        """Take the answer of a run in the place of that of the same point, unless that is known better."""
+        new = _point(engine, begun, said)
+        same = ("engine", "key", "x", "rest")
+        before = [one for one in self.points if all(one[name] == new[name] for name in same)]
+        best = min([*before, new], key=lambda one: float(one["error"]) or math.inf)
+        self.points = [one for one in self.points if one not in before] + [best]
 
     def shown(self, tables: dict[str, Any], key: str) -> list[dict[str, Any]]:
         """The points over a key; ``own`` says that one is of this very design but for the key."""

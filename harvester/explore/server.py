@@ -15,8 +15,8 @@ from typing import Any
 import panel as pn
 from tornado.websocket import WebSocketClosedError
 
-from harvester.errors import InputError
-from harvester.explore import in_worker
+from harvester.errors import HarvesterError, InputError
+from harvester.explore import in_worker, links
 from harvester.explore.draft import Draft
 from harvester.explore.guard import LIMITS, Guard, quieten
 from harvester.explore.page import Explorer
@@ -43,7 +43,13 @@ class Server:
         template = (Path(__file__).parent / "page.html").read_text()
 
         def page() -> Any:
-            explorer = Explorer(first())
+            held = [one.decode(errors="replace") for one in pn.state.session_args.get("scene", [])]
+            error = ""
+            try:
+                draft = links.opened(held[0]) if held else first()
+            except HarvesterError as wrong:
+                draft, error = first(), str(wrong)
+            explorer = Explorer(draft, error)
             pn.state.on_session_destroyed(lambda _: explorer.close())
             made = Frame(template, items=explorer.roots())
             made.add_variable("app_favicon", "")  # page.html has one, or browsers would ask elsewhere

@@ -10,6 +10,11 @@ _PREFIXED = ("ohm", "F", "H", "Hz", "s", "m", "N/m", "N/V")
 _OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H"}  # the first letter of a netlist's parameter, as in SPICE
 
 _PARAMETERS = "load.parameters."
+_MEASURED = {  # what a bench measures (`harvester.explore.measured`): unit and meaning
+    "oscillator.frequency": ("Hz", "resonance in short circuit, which turns the stiffness"),
+    "oscillator.q": ("", "quality factor, which turns the damping"),
+    "piezo.open_circuit_frequency": ("Hz", "resonance in open circuit, which turns the coupling"),
+}
 _OWN_MEANING = {"R": "load resistance", "C": "smoothing capacitance", "L": "the coil's inductance"}
 _OWN_MEANING |= {"Rcoil": "resistance of the coil's wire", "Rcore": "resistance of the coil's core"}
 _OWN_MEANING |= {"Is": "the diodes' saturation current (A)", "N": "the diodes' emission coefficient"}
@@ -20,6 +25,8 @@ _OWN_MEANING |= {"rest": "voltage at which the switch opens again (V)"}
 
 def meaning_of(key: str) -> str:
     """What a key is, in words."""
+    if key in _MEASURED:
+        return _MEASURED[key][1]
     if key.startswith(_PARAMETERS):
         return _OWN_MEANING.get(key.removeprefix(_PARAMETERS), "parameter of the netlist")
     return next((one.meaning for one in keys() if f"{one.table}.{one.name}" == key), "")
@@ -27,6 +34,8 @@ def meaning_of(key: str) -> str:
 
 def unit_on_page(key: str) -> str:
     """The SI unit of a key, "" for a number; that of a netlist's parameter is told by its first letter."""
+    if key in _MEASURED:
+        return _MEASURED[key][0]
     table, name = split_key(key)
     if name.startswith("parameters."):
         return _OF_PARAMETERS.get(name.removeprefix("parameters.")[:1], "")

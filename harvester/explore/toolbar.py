@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import panel as pn
 
 from harvester.errors import InputError, named
-from harvester.explore import downloads, uploads
+from harvester.explore import downloads, links, uploads
 from harvester.explore.computing import POOL
 from harvester.explore.draft import Draft
 from harvester.explore.html_text import problem_line
@@ -50,10 +50,10 @@ def button(name: str, kind: str, action: Callable[[], None]) -> Any:
 
 
 class PinBar:
-    """The buttons to pin the present design and to take the pin out."""
+    """The buttons to pin the present design and to unpin it."""
 
     def __init__(self, pin: Callable[[], None], unpin: Callable[[], None]) -> None:
-        self.view = pn.Row(button("Pin this design", "pin", pin), button("Take the pin out", "unpin", unpin), margin=0)
+        self.view = pn.Row(button("Pin this design", "pin", pin), button("Unpin", "unpin", unpin), margin=0)
 
 
 class FilesBar:
@@ -70,7 +70,7 @@ class FilesBar:
             stylesheets=[FIELD],
         )
         self.axis = pn.widgets.TextInput(
-            name="axis of a record with several",
+            name="column to use",
             placeholder="x, y, z or a column",
             width=190,
             margin=(0, 0, 6, 0),
@@ -95,11 +95,24 @@ class FilesBar:
             "report.html": ("Report (HTML)", lambda: downloads.page(*self._found()).encode()),
         }
         self.buttons = [self._download(name, label, make) for name, (label, make) in files.items()]
+        self.link = pn.pane.HTML(
+            "", sizing_mode="stretch_width", stylesheets=[WORDS], margin=(2, 0, 4, 0), css_classes=["link"]
+        )
         self.save = pn.Column(
+            self.link,
             pn.FlexBox(*self.buttons, sizing_mode="stretch_width", margin=0),
             self.failed,
             sizing_mode="stretch_width",
             margin=0,
+        )
+
+    def show_link(self) -> None:
+        """Show the address that opens the page with this very design; none where it needs files."""
+        held = links.held(self._page.draft)
+        self.link.object = (
+            '<div class="by">A design with files of its own has no link: save the scene.</div>'
+            if held is None
+            else f'<a href="?scene={held}">Link to this design</a>'
         )
 
     def _found(self) -> tuple[Live, list[dict[str, Any]]]:

@@ -2,47 +2,71 @@
 
 from typing import Any
 
-from harvester.figures.quantities import scale
+from harvester.figures.quantities import Scale, amount, scale
 from harvester.figures.shapes import ChargingShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
 _INK, _PALE, _TARGET, _POWER = "#0072B2", "#9ecae9", "#D55E00", "#009E73"
+_SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 
 
 def charging(answer: ChargingShape, title: str | None) -> Plot:
-    """Draw the voltage over time, beside it the share of runs that have reached the target, and the store's power."""
+    """Draw the voltage over time; of several runs also the share that has reached the target, and the store's power."""
     of, several = answer.unit_names, answer.stderr is not None
     known = [one for one in answer.levels if one.power is not None]
     time = scale("time from empty", of.time, answer.t)
-    volt = scale(answer.probe, answer.unit, [*answer.quantiles[1], answer.target])
+    volt = scale(_called(answer), answer.unit, [*answer.quantiles[1], answer.target])
+    panels = 1 + several + bool(known)
     with styled():
-        figure, axes = new(1, 3 if known else 2, (WIDTH, 3.2), width_ratios=[1.6, 1, 1] if known else [1.6, 1])
-        curve, share = axes[:2]
-        t = answer.t / time.factor
+        figure, axes = new(max(1, panels - 1), min(panels, 2), (WIDTH, 3.4 if panels < 3 else 5.6), squeeze=False)
+        first, *others = axes.ravel()
+        if panels == 3:  # the voltage takes the whole of the first row
+            others = [axes[1, 0], axes[1, 1]]
+            axes[0, 1].remove()
+            first.set_subplotspec(first.get_gridspec()[0, :])
+        _draw_voltage(first, answer, time, volt)
         if several:
-            low, high = (one / volt.factor for one in answer.quantiles)
-            curve.fill_between(t, low, high, color=_PALE, linewidth=0, label="5 to 95 % of the runs")
-        curve.plot(t, answer.voltage / volt.factor, color=_INK, label="mean" if several else "the run")
-        look: dict[str, Any] = {"color": _TARGET, "linewidth": 1.0, "linestyle": (0, (5, 2))}
-        curve.axhline(answer.target / volt.factor, **look, label="target")
-        if answer.time is not None:
-            error, at = answer.time.known_error95 / time.factor, answer.time.value / time.factor
-            y = answer.target / volt.factor
-            curve.errorbar([at], [y], xerr=[error], fmt="o", color=_TARGET, zorder=4, label="mean time to the target")
-        curve.set_xlim(0.0, t[-1])
-        curve.set_ylim(min(0.0, float(answer.quantiles[0].min()) / volt.factor), None)
-        curve.set_xlabel(time.label)
-        curve.set_ylabel(volt.label)
-        share.step(t, 100.0 * answer.arrived, color=_INK, where="post", linewidth=1.0)
-        share.set_xlim(0.0, t[-1])
-        share.set_ylim(-3.0, 103.0)
-        share.set_xlabel(time.label)
-        share.set_ylabel("runs that have reached it (%)")
+            share = others.pop(0)
+            t = answer.t / time.factor
+            share.step(t, 100.0 * answer.arrived, color=_INK, where="post", linewidth=1.0)
+            share.set_xlim(0.0, t[-1])
+            share.set_ylim(-3.0, 103.0)
+            share.set_xlabel(time.label)
+            share.set_ylabel("runs at the target (%)")
         if known:
-            _draw_power(axes[2], answer, volt.factor, volt.label)
-        entitle(figure, title, "Charging from empty")
-        legend(figure, "Bars: 95 % sampling and step, as far as they are known.")
+            _draw_power(others[0], answer, volt.factor, volt.label)
+        entitle(figure, title, f"How long until {amount(answer.target, answer.unit)}?")
+        powers = [one.power for one in known if one.power is not None]
+        errors = [*powers, *([answer.time] if answer.time is not None else [])]
+        seen = any(one.known_error95 > _SEEN * abs(one.value) for one in errors)
+        legend(figure, "Bars: 95 % sampling and step, as far as they are known." if seen else "")
     return figure
+
+
+def _called(answer: ChargingShape) -> str:
+    """The probe as an axis names it: a node by what is measured there, an expression as it stands."""
+    kind = {"V": "voltage of ", "A": "current of ", "W": "power of "}.get(answer.unit, "")
+    return answer.probe if "(" in answer.probe else f"{kind}{answer.probe}"
+
+
+def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -> None:
+    """Draw the probe over time with its band, the target, and when it is reached."""
+    t, several = answer.t / time.factor, answer.stderr is not None
+    if several:
+        low, high = (one / volt.factor for one in answer.quantiles)
+        curve.fill_between(t, low, high, color=_PALE, linewidth=0, label="5 to 95 % of the runs")
+    curve.plot(t, answer.voltage / volt.factor, color=_INK, label="mean" if several else "the run")
+    look: dict[str, Any] = {"color": _TARGET, "linewidth": 1.0, "linestyle": (0, (5, 2))}
+    curve.axhline(answer.target / volt.factor, **look, label="target")
+    if answer.time is not None:
+        error, at = answer.time.known_error95 / time.factor, answer.time.value / time.factor
+        y, told = answer.target / volt.factor, amount(answer.time.value, answer.unit_names.time)
+        label = f"{'mean time to the target' if several else 'reached after'}: {told}"
+        curve.errorbar([at], [y], xerr=[error], fmt="o", color=_TARGET, zorder=4, label=label)
+    curve.set_xlim(0.0, t[-1])
+    curve.set_ylim(min(0.0, float(answer.quantiles[0].min()) / volt.factor), None)
+    curve.set_xlabel(time.label)
+    curve.set_ylabel(volt.label)
 
 
 def _draw_power(axes: Any, answer: ChargingShape, factor: float, label: str) -> None:

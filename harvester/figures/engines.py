@@ -1,18 +1,24 @@
 """The figures of engines: the errors of one answer, several answers side by side, and what accuracy costs."""
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 
+from harvester.arrays import Floats
+from harvester.figures.labels import Label, write_labels
 from harvester.figures.quantities import logarithm, scale
 from harvester.figures.shapes import EstimateShape, PathShape
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
+from harvester.uncertainty.value import Value, percent
 
 _SHOWN = 0.4  # of the path, its end
 _LEDGER = "ledger_"
-_FILLED: Any = {"": "full", "no controls": "none", "no pairing": "left", "from rest": "bottom"}  # marks, by what lacks
+MOST_ENGINES = 6  # of the figure of costs
+_SEEN = 1e-5  # of the power: a smaller error is not written beside it
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
@@ -21,10 +27,10 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
     with styled():
-        figure, axes = new(1, 2 if flows else 1, (WIDTH, 2.4), squeeze=False)
+        figure, axes = new(2 if flows else 1, 1, (WIDTH, 4.8 if flows else 2.6), squeeze=False)
         _errors(axes[0, 0], answer)
         if flows:
-            here = axes[0, 1]
+            here = axes[1, 0]
             x = scale("mean power", answer.unit_names.power, [*flows.values()])
             here.barh([*flows], [v / x.factor for v in flows.values()], color="0.6", edgecolor=INK, linewidth=0.6)
             here.axvline(0.0, color=INK, linewidth=0.6)
@@ -32,7 +38,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
             here.set_xlabel(x.label)
             here.set_title("Where the power went")
             here.grid(visible=False, axis="y")
-        entitle(figure, title, f"Answer of {answer.engine}")
+        entitle(figure, title, f"How well does {answer.engine} know the mean power?")
     return figure
 
 
@@ -49,7 +55,7 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     for place, (name, error) in enumerate(parts.items()):
         if error is None or by == 0.0:
             text = "none, or not known" if error is None else "the power is 0"
-            here.annotate(text, (0.0, place), (4, 0), textcoords="offset points", va="center", fontsize=8, color="0.35")
+            here.annotate(text, (0.0, place), (4, 0), textcoords="offset points", va="center", fontsize=9, color="0.35")
         else:
             here.barh(place, error / by, 0.6, color=colour, edgecolor=INK, linewidth=0.6, hatch=_HATCHES[name])
     here.set_yticks(range(len(parts)), [*parts])
@@ -65,54 +71,78 @@ def comparison(estimates: Sequence[EstimateShape], curves: Sequence[PathShape], 
 
     The axis of the powers need not begin at zero: what is compared is differences and errors.
     """
-    paths, height = len(curves), 0.7 + 0.32 * len(estimates)
+    paths, height = len(curves), 0.7 + 0.34 * len(estimates)
     with styled():
-        size = (WIDTH, 1.0 + height + 1.9 * paths)
+        size = (WIDTH, 1.2 + height + 1.9 * paths)
         figure, axes = new(1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]])
-        powers = axes[0, 0]
-        values = [e.mean_power.value for e in estimates]
-        x = scale("mean power", estimates[0].unit_names.power, values)
-        for place, answer in enumerate(estimates):
-            look = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker, "markersize": 6}
-            bars = {"markeredgecolor": INK, "ecolor": INK, "capsize": 3, "linestyle": "none", "zorder": 3}
-            error = answer.mean_power.known_error95 / x.factor
-            powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
-            text = f"{answer.mean_power.value / x.factor:.4g}" + (
-                f" ± {error:.2g}" if answer.mean_power.error95 else ""
-            )
-            left = _relative_place(answer.mean_power.value, values) > 0.6
-            where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
-            at = (answer.mean_power.value / x.factor, place)
-            powers.annotate(text, at, textcoords="offset points", va="center", fontsize=8, **where)
-        powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
-        powers.set_ylim(len(estimates) - 0.5, -0.5)
-        powers.margins(x=0.1)
-        powers.set_xlabel(f"{x.label}; bars: 95 % sampling + step + model, as far as stated")
-        powers.grid(visible=False, axis="y")
+        _powers(axes[0, 0], estimates)
         for panel, path in zip(axes[1:, 0], curves, strict=True):
-            shown = path.t > (1.0 - _SHOWN) * path.t[-1]
-            clock = scale("time", path.unit_names.time, path.t[shown])
-            volt = scale("voltage", path.unit_names.voltage, [*path.spice[shown], *path.decoupled[shown]])
-            t = path.t[shown] / clock.factor
-            published, spice = look_of("published"), look_of("spice").colour
-            look = {"color": published.colour, "linestyle": published.line, "linewidth": 1.1}
-            panel.plot(t, path.decoupled[shown] / volt.factor, **look, label="published: V decoupled from x and x'")
-            panel.plot(
-                t,
-                path.exact[shown] / volt.factor,
-                color=look_of("ensemble").colour,
-                linewidth=4,
-                label="exact RC update",
-            )
-            panel.plot(t, path.spice[shown] / volt.factor, color=spice, linewidth=1, label="ngspice")
-            text = f"RMS error of published {path.decoupled_rms_error:.0%}, of ngspice {path.spice_rms_error:.1g}"
-            panel.set_title(f"One path {path.title}: {text}")
-            panel.set_ylabel(volt.label.replace(" (", "\n("))
-            panel.set_xlim(t[0], t[-1])
-            panel.set_xlabel(clock.label if panel is axes[-1, 0] else "")
-        entitle(figure, title, "Engines side by side")
-        legend(figure)
+            _path(panel, path)
+            panel.set_xlabel(panel.get_xlabel() if panel is axes[-1, 0] else "")
+        entitle(figure, title, "Do the engines agree on the mean power?")
+        legend(figure, "Bars of the power: 95 % sampling + step + model, as far as stated.")
     return figure
+
+
+def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
+    """Draw each engine's mean power with its error, and write both beside it."""
+    values = [e.mean_power.value for e in estimates]
+    x = scale("mean power", estimates[0].unit_names.power, values)
+    for place, answer in enumerate(estimates):
+        look: dict[str, Any] = {"color": look_of(answer.engine).colour, "marker": look_of(answer.engine).marker}
+        bars: dict[str, Any] = {
+            "markersize": 6,
+            "markeredgecolor": INK,
+            "ecolor": INK,
+            "capsize": 3,
+            "linestyle": "none",
+            "zorder": 3,
+        }
+        error = answer.mean_power.known_error95 / x.factor
+        powers.errorbar(answer.mean_power.value / x.factor, place, xerr=error or None, **look, **bars)
+        left = _relative_place(answer.mean_power.value, values) > 0.6
+        where: dict[str, Any] = {"xytext": (-9 if left else 9, 9), "ha": "right" if left else "left"}
+        at = (answer.mean_power.value / x.factor, place)
+        text = _with_error(answer.mean_power.scaled(1.0 / x.factor))
+        powers.annotate(text, at, textcoords="offset points", va="center", fontsize=9, **where)
+    powers.set_yticks(range(len(estimates)), [_label(e) for e in estimates])
+    powers.set_ylim(len(estimates) - 0.5, -0.7)
+    powers.margins(x=0.1)
+    powers.set_xlabel(x.label)
+    powers.grid(visible=False, axis="y")
+
+
+def _with_error(power: Value) -> str:
+    """A power with its whole error to two digits; without one where it is not known, or cannot be seen beside it."""
+    error = power.error95
+    if error is None or error < _SEEN * abs(power.value):
+        return f"{power.value:.4g}"
+    places = max(0, 1 - math.floor(math.log10(error)))
+    return f"{power.value:.{places}f} ± {error:.{places}f}"
+
+
+def _path(panel: Axes, path: PathShape) -> None:
+    """Draw the end of one path: V from ngspice, from the exact update, and as the published theory decouples it."""
+    shown = path.t > (1.0 - _SHOWN) * path.t[-1]
+    clock = scale("time", path.unit_names.time, path.t[shown])
+    volt = scale("voltage", path.unit_names.voltage, [*path.spice[shown], *path.decoupled[shown]])
+    t = path.t[shown] / clock.factor
+    published, spice, ensemble = map(look_of, ("published", "spice", "ensemble"))
+    curves: dict[str, tuple[Floats, dict[str, Any]]] = {
+        "published: V from x and x' alone": (
+            path.decoupled,
+            {"color": published.colour, "linestyle": published.line, "linewidth": 1.1},
+        ),
+        "exact RC update": (path.exact, {"color": ensemble.colour, "linewidth": 4}),
+        "ngspice": (path.spice, {"color": spice.colour, "linewidth": 1}),
+    }
+    for label, (values, look) in curves.items():
+        panel.plot(t, values[shown] / volt.factor, label=label, **look)
+    errors = [percent(one, 1.0) for one in (path.decoupled_rms_error, path.spice_rms_error)]
+    panel.set_title(f"One path {path.title}: RMS error {errors[0]} published, {errors[1]} ngspice")
+    panel.set_ylabel(volt.label.replace(" (", "\n("))
+    panel.set_xlim(t[0], t[-1])
+    panel.set_xlabel(clock.label)
 
 
 def _relative_place(value: float, values: list[float]) -> float:
@@ -129,33 +159,37 @@ def _label(answer: EstimateShape) -> str:
 def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:
     """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
 
-    The second panel has seconds times error squared against the error.  More samples of the same kind divide the error
-    by the root of the time, so that a sampling engine stays on a level there; it rises where a bias is what is left.
+    Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own beats, with its
+    name beside it.  What was measured without control variates or pairing is a hollow mark of the same colour.
     """
-    shown = [(engine, seconds, 100.0 * error, best) for engine, seconds, error, best in points]
-    best = sorted((seconds, error) for _, seconds, error, on_front in shown if on_front)
+    shown = [(*engine.partition(", ")[::2], seconds, 100.0 * error, best) for engine, seconds, error, best in points]
+    whole = dict.fromkeys(p[0] for p in shown if not p[1])
+    first = sorted(whole, key=lambda name: not any(p[4] for p in shown if p[0] == name))
     with styled():
-        figure, (here, worth) = new(1, 2, (WIDTH, 4.2))
-        for engine in dict.fromkeys(point[0] for point in shown):
-            of_engine = [(seconds, error) for name, seconds, error, _ in shown if name == engine]
-            whole, _, lacks = engine.partition(", ")
-            look = {"color": look_of(whole).colour, "marker": look_of(whole).marker, "fillstyle": _FILLED[lacks]}
-            look |= {"linestyle": "none", "markersize": 6, "markeredgecolor": INK, "zorder": 3}
-            label = look_of(whole).label + (f", {lacks}" if lacks else "")
-            here.plot(*zip(*of_engine, strict=True), label=label, **look)
-            worth.plot(*zip(*((error, seconds * error**2) for seconds, error in of_engine), strict=True), **look)
-        if best:
-            front = {"color": INK, "linewidth": 1, "zorder": 2, "label": "front: none is as fast and as accurate"}
-            here.step(*zip(*best, strict=True), where="post", **front)
-            for axes in (here, worth):
-                logarithm(axes.xaxis)
-                logarithm(axes.yaxis)
-                axes.margins(0.08)
+        figure, here = new(1, 1, (WIDTH, 4.4))
+        labels = [_cost_of(here, engine, [p[1:4] for p in shown if p[0] == engine]) for engine in first[:MOST_ENGINES]]
+        logarithm(here.xaxis)
+        logarithm(here.yaxis)
+        here.margins(0.14, 0.1)
         here.set_xlabel("time of the computation (s)")
         here.set_ylabel("total error of the mean power (%)")
-        worth.set_xlabel("total error of the mean power (%)")
-        worth.set_ylabel("time times error squared (s %²)")
-        entitle(figure, title, "What accuracy costs")
-        note = "Total error: sampling at 95 % plus step and model, each counted as large as it may be unseen."
-        legend(figure, note + " Right: a level is the best that sampling can do.")
+        entitle(figure, title, "What accuracy costs in time")
+        notes = ["Error: 95 % sampling + step + model, unknown parts at their upper bound."]
+        notes += ["Hollow: without control variates, pairing or a settled start."] * any(p[1] for p in shown)
+        notes += [f"Not drawn: {', '.join(first[MOST_ENGINES:])}."] * bool(first[MOST_ENGINES:])
+        legend(figure, " ".join(notes))
+        write_labels(here, labels)
     return figure
+
+
+def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]) -> Label:
+    """Draw the points of an engine, (what it lacks, seconds, error in percent), and return the label of its line."""
+    own = sorted((s, e) for lacks, s, e in points if not lacks)
+    poorer = [(s, e) for lacks, s, e in points if lacks]
+    best = [one for k, one in enumerate(own) if all(one[1] < other[1] for other in own[:k])]
+    look: dict[str, Any] = {"color": look_of(engine).colour, "marker": look_of(engine).marker, "zorder": 3}
+    if poorer:
+        here.plot(*zip(*poorer, strict=True), **look, linestyle="none", markersize=4, fillstyle="none")
+    here.plot(*zip(*own, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
+    here.plot(*zip(*best, strict=True), **look, linewidth=1.2, markersize=6, markeredgecolor=INK)
+    return Label(look_of(engine).label, look_of(engine).colour, np.array([*best[::-1], *own]))

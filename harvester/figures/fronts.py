@@ -28,7 +28,7 @@ def front(answer: FrontShape, title: str | None) -> Plot:
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.margins(0.05, 0.08)
-        entitle(figure, title, "Power against " + answer.quantity.replace("_", " "))
+        entitle(figure, title, f"How much power for which {answer.quantity.replace('_', ' ')}?")
         legend(figure, "Bars: 95 % of the errors, as far as stated." if seen else "")
     return figure
 

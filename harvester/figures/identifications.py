@@ -37,7 +37,7 @@ def identification(found: IdentifiedShape, title: str | None) -> Plot:
                 top.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
                 top.yaxis.set_minor_formatter(NullFormatter())
             top.set_ylabel(curve.label)
-            top.set_title(curve.name, fontsize=8, loc="left")
+            top.set_title(curve.name, fontsize=9, loc="left")
             top.tick_params(labelbottom=False)
             low.plot(curve.x[kept], curve.residual[kept], **_POINTS)
             low.axhline(0.0, color="0.1", linewidth=0.6)
@@ -47,6 +47,6 @@ def identification(found: IdentifiedShape, title: str | None) -> Plot:
         for spare in range(len(curves), across * down):
             for row in (0, 1):
                 grid[2 * (spare // across) + row][spare % across].set_axis_off()
-        entitle(figure, title, "Identification")
-        legend(figure, "Residuals of one noise's size without a pattern: the model fits.")
+        entitle(figure, title, "Do the fitted parameters explain the measurements?")
+        legend(figure, "Residuals show only noise: the model fits.")
     return figure

@@ -20,7 +20,7 @@ _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
 _ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
-_OWN = ("x", "voltage", "acceleration", "v", "t")  # attributes of a path that are drawn
+_OWN = ("displacement", "voltage", "acceleration", "velocity", "time")  # attributes of a path that are drawn
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
 
@@ -38,23 +38,23 @@ class _Drawn:
     def of(path: MotionShape) -> "_Drawn":
         """The path, with the scales of the part that is shown."""
         u, probes = path.unit_names, list(path.probes)[:_PROBES]
-        units = {"x": u.length, "voltage": u.voltage, "acceleration": u.acceleration, "v": u.speed, "t": u.time}
-        names = {"x": "displacement", "voltage": "voltage", "acceleration": "base acceleration", "v": "velocity"}
-        names |= {"t": "time"} | {name: name for name in probes}
+        units = {"displacement": u.length, "voltage": u.voltage, "acceleration": u.acceleration}
+        units |= {"velocity": u.speed, "time": u.time}
+        names = {name: name for name in (*_OWN, *probes)} | {"acceleration": "base acceleration"}
         names["acceleration"] += " but its white noise" if path.hides_noise else ""
         units |= {name: path.probe_units[name] for name in probes}
         values = {name: array for name in _OWN if (array := getattr(path, name)) is not None}
         values |= {name: _but_rounding(path.probes[name], path, units[name] == u.voltage) for name in probes}
-        last = path.t >= path.t[-1] - path.shown
-        scales = {name: scale(names[name], units[name], array[last]) for name, array in values.items() if name != "t"}
-        scales["t"] = scale(names["t"], units["t"], [float(path.t[-1])])
+        last = path.time >= path.time[-1] - path.shown
+        parts = {name: array[last] for name, array in values.items()} | {"time": path.time[-1:]}
+        scales = {name: scale(names[name], units[name], part) for name, part in parts.items()}
         shown = {name: array / scales[name].factor for name, array in values.items()}
-        return _Drawn(path, scales, shown, probes, [stop / scales["x"].factor for stop in path.stops])
+        return _Drawn(path, scales, shown, probes, [stop / scales["displacement"].factor for stop in path.stops])
 
     @property
     def end(self) -> float:
         """When the path ends."""
-        return float(self.path.t[-1])
+        return float(self.path.time[-1])
 
     @property
     def from_rest(self) -> bool:
@@ -64,7 +64,7 @@ class _Drawn:
     @property
     def over_time(self) -> list[str]:
         """What is drawn over time."""
-        return [*(name for name in ("x", "voltage", "acceleration") if name in self.values), *self.probes]
+        return [*(name for name in ("displacement", "voltage", "acceleration") if name in self.values), *self.probes]
 
 
 def motion(path: MotionShape, title: str | None) -> Plot:
@@ -77,11 +77,11 @@ def motion(path: MotionShape, title: str | None) -> Plot:
         _impacts_and_stops(axes[0, 0], drawn)
         _phase_plane(axes[0, 1], drawn)
         _densities(axes[1:, 1], drawn)
-        for column, most in ((axes[:, 0], 6), (axes[:, 1], 3)):
+        for column, most in ((axes[:, 0], 5), (axes[:, 1], 2)):
             for here in column:
                 here.yaxis.set_major_locator(MaxNLocator(4, steps=_ROUND))
-                here.xaxis.set_major_locator(MaxNLocator(most, steps=_ROUND) if most > 3 else MaxNLocator(most))
-        entitle(figure, title, "One path")
+                here.xaxis.set_major_locator(MaxNLocator(most, steps=_ROUND) if most > 2 else MaxNLocator(most))
+        entitle(figure, title, "One path over time")
         rest = "." if drawn.from_rest else ", used for the densities."
         legend(figure, f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}")
     return figure
@@ -89,11 +89,11 @@ def motion(path: MotionShape, title: str | None) -> Plot:
 
 def _over_time(column: Any, drawn: _Drawn) -> None:
     """Draw each quantity over the part of the time that is shown."""
-    path, end, t = drawn.path, drawn.end, drawn.scales["t"]
-    last = path.t >= end - path.shown
+    path, end, t = drawn.path, drawn.end, drawn.scales["time"]
+    last = path.time >= end - path.shown
     thin = slice(None, None, max(1, int(last.sum()) // _MOST))
     for here, name in zip(column, drawn.over_time, strict=True):
-        here.plot(drawn.values["t"][last][thin], drawn.values[name][last][thin], color=_INK, linewidth=0.8)
+        here.plot(drawn.values["time"][last][thin], drawn.values[name][last][thin], color=_INK, linewidth=0.8)
         here.set_ylabel(broken(drawn.scales[name].label, 20).replace(" (", "\n("))
         here.set_xlim((end - path.shown) / t.factor, end / t.factor)
         here.tick_params(labelbottom=False)
@@ -107,7 +107,7 @@ def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
     if 0 < len(hits) <= _MOST:
         at = np.where(hits[:, 1] > 0.0, drawn.stops[0], drawn.stops[-1])
         look = {"color": _STOP["color"], "linestyle": "none", "markersize": 2.5, "label": "impacts"}
-        here.plot(hits[:, 0] / drawn.scales["t"].factor, at, "o", **look)
+        here.plot(hits[:, 0] / drawn.scales["time"].factor, at, "o", **look)
     name = "stop" if len(drawn.stops) == 1 else "stops"
     for number, stop in enumerate(drawn.stops):
         here.axhline(stop, **_STOP, label="_" if number else name)
@@ -115,13 +115,13 @@ def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
 
 def _phase_plane(plane: Any, drawn: _Drawn) -> None:
     """Draw velocity over displacement: in grey where the path has been, and its end as a line."""
-    x, v, path = drawn.values["x"], drawn.values["v"], drawn.path
+    x, v, path = drawn.values["displacement"], drawn.values["velocity"], drawn.path
     dots: dict[str, Any] = {"markersize": 0.8, "markeredgewidth": 0, "color": _PALE, "rasterized": True}
     plane.plot(*_between(path, 0.25 * drawn.end, x, v), ".", zorder=1, **dots)
-    few = path.t >= drawn.end - 0.15 * path.shown
+    few = path.time >= drawn.end - 0.15 * path.shown
     plane.plot(x[few], v[few], color=_INK, linewidth=0.7)
-    plane.set_xlabel(drawn.scales["x"].label)
-    plane.set_ylabel(drawn.scales["v"].label)
+    plane.set_xlabel(drawn.scales["displacement"].label)
+    plane.set_ylabel(drawn.scales["velocity"].label)
     for stop in drawn.stops:
         plane.axvline(stop, **_STOP)
 
@@ -132,8 +132,8 @@ def _densities(column: Any, drawn: _Drawn) -> None:
         for here in column:
             here.remove()
         return
-    others = ["x", *drawn.probes] if drawn.path.acceleration is None else ["x", "voltage", *drawn.probes]
-    settled = drawn.path.t >= 0.25 * drawn.end
+    others = ["displacement", *["voltage"] * (drawn.path.acceleration is not None), *drawn.probes]
+    settled = drawn.path.time >= 0.25 * drawn.end
     for here, name in zip(column, others, strict=True):
         _density(here, drawn.values[name][settled], drawn.scales[name].label)
     for stop in drawn.stops:
@@ -154,12 +154,12 @@ def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Flo
 
     They lie on the lines between readings; none is taken where an impact turned the velocity between two readings.
     """
-    count = min(int(np.sum(path.t >= start)), _DOTS)
-    at = start + (path.t[-1] - start) * ((np.arange(count) * _GOLDEN) % 1.0)
-    before = np.searchsorted(path.t, at)
+    count = min(int(np.sum(path.time >= start)), _DOTS)
+    at = start + (path.time[-1] - start) * ((np.arange(count) * _GOLDEN) % 1.0)
+    before = np.searchsorted(path.time, at)
     hits = np.sort(path.impacts[:, 0])
-    clear = np.searchsorted(hits, path.t[before]) == np.searchsorted(hits, path.t[np.maximum(before - 1, 0)])
-    return np.interp(at[clear], path.t, x), np.interp(at[clear], path.t, v)
+    clear = np.searchsorted(hits, path.time[before]) == np.searchsorted(hits, path.time[np.maximum(before - 1, 0)])
+    return np.interp(at[clear], path.time, x), np.interp(at[clear], path.time, v)
 
 
 def time_spent(values: Floats, edges: Floats) -> Floats:

@@ -8,20 +8,19 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import broken, mark, scale
+from harvester.figures.quantities import broken, mark, quantity, scale
 from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
-from harvester.figures.smoothing import FEWEST, smooth
+from harvester.figures.smoothing import local_fit, smooth
 from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
 from harvester.presentation.engine_look import look as look_of
 
-_UNSOUND = "not settled, cut off or without an error"
-_GREY: dict[str, Any] = {"color": "0.75", "marker": "o", "markersize": 3, "linestyle": "none", "zorder": 1}
-_NOTE = "Bars: 95 % sampling + step + model, as far as stated."
+_BARS = "Bars: 95 % sampling + step + model, as far as stated."
 _MAP = "Map: a smooth surface through the evaluations; white where there is none near."
 _MOST_BARS = 150  # evaluations with an error bar each
 _STAR: dict[str, Any] = {"marker": "*", "markersize": 13, "linestyle": "none", "zorder": 6}
 _STAR["clip_on"] = False
 _GRID = 121  # points a side of a map
+_FINE = 2001  # places of a range
 
 
 @dataclass(frozen=True)
@@ -60,31 +59,37 @@ class _Evaluations:
 def optimum(answer: OptimumShape, title: str | None) -> Plot:
     """Draw the engine's evaluations, the optimum and its interval: a map over two keys, else a panel for each.
 
-    Evaluations that are not sound are grey, and no part of map and guide, unless there are no others.
+    Evaluations that are not sound are left out, and counted below, unless there are no others.
     """
     powers = [p.power.value for p in answer.own_points if p.power is not None]
     y = scale("mean power", answer.estimate.unit_names.power, powers)
-    found, grey = (_Evaluations.of(some, answer.keys, y.factor) for some in _sound(answer))
+    sound, left = _sound(answer)
+    found = _Evaluations.of(sound, answer.keys, y.factor)
     plane = found.fills_a_plane
     with styled():
         figure, axes = new(1, 1 if plane else len(answer.keys), (WIDTH, 4.4), squeeze=False, sharey=True)
         if plane:
-            _plane(axes[0, 0], answer, found, grey, y.label)
+            _plane(axes[0, 0], answer, found, y.label)
         else:
             for number, here in enumerate(axes[0]):
-                _panel(here, answer, number, found, grey, y.factor)
-            _guide(axes[0, 0], answer.keys, found)
+                _panel(here, answer, number, found, y.factor)
+            if len(answer.keys) == 1:
+                _local_fit(axes[0, 0], answer.keys[0], found, look_of(answer.engine).colour)
             axes[0, 0].set_ylabel(y.label)
-        entitle(figure, title, "Largest mean power")
-        legend(figure, _MAP if plane else _NOTE if found.bars is not None else "")
+        names = [quantity(one.range.key)[0].split(" = ")[0] for one in answer.keys]
+        question = f"Which {' and '.join(names)} {'gives' if len(names) == 1 else 'give'} the most power?"
+        entitle(figure, title, question if len(names) < 3 else "Where is the most power?")
+        notes = [_MAP if plane else _BARS if found.bars is not None else ""]
+        notes += [f"Not drawn: {left} evaluations not settled, cut off or without an error."] if left else []
+        legend(figure, " ".join(notes).strip())
     return figure
 
 
-def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], list[EvaluationShape]]:
-    """The engine's evaluations that have an answer: those that are sound, or all where none is, and the others."""
+def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
+    """The engine's evaluations that have an answer: those that are sound, or all where none is; how many are left."""
     own = [p for p in answer.own_points if p.power is not None]
-    sound = [p for p in own if p.is_sound]
-    return (sound, [p for p in own if not p.is_sound]) if sound else (own, [])
+    sound = [p for p in own if p.is_sound] or own
+    return sound, len(own) - len(sound)
 
 
 def _star(answer: OptimumShape) -> str:
@@ -92,7 +97,7 @@ def _star(answer: OptimumShape) -> str:
     return "optimum" if answer.scanned else "highest so far: the scan was cut short"
 
 
-def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, grey: _Evaluations, unit: float) -> None:
+def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, unit: float) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
     key, x = answer.keys[number], found.x[:, number]
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
@@ -106,26 +111,29 @@ def _panel(here: Axes, answer: OptimumShape, number: int, found: _Evaluations, g
     style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 3, "linestyle": "none"}
     style |= {"markeredgecolor": INK, "markeredgewidth": 0.4, "ecolor": colour, "elinewidth": 0.8}
     here.errorbar(x / by, found.power, found.bars, **style, label=f"evaluations by {answer.engine}")
-    if len(grey.x):
-        here.plot(grey.x[:, number] / by, grey.power, **_GREY, label=_UNSOUND)
     best = answer.estimate.mean_power
     here.errorbar(
         key.value / by, best.value / unit, best.known_error95 / unit or None, color=INK, label=_star(answer), **_STAR
     )
 
 
-def _guide(here: Axes, keys: Sequence[BestKeyShape], found: _Evaluations) -> None:
-    """Draw a smooth line through the evaluations of one key, which leads the eye."""
-    if len(keys) > 1 or len(found.places) < FEWEST or np.ptp(found.places) == 0.0:
+def _local_fit(here: Axes, key: BestKeyShape, found: _Evaluations, colour: str) -> None:
+    """Draw the parabola through the evaluations about the best value, and its band."""
+    if not len(found.places):
         return
-    key, u = keys[0], np.linspace(found.places.min(), found.places.max(), 300)[:, None]
+    side = np.linspace(0.0, 1.0, _FINE)
+    near = float(np.interp(key.value, [key.range.value(float(u)) for u in side], side))
+    fitted = local_fit(found.places[:, 0], found.power, found.sampling, near)
+    if fitted is None:
+        return
+    u, line, half = fitted
     by = mark(here.xaxis, key.range.key, [key.range.low, key.range.high], key.range.logarithmic)
-    x = np.array([key.range.value(float(one)) for one in u[:, 0]]) / by
-    line = smooth(found.places, found.power, found.sampling, u)
-    here.plot(x, line, color="0.5", linewidth=1.0, zorder=1.5, label="guide to the eye")
+    x = np.array([key.range.value(float(one)) for one in u]) / by
+    here.fill_between(x, line - half, line + half, color=colour, alpha=0.25, linewidth=0, zorder=1.4)
+    here.plot(x, line, color=colour, linewidth=1.2, zorder=1.5, label="local fit, with its 95 % band")
 
 
-def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, grey: _Evaluations, label: str) -> None:
+def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, label: str) -> None:
     """Draw a smooth map over two keys, made as they were searched: by ratio where the axis is logarithmic."""
     one, two = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (one.range, two.range), strict=True)
@@ -141,12 +149,10 @@ def _plane(here: Axes, answer: OptimumShape, found: _Evaluations, grey: _Evaluat
     here.figure.colorbar(filled, ax=here, label=label)
     if power.max() > power.min():
         lines = here.contour(across, up, surface, 8, colors="white", linewidths=0.6, alpha=0.8)
-        here.clabel(lines, fontsize=7, fmt="%.4g")
+        here.clabel(lines, fontsize=8, fmt="%.4g")
     dots: dict[str, Any] = {"marker": "o", "markersize": 3 if len(x) < 100 else 1.5, "linestyle": "none"}
     dots |= {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.4}
     here.plot(x[:, 0], x[:, 1], **dots, label=f"evaluations by {answer.engine}")
-    if len(grey.x):
-        here.plot(*(grey.x / by).T, **_GREY | {"zorder": 2}, label=_UNSOUND)
     spans = [
         None if k.low95 is None or k.high95 is None else [[(k.value - k.low95) / b], [(k.high95 - k.value) / b]]
         for k, b in zip(answer.keys, by, strict=True)

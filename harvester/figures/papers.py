@@ -96,6 +96,6 @@ def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | Non
         here.set_ylim(0.0, top / y.factor)
         here.set_xlabel("time-constant ratio μ = 1/(R Cp ω0) (nondimensional)")
         here.set_ylabel(broken(y.label, 44))
-        entitle(figure, f"{title}: rest is stable below the line" if title else title, "Rest is stable below the line")
+        entitle(figure, title, "Where is rest stable? Below the line")
         legend(figure, "Bars: 95 % sampling intervals.")
     return figure

@@ -48,5 +48,5 @@ def record(found: RecordShape, title: str | None) -> Plot:
         for axes in (density,):
             axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
             axes.yaxis.set_major_formatter(lambda y, _: f"{y:.0e}")
-        entitle(figure, title, f"Record, axis {one.axis}")
+        entitle(figure, title, f"What does the record hold? Axis {one.axis}")
     return figure

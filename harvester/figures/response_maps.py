@@ -8,7 +8,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import mark, plain, scale
+from harvester.figures.quantities import mark, plain, quantity, scale
 from harvester.figures.shapes import ResponseShape
 from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
 
@@ -35,8 +35,8 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     if len(directions) > 1 and not any(one.hysteresis for one in answers):
         directions = directions[:1]
     units = answers[0].unit_names
-    quantity = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
-    power = scale(*quantity, [*powers.values()])
+    name = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
+    power = scale(*name, [*powers.values()])
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
     norm = _colours([one / power.factor for one in powers.values()])
     with styled():
@@ -54,7 +54,7 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
         for panel in axes[0][1:]:
             panel.set_ylabel("")
         _bar(figure.colorbar(drawn, ax=list(axes[0]), label=power.label), isinstance(norm, LogNorm))
-        entitle(figure, title, "Frequency response")
+        entitle(figure, title, "Mean power against drive frequency and " + quantity(key)[0])
         legend(figure)
     return figure
 

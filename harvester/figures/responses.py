@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import amount, quantity, scale
+from harvester.figures.labels import Label, write_labels
+from harvester.figures.quantities import amount, broken, quantity, scale
 from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
@@ -22,9 +23,10 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "from rest": {"color": _UP, "marker": "o", "linestyle": "-", "linewidth": 1.0},
 }
 _WORDS = {"up": "up the frequencies", "down": "down the frequencies", "from rest": "each frequency from rest"}
+_LETTERS = 25  # of a label beside a panel
 _SEEN = 0.01  # of the largest value: a shorter error bar is hidden by a marker
 _ALIKE = 0.003  # of the largest value: closer curves are one line
-_FEW = 200  # points of a curve whose points are marked
+_FEW, _MANY = 200, 40  # points of a curve whose points are marked, and of one whose marks are small
 Curve = tuple[ResponseShape, str, dict[str, Any]]  # a response, its direction, and the look
 
 
@@ -52,18 +54,20 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
     panels = len(sizes) + turned
     with styled():
         rows, columns = (2, 2) if panels > 2 else (2, 1)
-        figure, axes = new(rows, columns, (WIDTH, 5.6), sharex=True, squeeze=False)
+        figure, axes = new(rows, columns, (WIDTH, 5.4), sharex=True, squeeze=False)
         places = list(axes.flat)
         for place, (name, words, unit, power) in zip(places, sizes, strict=False):
             _sizes(place, curves, name, words, unit, hertz.factor, power)
-        if len(answers) == 1 and not per_g:
-            for a, d, look in curves:
-                _bandwidth(places[0], a, d, look, hertz.factor, len(curves) == 1)
+        alone = len(answers) == 1 and not per_g
+        for number, (a, d, look) in enumerate(curves if alone else []):
+            _bandwidth(places[0], a, d, look, hertz.factor, first=number == 0)
         if turned:
-            _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency), len(answers) == 1)
-        _close(places, panels, columns, hertz.label)
-        entitle(figure, title, "Frequency response")
+            _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency))
+        _close(places, panels, columns, broken(hertz.label, 30))
+        entitle(figure, title, "Mean power against the drive frequency")
         legend(figure, _note(curves, len(answers)))
+        if alone:
+            write_labels(places[0], [_peak(a, d, look, hertz.factor) for a, d, look in curves])
     return figure
 
 
@@ -97,7 +101,8 @@ def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape])
         if len(answers) > 1:
             way = "" if alike or len(directions) == 1 else direction
             look |= _among_others(answer.engine, values, number, len(engines) > 1, way)
-        look["markersize"] = 3 if len(answer.sweep(direction)) < _FEW else 0
+        points = len(answer.sweep(direction))
+        look["markersize"] = 0 if points >= _FEW else 3 if points < _MANY else 2
         found.append((answer, direction, look))
     return found
 
@@ -143,25 +148,22 @@ def _sizes(axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str
     y_scale = scale(words, unit, np.concatenate([y for _, y, _, _ in drawn]))
     for f, y, error, look in drawn:
         curve(axes, f / hertz, y / y_scale.factor, error / y_scale.factor, look)
-    axes.set_ylabel(y_scale.label)
+    axes.set_ylabel(broken(y_scale.label, _LETTERS))
     axes.set_ylim(0.0, None)
 
 
 _PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.known_error95)
 
 
-def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool, alone: bool) -> None:
-    """Draw the voltage's phase, and of one response alone the displacement's, too."""
+def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool) -> None:
+    """Draw the voltage's phase."""
     for answer, direction, look in curves:
         points = answer.sweep(direction)
         f = np.array([p.frequency for p in points]) / hertz
         axes.plot(*_unbroken(f, [p.voltage_phase for p in points]), **look | {"label": "_"})
-        if alone:
-            place = look | {"color": "0.5", "label": "displacement (phase)", "marker": None}
-            axes.plot(*_unbroken(f, [p.displacement_phase for p in points]), **place)
     axes.set_ylim(-95.0, 275.0)
     axes.set_yticks([-90.0, 0.0, 90.0, 180.0, 270.0])
-    axes.set_ylabel(f"{'phase' if alone else 'voltage phase'} to the {'base' if physical else 'drive'} (degree)")
+    axes.set_ylabel(f"phase of the voltage\nto the {'base' if physical else 'drive'} (°)")
 
 
 def _unbroken(f: Floats, phases: Sequence[float | None]) -> tuple[Floats, Floats]:
@@ -171,16 +173,31 @@ def _unbroken(f: Floats, phases: Sequence[float | None]) -> tuple[Floats, Floats
     return np.insert(f, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
-def _bandwidth(top: Axes, answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float, one: bool) -> None:
+def _bandwidth(
+    top: Axes, answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float, first: bool
+) -> None:
     """Draw the half-power bandwidth as a wide pale bar at half the largest power, if it is within the sweep."""
     edges = answer.edges(direction)
     if edges is None:
         return
-    peak = answer.peak(direction).mean_power.value
-    half = 0.5 * peak / scale("", answer.unit_names.power, [p.mean_power.value for p in answer.sweep(direction)]).factor
+    half = 0.5 * answer.peak(direction).mean_power.value / _power_scale(answer)
     bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"], "solid_capstyle": "butt"}
-    label = "half-power bandwidth" + ("" if one else f", {direction}")
+    label = "half-power bandwidth" if first else "_"
     top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
+
+
+def _power_scale(answer: ResponseShape) -> float:
+    """What the powers of a response alone are divided by."""
+    powers = [p.mean_power.value for d in answer.directions for p in answer.sweep(d)]
+    return scale("", answer.unit_names.power, powers).factor
+
+
+def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float) -> Label:
+    """The label of the largest power: how much, and at which frequency."""
+    peak, of = answer.peak(direction), answer.unit_names
+    text = f"{amount(float(f'{peak.mean_power.value:.3g}'), of.power)}\nat {amount(peak.frequency, of.frequency)}"
+    at = np.array([[peak.frequency / hertz, peak.mean_power.value / _power_scale(answer)]])
+    return Label(text, look["color"], at)
 
 
 def _alike(answer: ResponseShape, name: str) -> bool:

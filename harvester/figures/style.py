@@ -1,7 +1,8 @@
 """The look of all figures: fonts, sizes and lines.
 
-Drawn for a journal's page 178 mm wide.  Text is taken as it stands (a title may hold a dollar sign), so units are
-written in Unicode.  How each engine looks is in `harvester.presentation.engine_look`.
+Drawn 152 mm wide with letters of 9 points and more, which a phone 390 pixels wide still shows 8 pixels tall.  Text is
+taken as it stands (a title may hold a dollar sign), so units are written in Unicode.  How each engine looks is in
+`harvester.presentation.engine_look`.
 """
 
 import io
@@ -23,20 +24,20 @@ from harvester.errors import escaped
 from harvester.machine import files
 from harvester.presentation.engine_look import LOOKS, EngineLook
 
-WIDTH = 7.0  # inches: two columns of a journal
+WIDTH = 6.0  # inches
 MOST_BARS = 60  # points of a curve with an error bar each; more are a band
 STYLE: Any = {  # of matplotlib's hundreds of names
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
-    "figure.titlesize": 10,
-    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 9),
-    **dict.fromkeys(("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 8),
+    "figure.titlesize": 10.5,
+    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 9.5),
+    **dict.fromkeys(("legend.fontsize", "legend.title_fontsize", "xtick.labelsize", "ytick.labelsize"), 9),
     **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     **dict.fromkeys(("xtick.minor.width", "ytick.minor.width"), 0.4),
     **dict.fromkeys(("legend.frameon", "axes.spines.top", "axes.spines.right", "text.parse_math"), False),
     **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
     **{"grid.color": "0.9", "grid.linewidth": 0.5, "legend.handlelength": 3.0, "axes.formatter.limits": (-4, 5)},
     **{"lines.linewidth": 1.4, "lines.markersize": 4.5, "lines.markeredgewidth": 0.8, "errorbar.capsize": 2},
-    "savefig.dpi": 150,
+    "savefig.dpi": 175,
     "svg.hashsalt": "harvester",  # the same names inside the same file, run after run
     "svg.fonttype": "path",  # looks the same where the font is missing
     "pdf.fonttype": 42,  # letters stay letters
@@ -104,14 +105,15 @@ def save(figure: Figure, folder: Path, name: str, vector: Sequence[str] = ()) ->
         files.write(folder / f"{name}.{form}", image(figure, form))
 
 
-def entitle(figure: Figure, text: str | None, otherwise: str) -> None:
-    """Set a title of up to three lines: ``otherwise`` where ``text`` is empty, and no title where it is None."""
-    if text is None:
+def entitle(figure: Figure, device: str | None, question: str = "") -> None:
+    """Set a title of up to three lines: the question that the figure answers, and the device; none for None."""
+    if device is None:
         return
-    text, across = escaped(text) or otherwise, 13.0 * figure.get_figwidth()
+    text, across = escaped(device), 12.0 * figure.get_figwidth()
     across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)  # lines of about one length
+    lines = textwrap.wrap(text, int(across), max_lines=_LINES - bool(question), placeholder=" ...")
     with styled():
-        figure.suptitle(textwrap.fill(text, int(across), max_lines=_LINES, placeholder=" ..."))
+        figure.suptitle("\n".join([question] * bool(question) + lines))
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
@@ -124,9 +126,9 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
     if not named and not note:
         return
     longest = max((len(label) for label in named), default=1)
-    columns = max(1, min(len(named), 4, int(16.0 * figure.get_figwidth() / (longest + 10))))
+    columns = max(1, min(len(named), 4, int(15.0 * figure.get_figwidth() / (longest + 10))))
     columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1  # rows of equal length
-    across = int(15.0 * figure.get_figwidth())
+    across = int(14.0 * figure.get_figwidth())
     with styled():
         found = figure.legend(
             [*named.values()], [*named], loc="outside lower center", ncols=columns, title=textwrap.fill(note, across)

@@ -23,7 +23,7 @@ MOST_SHOWN = 2000  # points of a curve
 FEW_POINTS = 30  # of a line, which show as markers
 MOST_CURVES = 6  # values of the other keys
 _MARKS = "osv^Dx"  # one for each value of the other keys
-_COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#BFA000", "#E67E22")  # viridis, its end darkened for paper
+_COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#E377C2", "#E67E22")  # every eye tells them apart
 
 
 @dataclass(frozen=True)

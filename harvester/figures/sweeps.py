@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
-from harvester.figures.quantities import broken, logarithm, mark, scale
+from harvester.figures.quantities import broken, logarithm, mark, quantity, scale
 from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, VISIBLE, Levels, Rows, groups, legend_lines, style
@@ -53,7 +53,7 @@ def sweep(table: SweepShape, title: str | None) -> Plot:
             low.set_ylabel(f"power over\nthat of {reference}")
             low.axhline(1.0, color="0.6", linewidth=0.8, zorder=0)
             _widen(low)
-        entitle(figure, title, "Mean power")
+        entitle(figure, title, f"Mean power against {quantity(along.key)[0].split(' = ')[0]}")
         legend(figure, _note(table, len(found)), legend_lines(shown, engines, len(along.values)))
     return figure
 

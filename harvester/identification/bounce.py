@@ -74,24 +74,15 @@ def path(b: Bounce, t: Floats) -> Floats:
 
 
 def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float) -> float:
-    """The angle between two where e^(-k a) (p cos a + q sin a) falls through -gap: bisection and secant steps."""
+    """The angle between two where e^(-k a) (p cos a + q sin a) falls through -gap: by Brent's method."""
+    from scipy.optimize import brentq
 
     def above(a: float) -> float:
         return math.exp(-k * a) * (p * math.cos(a) + q * math.sin(a)) + gap
 
-    a, b = above(low), above(high)
-    if a <= 0.0:
+    if above(low) <= 0.0:
         return low
-    for n in range(40):
-        middle = 0.5 * (low + high) if n % 3 == 2 else low + (high - low) * a / (a - b)
-        y = above(middle)
-        if abs(y) < 1e-14 * (abs(p) + abs(q)):
-            return middle
-        if y > 0.0:
-            low, a = middle, y
-        else:
-            high, b = middle, y
-    return 0.5 * (low + high)
+    return float(brentq(above, low, high, xtol=1e-14)) if above(high) < 0.0 else high
 
 
 def impacts(t: Floats, y: Floats) -> list[int]:

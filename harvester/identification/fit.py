@@ -9,13 +9,14 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError
 from harvester.identification import bounce
-from harvester.identification.measurement import BaseResponse, Impedance, Measurement
+from harvester.identification.measurement import BaseResponse, Decay, Impedance, Measurement
 from harvester.identification.misfit import without_outliers
 from harvester.identification.models import Device, base_response, decay, impedance
 
@@ -105,41 +106,40 @@ def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Chann
     """The channels of measurements; ``bouncing``: the ring-down of a displacement meets a stop."""
     found: list[Channel] = []
     for one in measurements:
-        if isinstance(one, Impedance):
-            z = one.z
-            found.append(
-                Channel(one, "size", one.f, np.log(np.abs(z)), lambda v, _, m=one: np.log(np.abs(_z(v, m))))  # type: ignore[misc]
-            )
-            found.append(
-                Channel(one, "phase", one.f, np.angle(z), lambda v, _, m=one: np.angle(_z(v, m)), True)  # type: ignore[misc]
-            )
-        elif isinstance(one, BaseResponse):
-            found.append(
-                Channel(one, "size", one.f, np.log(one.size), lambda v, _, m=one: np.log(np.abs(_response(v, m))))  # type: ignore[misc]
-            )
-            if one.phase is not None:
-                found.append(
-                    Channel(one, "phase", one.f, one.phase, lambda v, _, m=one: np.angle(_response(v, m)), True, True)  # type: ignore[misc]
-                )
-        elif bouncing and one.of == "displacement":
-            found.append(Channel(one, "ring-down", one.t, one.y, lambda v, _, m=one: bounce.path(_bounce(v), m.t)))  # type: ignore[misc]
-        else:
-            found.append(
-                Channel(one, "ring-down", one.t, one.y, lambda v, k, m=one: decay(device(v), m.t, m.y, m.load, k))  # type: ignore[misc]
-            )
+        if isinstance(one, Decay):
+            met = bouncing and one.of == "displacement"
+            found.append(Channel(one, "ring-down", one.t, one.y, partial(_path if met else _decay, one)))
+            continue
+        of_sensor = isinstance(one, BaseResponse)  # whose sign is not known
+        size, phase = (one.size, one.phase) if isinstance(one, BaseResponse) else (np.abs(one.z), np.angle(one.z))
+        found.append(Channel(one, "size", one.f, np.log(size), partial(_log_size, one)))
+        if phase is not None:
+            found.append(Channel(one, "phase", one.f, phase, partial(_phase, one), True, of_sensor))
     return tuple(found)
 
 
-def _z(values: dict[str, float], one: Impedance) -> "np.ndarray[tuple[int], np.dtype[np.complex128]]":
-    return impedance(device(values), one.f, one.clamped)
-
-
-def _response(values: dict[str, float], one: BaseResponse) -> "np.ndarray[tuple[int], np.dtype[np.complex128]]":
+def _curve(one: Impedance | BaseResponse, values: dict[str, float]) -> Complexes:
+    """The model's impedance or response at the frequencies of a measurement."""
+    if isinstance(one, Impedance):
+        return impedance(device(values), one.f, one.clamped)
     return base_response(device(values), one.f, one.load, one.of)
 
 
-def _bounce(values: dict[str, float]) -> bounce.Bounce:
-    return bounce.Bounce(**{field.name: values[field.name] for field in dataclasses.fields(bounce.Bounce)})
+def _log_size(one: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
+    return np.log(np.abs(_curve(one, values)))
+
+
+def _phase(one: Impedance | BaseResponse, values: dict[str, float], _: Floats) -> Floats:
+    return np.angle(_curve(one, values))
+
+
+def _path(one: Decay, values: dict[str, float], _: Floats) -> Floats:
+    names = (field.name for field in dataclasses.fields(bounce.Bounce))
+    return bounce.path(bounce.Bounce(**{name: values[name] for name in names}), one.t)
+
+
+def _decay(one: Decay, values: dict[str, float], kept: Floats) -> Floats:
+    return decay(device(values), one.t, one.y, one.load, kept)
 
 
 def _weighted(

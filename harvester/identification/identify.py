@@ -7,16 +7,18 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, quantities
-from harvester.identification.answer import IdentificationResult, Parameter
-from harvester.identification.fit import DeviceFit, channels, fit
-from harvester.identification.goodness import misfits, residual_rms
-from harvester.identification.intervals import ProfileInterval, Profiles
+from harvester.identification.fit import Channel, DeviceFit, channels, fit
+from harvester.identification.identification_result import IdentificationResult, Parameter
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
+from harvester.identification.misfit import pattern
+from harvester.identification.profile_intervals import ProfileInterval, Profiles
 from harvester.identification.read import read_files
 from harvester.identification.start import chosen, meets, starts
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.keys import full_key, key_kind, read_value
 from harvester.scene.plausibility import unusual
 
@@ -28,19 +30,30 @@ KNOWN = ("oscillator.mass", "oscillator.damping_ratio", "piezo.capacitance", "st
 
 @names_arguments
 def identify(files: str | Sequence[str], known: Mapping[str, float | str] | None = None) -> IdentificationResult:
-    """Fit one mode with its piezo to measurements in CSV files, each with its state behind an @ where it needs one.
+    """Fit one mode with its piezo to measurements in CSV files.
 
-    ``known`` are scene keys that are not fitted, such as ``{"mass": "40 g"}``.
+    Parameters
+    ----------
+    files
+        the path of a CSV file, or several, each with its state behind an @ where it needs one, such as
+        "ringdown.csv@open".
+    known
+        scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with their unit.
 
-    >>> import harvester as hv
-    >>> hv.identify("nowhere.csv")
-    Traceback (most recent call last):
-    harvester.errors.InputError: FILE must be a readable file, but 'nowhere.csv' is not: No such file or directory
+    Returns
+    -------
+    IdentificationResult
+        the device's parameters with 95 % intervals, in SI units.
 
     Raises
     ------
     InputError
         for files that cannot be read, hold no measurement or too few points, and for keys that cannot be known.
+
+    >>> import harvester as hv
+    >>> hv.identify("nowhere.csv")
+    Traceback (most recent call last):
+    harvester.errors.InputError: FILE must be a readable file, but 'nowhere.csv' is not: No such file or directory
     """
     names = (files,) if isinstance(files, str) else tuple(str(one) for one in files)
     return identified(read_files(names), known_values(known or {}))
@@ -179,3 +192,38 @@ def _remedy(key: str) -> str:
     if key == "piezo.capacitance":
         return "measure an impedance, or responses over two loads or more about 1/(2 pi f C)"
     return "these data leave it open: measure in another electrical state too (another load, short, open)"
+
+
+STRANGE = 0.05  # residual of a sweep from which on the model is doubted
+DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they are no outliers
+
+
+def residual_rms(best: DeviceFit) -> float:
+    """The residual of the whole fit, over all points that are kept."""
+    counts = np.array([kept.sum() for kept in best.kept])
+    parts = np.array([_relative(*one) for one in zip(best.channels, best.noise, strict=True)])
+    return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
+
+
+def _relative(channel: Channel, noise: float) -> float:
+    """The rms residual of a channel: of a ring-down over its size, else as it is."""
+    return noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
+
+
+def misfits(best: DeviceFit) -> list[Diagnostic]:
+    """Warnings where the device that was measured is not the one that was fitted."""
+    found, values = list[Diagnostic](), best.values()
+    swept = [pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"]
+    rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
+    if rms > STRANGE:
+        found.append(warning("fit_is_off", percent=100.0 * rms))
+    for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
+        off = channel.residuals(values, kept)[kept > 0.0]
+        left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
+        if left is not None:
+            where = {"file": channel.source.name, "curve": channel.name}
+            found.append(warning("residual_has_a_pattern", at=left.at, correlation=left.correlation, **where))
+        if len(off) < (1.0 - DOUBTFUL) * len(kept):
+            where = {"file": channel.source.name, "curve": channel.name}
+            found.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
+    return found

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Complexes, Floats
+from harvester.uncertainty.value import Value
 
 SHORT, OPEN = 0.0, math.inf  # loads in ohm
 
@@ -27,65 +28,55 @@ class Impedance:
         return "clamped" if self.clamped else "free"
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _OverLoad:
+    """A measurement over a ``load`` in ohm: ``of`` voltage, displacement, speed or acceleration."""
+
+    load: float
+    of: str
+
+    @property
+    def state(self) -> str:
+        """The load in words."""
+        if self.load in (SHORT, OPEN):
+            return "short circuit" if self.load == SHORT else "open circuit"
+        return Value(float(f"{self.load:.3g}")).format("ohm")
+
+
 @dataclass(frozen=True, eq=False)
-class BaseResponse:
+class BaseResponse(_OverLoad):
     """Voltage (V), displacement (m) or speed (m/s) per base acceleration of 1 m/s^2 at frequencies f, shape (n,).
 
-    ``phase`` (rad) is None where it was not measured; the sign of the sensor is not known.  ``load`` is in ohm.
+    ``phase`` (rad) is None where it was not measured; the sign of the sensor is not known.
     """
 
     name: str
     f: Floats
     size: Floats
     phase: Floats | None
-    load: float
-    of: str
-
-    @property
-    def state(self) -> str:
-        """The load in words."""
-        return load_words(self.load)
 
 
 @dataclass(frozen=True, eq=False)
-class Decay:
+class Decay(_OverLoad):
     """A ring-down: voltage (V), displacement (m), speed (m/s) or acceleration over even or uneven times, shape (n,)."""
 
     name: str
     t: Floats
     y: Floats
-    load: float
-    of: str
-
-    @property
-    def state(self) -> str:
-        """The load in words."""
-        return load_words(self.load)
 
 
 Measurement = Impedance | BaseResponse | Decay
 
 
-def load_words(load: float) -> str:
-    """A load in words."""
-    from harvester.uncertainty.value import Value
-
-    if load in (SHORT, OPEN):
-        return "short circuit" if load == SHORT else "open circuit"
-    return Value(float(f"{load:.3g}")).format("ohm")
-
-
 def thinned(one: Measurement, most: int) -> Measurement:
-    """A measurement of every n-th point, of about ``most``: enough to tell good starting values from bad ones."""
-    if isinstance(one, Impedance):
-        pick = slice(None, None, max(1, len(one.f) // most))
-        return dataclasses.replace(one, f=one.f[pick], z=one.z[pick])
-    if isinstance(one, BaseResponse):
-        pick = slice(None, None, max(1, len(one.f) // most))
-        phase = None if one.phase is None else one.phase[pick]
-        return dataclasses.replace(one, f=one.f[pick], size=one.size[pick], phase=phase)
-    pick = slice(None, None, max(1, len(one.t) // (8 * most)))
-    return dataclasses.replace(one, t=one.t[pick], y=one.y[pick])
+    """A measurement of every n-th point: enough to tell good starting values from bad ones.
+
+    Of a curve over the frequency there are about ``most``, of a ring-down eight times as many.
+    """
+    arrays: dict[str, Any] = {name: values for name, values in vars(one).items() if isinstance(values, np.ndarray)}
+    points = max(map(len, arrays.values()))
+    pick = slice(None, None, max(1, points // (8 * most if isinstance(one, Decay) else most)))
+    return dataclasses.replace(one, **{name: values[pick] for name, values in arrays.items()})
 
 
 def finite(*columns: Floats) -> Any:

@@ -62,7 +62,7 @@ QUANTITIES = (
     Quantity(
         "oscillator.damping_ratio", "", "mechanical, 1/(2 Q)", ("quality",), lambda v: 0.5 / v["quality"]
     ),
-    Quantity("piezo.coupling", "N/V", "force a volt, charge a displacement", _M, coupling),
+    Quantity("piezo.coupling", "N/V", "force per volt, charge per displacement", _M, coupling),
     Quantity("piezo.capacitance", "F", "clamped: with the mass held", ("capacitance",), lambda v: v["capacitance"]),
     Quantity(
         "stop.restitution", "", "speed after over speed before an impact", ("restitution",), lambda v: v["restitution"],

@@ -202,7 +202,7 @@ def _responses(table: CsvTable, f: Floats, label: str, key: str, load: float | N
                     good &= np.isfinite(phase)
                 _enough(good, key)
                 angle = None if phase is None else phase[good]
-                found.append(BaseResponse(label, f[good], np.abs(size[good]), angle, float(one), of))
+                found.append(BaseResponse(label, f[good], np.abs(size[good]), angle, load=float(one), of=of))
             break
     return list(found)
 
@@ -237,7 +237,8 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
                 raise InputError(f"{key} must show a ring-down, but its {of} is constant")
             written = _LOAD.search(column.name)
             mine = several[0] if several else _load(written[1], key) if written else load
-            return Decay(label, t[good], y[good], (OPEN if of == "voltage" else SHORT) if mine is None else mine, of)
+            mine = (OPEN if of == "voltage" else SHORT) if mine is None else mine
+            return Decay(label, t[good], y[good], load=mine, of=of)
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
 
 

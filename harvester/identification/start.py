@@ -22,8 +22,9 @@ BOUNCE = ("restitution", "gap", "x0", "v0", "zero")  # parameters that only a ri
 def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncing: bool) -> tuple[str, ...]:
     """The names of the parameters to fit; what is known is not among them."""
     linear = [one for one in measurements if not meets(one, bouncing)]
-    impedance, coupled = any(map(_is_impedance, measurements)), any(map(_couples, linear))
-    moving = coupled or not all(map(_is_impedance, measurements))
+    impedances = [isinstance(one, Impedance) for one in measurements]
+    impedance, coupled = any(impedances), any(map(_couples, linear))
+    moving = coupled or not all(impedances)
     capacitance = impedance or (coupled and any(map(_has_resistor, measurements)))
     told = "mass" in known and (capacitance or "capacitance" in known)  # else a known mass gives no psi = theta/C
     determined = {
@@ -35,10 +36,6 @@ def chosen(measurements: Sequence[Measurement], known: dict[str, float], bouncin
         BOUNCE: bouncing,
     }
     return tuple(name for names, there in determined.items() if there for name in names if name not in known)
-
-
-def _is_impedance(one: Measurement) -> bool:
-    return isinstance(one, Impedance)
 
 
 def _is_voltage_per_g(one: Measurement) -> bool:

@@ -21,7 +21,7 @@ import numpy as np
 
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
-from harvester.linear.response import gains, white
+from harvester.linear.transfer import gains, white
 
 _FREQUENCIES = 4_001  # at which the density is summed
 _WIDEST = 1e3  # times the resonance
@@ -66,7 +66,7 @@ class GaussianPeaks:
 def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
     """The peaks of x and of V of linear equations under white noise N1 alone, nondimensional.
 
-    From the moments of `harvester.linear.response.white` and V' = x' - mu V, hence E[V'^2] = E[x'^2] - mu^2 E[V^2].
+    From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] = E[x'^2] - mu^2 E[V^2].
 
     Raises SimulationError where no stationary response exists.
     """

@@ -11,8 +11,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
-from harvester.linear.response import gains
 from harvester.linear.shaking import lines
+from harvester.linear.transfer import gains
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import BRIDGE, Record
 

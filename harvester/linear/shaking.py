@@ -15,7 +15,7 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
-from harvester.linear.response import gains
+from harvester.linear.transfer import gains
 from harvester.records.records import Record
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)  # of each coefficient's relative rounding, with what is made of them

@@ -1,6 +1,6 @@
 """The stationary mean square of linear equations, to rounding, under all shaking that a scene may have.
 
-White noise adds N1 times the response to noise of intensity 1 (`harvester.linear.response`), other shaking its own
+White noise adds N1 times the response to noise of intensity 1 (`harvester.linear.transfer`), other shaking its own
 (`harvester.linear.shaking`).  Noise on the stiffness is white noise of intensity N2 E[x^2], independent of the rest:
 
     N = N1 + N2 E[x^2],   E[x^2] = N X + E[x^2 of other shaking]
@@ -14,8 +14,8 @@ from typing import NamedTuple
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import HarvesterError, UnboundedResponseError
-from harvester.linear.response import white
 from harvester.linear.shaking import ROUNDING, response_to_shaking
+from harvester.linear.transfer import white
 
 
 class MeanSquare(NamedTuple):

@@ -22,11 +22,20 @@ Study = TypeVar("Study", bound=Callable[..., Any])
 class Execution:
     """How a study is carried out; none of it changes the answers.
 
-    ``workers`` are processes of this machine (None: one a core where there is work for them; 1: this one alone), and
-    ``executor`` one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask scheduler.
-    ``out`` is the folder for the files of the study; without it nothing is written.  ``resume`` keeps what an earlier
-    run of the same study left there.  ``formats`` are forms of its figures beside .png: "svg", "pdf".  ``progress`` is
-    told how far the study is: see `harvester.machine.progress.Progress`.
+    Parameters
+    ----------
+    workers
+        processes of this machine; None: one a core where there is work for them; 1: this one alone.
+    executor
+        one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask scheduler.
+    resume
+        keep what an earlier run of the same study left in the folder ``out``.
+    out
+        the folder for the files of the study; without it nothing is written.
+    formats
+        forms of its figures beside .png: "svg", "pdf".
+    progress
+        is told how far the study is: an object with the methods ``start()``, ``step(fraction, what)`` and ``close()``.
 
     >>> import harvester as hv
     >>> hv.Execution(out="sweep", resume=True).workers is None

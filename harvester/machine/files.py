@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, shown
+from harvester.machine.system import this_system
 
 VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
 
@@ -40,7 +41,7 @@ def read(path: str | Path, argument: str, most: int) -> bytes:
     """
     name = shown(str(path))
     try:
-        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+        with os.fdopen(this_system.open_to_read(path), "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise OSError(0, "it is a pipe or a device")
             data = file.read(most + 1)

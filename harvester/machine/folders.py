@@ -10,9 +10,9 @@ from pathlib import Path
 import platformdirs
 
 from harvester.errors import InputError, shown
+from harvester.machine.system import this_system
 
 VARIABLE = "NUMBA_CACHE_DIR"  # of the environment: another place for the cache
-_BY_OTHERS = 0o022  # permissions to write
 
 
 def cache_folder() -> Path | None:
@@ -35,7 +35,7 @@ def own(path: Path) -> Path | None:
         state = path.stat()
     except OSError:
         return None
-    if state.st_uid != os.geteuid() or state.st_mode & _BY_OTHERS:
+    if this_system.others_may_write(state):
         raise InputError(
             f"the cache must be a folder of your own that nobody else may write, but {shown(str(path))} is not: "
             f"'chmod go-w' where it is yours, or name another in {VARIABLE}"
@@ -64,17 +64,16 @@ def bare(name: str, file: str) -> str:
 @contextmanager
 def at_home(folder: str) -> Iterator[None]:
     """Make a folder the current one, and the home, for what a library reads as it loads; then go back."""
-    here, home = os.open(".", getattr(os, "O_PATH", os.O_RDONLY)), os.environ.get("HOME")
-    try:
-        os.chdir(folder)
-        os.environ["HOME"] = folder
-        yield
-    finally:
-        os.environ.pop("HOME", None)
-        if home is not None:
-            os.environ["HOME"] = home
-        os.fchdir(here)
-        os.close(here)
+    home = os.environ.get("HOME")
+    with this_system.back_to_this_folder():
+        try:
+            os.chdir(folder)
+            os.environ["HOME"] = folder
+            yield
+        finally:
+            os.environ.pop("HOME", None)
+            if home is not None:
+                os.environ["HOME"] = home
 
 
 @cache

@@ -5,6 +5,8 @@ import importlib
 import os
 import sys
 
+from harvester.machine.system import this_system
+
 
 def search_garbage_rarely() -> None:
     """Let Python look through older objects for garbage less often than it does by itself, in this whole process.
@@ -22,11 +24,7 @@ def load_elsewhere(name: str) -> bool:
     """
     if name in sys.modules:
         return False
-    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # O_PATH: it may be a folder that cannot be read
-    try:
+    with this_system.back_to_this_folder():
         os.chdir("/")
         importlib.import_module(name)
-    finally:
-        os.fchdir(here)
-        os.close(here)
     return True

@@ -1,11 +1,11 @@
 """What this process is allowed that the libraries below cannot work with: they would hang, or end it without a word."""
 
 import os
-import resource
 import sys
 from pathlib import Path
 
 from harvester.errors import InputError, SimulationError, shown
+from harvester.machine.system import this_system
 
 LEAST = 1_000_000_000  # bytes of address space
 THREADS, UNCOMPILED = "NUMBA_NUM_THREADS", "NUMBA_DISABLE_JIT"
@@ -17,8 +17,8 @@ def check_limits() -> None:
     Raises SimulationError for an address space (ulimit -v) below `LEAST`, in which OpenBLAS and LLVM hang or abort;
     InputError for settings of numba that no kernel runs with, and for a current folder that has been removed.
     """
-    room = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if room != resource.RLIM_INFINITY and room < LEAST:
+    room = this_system.address_space()
+    if room is not None and room < LEAST:
         raise SimulationError(
             f"the address space of a process must be at least {LEAST // 1_000_000} MB, but is {room // 1_000_000} MB: "
             "raise it with ulimit -v"

@@ -1,6 +1,5 @@
 """Locks between processes: a file that one holds at a time, until it is done or ends."""
 
-import fcntl
 import os
 import stat
 import time
@@ -8,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
+
+from harvester.machine.system import this_system
 
 LONGEST_TURN = 60.0  # seconds that others wait for a process, which may have been stopped meanwhile
 
@@ -29,19 +30,17 @@ def locked(path: Path) -> IO[bytes] | None:
     with it in `LONGEST_TURN`.
     """
     end = time.monotonic() + LONGEST_TURN
-    try:  # a pipe that is opened for reading and writing waits for nobody
-        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+b", buffering=0)
+    try:
+        file = os.fdopen(this_system.open_to_lock(path), "r+b", buffering=0)
     except OSError:
         return None
     while stat.S_ISREG(os.fstat(file.fileno()).st_mode) and time.monotonic() < end:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            if this_system.lock(file.fileno()):
+                return file
             time.sleep(0.02)
         except OSError:
             break
-        else:
-            return file
     file.close()
     return None
 

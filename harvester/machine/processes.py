@@ -5,7 +5,6 @@ Each is a loky executor of one process, because an executor of several gives up 
 
 import multiprocessing.process
 import os
-import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ from typing import Any, TypeVar
 import loky
 
 from harvester.machine.imports import search_garbage_rarely
+from harvester.machine.system import this_system
 
 T = TypeVar("T")
 Job = TypeVar("Job")
@@ -26,7 +26,6 @@ _STARTING = threading.RLock()  # starting a process changes what all threads (of
 SAFE = {"PYTHONSAFEPATH": "1"}  # Python looks for no module in the current folder, with -m and -c too
 _OF_PARENT: list[loky.ProcessPoolExecutor] = []  # of the program that this one was forked from: never touched
 GROWTH = "2e9"  # bytes by which a worker may grow: each combination of effects that it compiles takes some
-LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 
 
 def _after_fork() -> None:
@@ -39,7 +38,7 @@ def _after_fork() -> None:
     multiprocessing.process._children.clear()  # type: ignore[attr-defined]
 
 
-os.register_at_fork(after_in_child=_after_fork)
+this_system.after_fork(_after_fork)
 
 
 def idle_processes() -> deque[loky.ProcessPoolExecutor]:
@@ -50,7 +49,7 @@ def idle_processes() -> deque[loky.ProcessPoolExecutor]:
         _OF_PARENT.extend(idle)
         idle.clear()
 
-    os.register_at_fork(after_in_child=forget)
+    this_system.after_fork(forget)
     return idle
 
 
@@ -152,8 +151,7 @@ def _without_keyboard_interrupts() -> Iterator[None]:
 
     A worker may start workers of its own (ngspice's), also in a process that is a daemon (Dask's).
     """
-    with _STARTING:
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    with _STARTING, this_system.without_interrupts():
         settings: dict[str, Any] = multiprocessing.process.current_process()._config  # type: ignore[attr-defined]
         daemon = settings.pop("daemon", None)
         try:
@@ -161,7 +159,6 @@ def _without_keyboard_interrupts() -> Iterator[None]:
         finally:
             if daemon is not None:
                 settings["daemon"] = daemon
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(parent: int, folder: str | None) -> None:
@@ -173,8 +170,7 @@ def _begin(parent: int, folder: str | None) -> None:
 
     def look() -> None:
         """Wait for the parent's end, then end this process."""
-        while os.getppid() == parent:
-            threading.Event().wait(LOOK)
+        this_system.wait_for_end_of(parent)
         os._exit(1)
 
     threading.Thread(target=look, daemon=True).start()

@@ -6,34 +6,30 @@ import re
 import sys
 from datetime import UTC, datetime
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from harvester import __version__
+from harvester.machine.system import this_system
 
 PACKAGES = ("numpy", "scipy", "numba", "PySpice", "matplotlib")
 
 
 def versions() -> dict[str, str]:
     """Versions of Python, this package and the packages that compute; '' where one is not installed."""
-    found = {"python": platform.python_version(), "harvester": __version__}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = ""
-    return found
+    return {"python": platform.python_version(), "harvester": __version__} | {name: version(name) for name in PACKAGES}
+
+
+def version(package: str) -> str:
+    """The version of an installed package; '' where it is not installed."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def machine() -> dict[str, Any]:
     """Processor, cores and system of this machine."""
-    processor = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-        processor = names[0] if names else processor
-    except OSError:
-        pass
+    processor = this_system.processor() or platform.processor() or platform.machine()
     return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
 
 

@@ -3,9 +3,9 @@
 import re
 from collections.abc import Set
 
-from harvester.errors import InputError, invalid
+from harvester.errors import InputError
 from harvester.netlists.read_lines import Line
-from harvester.netlists.subcircuits import joined
+from harvester.netlists.subcircuits import header_of, joined
 from harvester.netlists.syntax import net_of, places_of_nodes
 
 COMMON = "board_ground"
@@ -14,7 +14,7 @@ VOLTAGE = re.compile(r"\bv\(\s*([^(),\s]+)\s*(?:,\s*([^(),\s]+)\s*)?\)", re.IGNO
 
 def referred(body: list[Line], inner: list[list[Line]], models: Set[str]) -> tuple[list[Line], list[list[Line]]]:
     """Body and subcircuits in which node 0 is the board's ground: a pin more for each subcircuit that refers to it."""
-    bodies = {_header(one[0])[0].lower(): [_without_ground_pin(line, one[0]) for line in one] for one in inner}
+    bodies = {header_of(one[0]).name.lower(): [_without_ground_pin(line, one[0]) for line in one] for one in inner}
     needing: set[str] = set()
     while True:
         more = {name for name, lines in bodies.items() if any(_refers(line, models, needing) for line in lines[1:])}
@@ -24,29 +24,16 @@ def referred(body: list[Line], inner: list[list[Line]], models: Set[str]) -> tup
     found = []
     for name, lines in bodies.items():
         new = [_grounded(line, models, needing) for line in lines[1:]] if name in needing else lines[1:]
-        plain, rest = _header(lines[0])[1:], _parameters(lines[0])
-        head = " ".join([".subckt", _header(lines[0])[0], *plain, *([COMMON] if name in needing else []), *rest])
-        found.append([Line(lines[0].where, head), *new])
+        words = joined(lines[0].text).split()
+        if name in needing:
+            words.insert(2 + len(header_of(lines[0]).terminals), COMMON)
+        found.append([Line(lines[0].where, " ".join(words)), *new])
     return [_grounded(line, models, needing) for line in body], found
-
-
-def _header(line: Line) -> list[str]:
-    """The name and the pins on a .subckt line."""
-    tokens = joined(line.text).split()[1:]
-    plain = next((k for k, one in enumerate(tokens) if "=" in one or one.lower() == "params:"), len(tokens))
-    if not plain:
-        raise invalid(f"netlist {line.where}", "have a name", line.text[:60])
-    return tokens[:plain]
-
-
-def _parameters(line: Line) -> list[str]:
-    """The parameters on a .subckt line."""
-    return joined(line.text).split()[1 + len(_header(line)) :]
 
 
 def _without_ground_pin(line: Line, header: Line) -> Line:
     """A line of a subcircuit whose pin is called gnd, which ngspice would take for node 0, with another name for it."""
-    if "gnd" not in (one.lower() for one in _header(header)[1:]):
+    if "gnd" not in (one.lower() for one in header_of(header).terminals):
         return line
     return Line(line.where, re.sub(r"(?<![\w.])gnd(?![\w.])", "gnd_pin", line.text, flags=re.IGNORECASE))
 

@@ -23,6 +23,7 @@ from harvester.netlists.subcircuits import Header, header_of, split_subcircuits,
 from harvester.netlists.syntax import ngspice_number
 from harvester.scene.load import Load, is_path
 
+_SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
 _RESERVED = ("name", "netlist", "subcircuit_name", "self")  # PySpice's arguments of a subcircuit call by name
 
 
@@ -87,7 +88,7 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
     Raises InputError for an unknown netlist, one that could run a command or reach a file outside its folder, one
     without two terminals or without Rload, and parameters that it lacks or that lack a value.
     """
-    name, parameters = load.netlist, load.parameters
+    name, parameters = load.netlist, dict(load.parameters)
     if name is None:
         assert load.resistance is not None, "Load checks this"
         name, parameters = "resistor", {"R": load.resistance}
@@ -129,6 +130,40 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         renamed=board.elements,
         ground=board.ground,
     )
+
+
+def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
+    """The load of a netlist with its parameters, checked at once: that it can be used, and has such parameters.
+
+    Parameters
+    ----------
+    name
+        one of the package's netlists, such as "bridge", or the path of a file that has a subcircuit.  Of a flat netlist
+        `Load` names the terminals.
+    parameters
+        of the subcircuit, and its elements by their names: numbers in SI units, or texts with their unit.
+
+    Returns
+    -------
+    Load
+        for `Scene` and `Scene.with_load`.
+
+    Raises
+    ------
+    InputError
+        for a netlist that is not there, with the nearest match, or cannot be used; a parameter that it does not have;
+        and one that is no number and no quantity.
+
+    >>> import harvester as hv
+    >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
+    {'R': 1000000.0, 'C': 1e-05}
+    >>> hv.Netlist("bridg")
+    Traceback (most recent call last):
+    harvester.errors.InputError: unknown netlist 'bridg': did you mean 'bridge'?
+    """
+    load = Load(netlist=name, parameters=parameters)
+    load_circuit(load, _SOME_CAPACITANCE)
+    return load
 
 
 def _board(load: Load, path: Path, parts: Path) -> Board:

@@ -1,4 +1,4 @@
-"""Any part of a result as plain data, as --json prints it: numbers, texts, lists and objects."""
+"""Any part of a result as plain data, as --json prints it: numbers, texts, lists and objects; and whether two agree."""
 
 import dataclasses
 import math
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.glossary import term
 from harvester.uncertainty.value import Value, number
 
 
@@ -41,3 +42,23 @@ def _parts(one: Any) -> Any:
 
 def _key(name: Any) -> str:
     return f"{name:g}" if isinstance(name, float) else str(name)
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two parts of results say the same, but for times of computing."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    first, second = _compared_parts(one), _compared_parts(other)
+    if first is None or second is None or type(one) is not type(other):
+        return bool(one == other)
+    return first.keys() == second.keys() and all(same(part, second[name]) for name, part in first.items())
+
+
+def _compared_parts(one: Any) -> dict[Any, Any] | None:
+    """The parts of what has parts, by their names or places, but for times of computing."""
+    found: dict[Any, Any] | None = None
+    if dataclasses.is_dataclass(one):
+        found = {field.name: getattr(one, field.name) for field in dataclasses.fields(one) if field.compare}
+    elif isinstance(one, Mapping | list | tuple):
+        found = dict(one) if isinstance(one, Mapping) else dict(enumerate(one))
+    return found and {name: part for name, part in found.items() if term(str(name)).kind != "clock"}

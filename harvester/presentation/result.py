@@ -5,14 +5,15 @@ what it wants beyond the order of its fields it says in class attributes.
 """
 
 import dataclasses
+import warnings
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import term
-from harvester.presentation.plain import plain
+from harvester.presentation.plain import plain, same
 from harvester.presentation.sheet import quantity, sheet, unit_of
-from harvester.presentation.table import Table
+from harvester.presentation.table import Cell, Column, Table
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -28,8 +29,10 @@ class Result:
 
     Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the text shows all but
     ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where ``JSON_NAMES`` has some; of those ``OPTIONAL``
-    only what is there), and the short repr those of ``SHORT``.  A field ``diagnostics`` becomes the notes and warnings,
-    ``physical`` says whether the numbers have SI units.
+    only what is there), and the short repr those of ``SHORT``; ``RENAMED`` maps names of an earlier version to today's.
+    A field ``diagnostics`` becomes the notes and warnings, ``physical`` says whether the numbers have SI units.
+
+    Two results are equal where all that they say is, but for the seconds of computing.
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = ()
@@ -39,9 +42,36 @@ class Result:
     OPTIONAL: ClassVar[frozenset[str]] = frozenset()
     JSON_NAMES: ClassVar[dict[str, str]] = {}
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power")
+    RENAMED: ClassVar[dict[str, str]] = {}
 
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, Any]]
+    else:  # or type checkers would take any name for one of a result's
+
+        def __getattr__(self, name):
+            if name not in type(self).RENAMED:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            new = type(self).RENAMED[name]
+            text = f"{type(self).__name__}.{name} is {new} from version 0.3 on"
+            warnings.warn(text, DeprecationWarning, stacklevel=2)
+            return getattr(self, new)
+
+    def __post_init__(self) -> None:
+        """Give each of its values the unit that the glossary has for its name, and its parts the units of the whole."""
+        own = str(getattr(self, "unit", ""))
+        for name, one in vars(self).items():
+            for part in one.values() if isinstance(one, dict) else one if isinstance(one, tuple) else (one,):
+                if isinstance(part, Result) and not hasattr(part, "physical") and hasattr(self, "physical"):
+                    object.__setattr__(part, "physical", self.physical)
+                    part.__post_init__()
+            if isinstance(one, Value) and not one.unit:
+                unit = unit_of(term(name), self.unit_names, own)
+                object.__setattr__(self, name, dataclasses.replace(one, unit=unit))
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and same(self, other)
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def unit_names(self) -> AnswerUnits:
@@ -58,18 +88,18 @@ class Result:
         """The diagnostics that explain it."""
         return tuple(one for one in getattr(self, "diagnostics", ()) if one.severity == "note")
 
-    def names(self) -> list[str]:
+    def field_names(self) -> list[str]:
         """The names of its fields and derived properties, in order, but for the diagnostics and ``physical``."""
         fields = [one.name for one in dataclasses.fields(self)]
         return [name for name in (*fields, *self.DERIVED) if name not in HANDLED | self.INTERNAL]
 
     def shown_names(self) -> list[str]:
         """Those that its text shows."""
-        return [name for name in self.names() if name not in self.NOT_SHOWN]
+        return [name for name in self.field_names() if name not in self.NOT_SHOWN]
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints."""
-        names = [name for name in self.names() if name not in self.NOT_IN_JSON]
+        names = [name for name in self.field_names() if name not in self.NOT_IN_JSON]
         names = [name for name in names if name not in self.OPTIONAL or getattr(self, name)]
         found = {self.JSON_NAMES.get(name, name): plain(getattr(self, name)) for name in names}
         if hasattr(self, "diagnostics"):
@@ -77,6 +107,25 @@ class Result:
             found["reason"] = "; ".join(one.line for one in self.notes)
             found["diagnostics"] = [one.as_json() for one in self.diagnostics]
         return found
+
+    @property
+    def table(self) -> Table:
+        """Its numbers and texts as one row."""
+        own = str(getattr(self, "unit", ""))
+        cells = {name: one for name in self.field_names() if isinstance(one := getattr(self, name), Cell)}
+        units = {name: unit_of(term(name), self.unit_names, own) for name in cells}
+        return Table(tuple(Column(name, [one], units[name]) for name, one in cells.items()))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Its `table` as a data frame: numbers in SI units (nondimensional scene: without units), nan for none.
+
+        A value has columns for all parts of its error: ``mean_power``, ``mean_power_stderr``, ``mean_power_error95``...
+        """
+        return self.table.to_pandas()
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Its `table` as a dataset, whose variables have a label and a unit as attributes."""
+        return self.table.to_xarray()
 
     def __str__(self) -> str:
         return "\n".join(sheet(self).lines())
@@ -98,14 +147,6 @@ class TableResult(Result):
     def table(self) -> Table:
         """Its rows."""
         raise NotImplementedError
-
-    def to_pandas(self) -> "pandas.DataFrame":
-        """Its rows as a data frame: numbers as numbers, nan where there is none."""
-        return self.table.to_pandas()
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """Its rows as a dataset with labels and units."""
-        return self.table.to_xarray()
 
 
 def _short(result: Result, name: str) -> str:

@@ -13,7 +13,7 @@ from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
 from harvester.presentation.glossary import Term, term
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value, percent
+from harvester.uncertainty.value import Value, clock, percent
 
 ERROR_OF = "error_of_"  # before the name of a number: its whole error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
@@ -159,10 +159,11 @@ def quantity(one: Value | float, about: Term, unit: str) -> str:
     if about.kind == "share":
         return f"{value.scaled(100.0).format()} %"
     if about.kind == "clock":
-        return f"{value.value:.2g} s of computing"
+        return f"{clock(value.value)} of computing"
     if about.kind == "time" and not unit:
         return f"{value.value:.4g} (1/w0)"
-    if not unit and value.value == int(value.value) and abs(value.value) < 1e6:
+    is_count = not unit and value.value == int(value.value) and abs(value.value) < 1e6
+    if is_count and not value.known_error95 and not value.unknown:
         return f"{value.value:.0f}"
     return value.format(unit)
 
@@ -184,7 +185,7 @@ def _head(result: Presentable) -> str:
     """The engine, and what it took."""
     engine, seconds = getattr(result, "engine", ""), getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)
-    took = [] if seconds is None else [f"{seconds:.2g} s"]
+    took = [] if seconds is None else [clock(seconds)]
     took += [f"{steps:.3g} steps"] if steps else []
     name = engine or term(type(result).__name__).label
     return f"{name}: {', '.join(took)}" if took else name

@@ -18,7 +18,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.presentation.columns import columns
 from harvester.presentation.glossary import term
-from harvester.uncertainty.value import Value, amount, percent
+from harvester.uncertainty.value import Value, amount, percent, two_digits
 
 if TYPE_CHECKING:
     import pandas
@@ -245,7 +245,7 @@ def _shown(cell: Cell, unit: str, clock: bool) -> str:
     if isinstance(cell, float) and not math.isfinite(cell):
         return f"{cell:g}"
     if clock:
-        return f"{float(cell.value if isinstance(cell, Value) else cell):.2g}"
+        return two_digits(float(cell.value if isinstance(cell, Value) else cell))
     if unit == "%":
         return f"{float(cell.value if isinstance(cell, Value) else cell):.4g} %"
     return amount(float(cell.value if isinstance(cell, Value) else cell), unit)

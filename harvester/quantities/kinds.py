@@ -4,7 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import Any, get_args
 
 from harvester.quantities.units import (
     LARGEST,
@@ -22,7 +22,7 @@ _SHORT = 40  # letters of a unit that an error shows
 _GRAVITY = re.compile(r"(?<![A-Za-z])([mu]?)[gG](?:n|rms|_rms)?(?![A-Za-z])")  # g, mg, ug of an acceleration
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Kind:
     """A physical quantity: its name, the SI unit that a bare number is in, an example, its range.
 
@@ -39,6 +39,9 @@ class Kind:
     most: float = math.inf
     usual: tuple[float, float] = (0.0, math.inf)
     gravity: bool = False  # in an acceleration "g" is standard gravity, not gram
+
+    def __repr__(self) -> str:
+        return self.name
 
     @property
     def must(self) -> str:
@@ -119,7 +122,22 @@ class Kind:
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
 
-        return core_schema.no_info_before_validator_function(self.read, handler(source))
+        def read(value: object) -> float | None:
+            return None if value is None and optional else self.read(value)
+
+        optional = type(None) in get_args(source)
+        return core_schema.no_info_before_validator_function(read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        return self.json_schema()
+
+    def json_schema(self) -> dict[str, Any]:
+        """The schema of a value in a scene file: a number in its range, or a text that begins with one."""
+        bounds = {"exclusiveMinimum": self.above, "minimum": self.least, "maximum": self.most}
+        known = {name: bound for name, bound in bounds.items() if math.isfinite(bound)}
+        sign = "[+]?" if self.above >= 0.0 else "[+-]?"
+        unit = r".*[^\d\s.eE+-]" if self.unit else ""  # a text of such a kind carries its unit
+        return {"anyOf": [{"type": "number", **known}, {"type": "string", "pattern": rf"^\s*{sign}(\d|\.\d){unit}"}]}
 
 
 MASS = Kind("a mass (kg)", "kg", "'40 g'", above=0.0, usual=(1e-13, 1e5))
@@ -143,7 +161,14 @@ ACCELERATION_PSD = Kind(
 )
 FREQUENCY = Kind("a frequency (Hz)", "Hz", "'3.2 Hz'", above=0.0)
 VOLTAGE = Kind("a voltage (V)", "V", "'3.3 V'")
+VOLTAGE_FROM_0 = Kind("a voltage (V)", "V", "'3.3 V'", least=0.0)
+RESISTANCE_FROM_0 = Kind("a resistance (ohm)", "ohm", "'10 ohm'", least=0.0)
+STORAGE = Kind("a capacitance (F)", "F", "'470 uF'", above=0.0, usual=(1e-9, 1e4))
+CURRENT = Kind("a current (A)", "A", "'4 mA'", least=0.0)
+ENERGY = Kind("an energy (J)", "J", "'200 uJ'", above=0.0)
+SHARE = Kind("a share", "", "0.85", above=0.0, most=1.0)
 TIME = Kind("a time (s)", "s", "'50 ms'", above=0.0)
+QUALITY = Kind("a quality factor", "", "125", above=0.0)
 NUMBER = Kind("a number", "", "0.05")
 NUMBER_FROM_0 = Kind("a number", "", "0.05", least=0.0)
 NUMBER_ABOVE_0 = Kind("a number", "", "1.5", above=0.0)

@@ -8,18 +8,28 @@ from harvester.quantities.units import prefix_factor, split_unit, unit_factor
 def logspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
     """Make ``count`` values from ``low`` to ``high``, each the same multiple of the one before.
 
-    Numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
+    Parameters
+    ----------
+    low, high
+        the ends: two numbers, or two texts of one kind of quantity.
+    count
+        how many values, both ends among them.
+
+    Returns
+    -------
+    tuple
+        numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
+
+    Raises
+    ------
+    InputError
+        for ends that are no quantities of one kind, or not both above 0, and a count below 2.
 
     >>> import harvester as hv
     >>> hv.logspace(1.0, 100.0, 3)
     (1.0, 10.0, 100.0)
     >>> hv.logspace("1 kohm", "1 Mohm", 4)
     ('1.0 kohm', '10.0 kohm', '100.0 kohm', '1000.0 kohm')
-
-    Raises
-    ------
-    InputError
-        for ends that are no quantities of one kind, or not both above 0, and a count below 2.
     """
     a, b, unit = _ends(low, high, count)
     if not min(a, b) > 0.0:
@@ -32,14 +42,26 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 def linspace(low: float | str, high: float | str, count: int) -> tuple[float | str, ...]:
     """Make ``count`` values from ``low`` to ``high``, each the same amount above the one before.
 
-    >>> import harvester as hv
-    >>> hv.linspace("0 mm", "0.5 mm", 3)
-    ('0.0 mm', '0.25 mm', '0.5 mm')
+    Parameters
+    ----------
+    low, high
+        the ends: two numbers, or two texts of one kind of quantity.
+    count
+        how many values, both ends among them.
+
+    Returns
+    -------
+    tuple
+        numbers for numbers, else texts in the unit of ``low``, which the key that takes them reads.
 
     Raises
     ------
     InputError
         for ends that are no quantities of one kind, and a count below 2.
+
+    >>> import harvester as hv
+    >>> hv.linspace("0 mm", "0.5 mm", 3)
+    ('0.0 mm', '0.25 mm', '0.5 mm')
     """
     a, b, unit = _ends(low, high, count)
     values = [a, *(float(f"{a + (b - a) * k / (count - 1):.15g}") for k in range(1, count - 1)), b]

@@ -7,7 +7,7 @@ from harvester.answers.estimate import Estimate
 from harvester.equations.problem import Problem
 from harvester.presentation.sheet import sheet
 from harvester.report import engines
-from harvester.report.numbers import amount, signs
+from harvester.report.numbers import amount, share, signs
 from harvester.report.page import Page, Section, TextTable, drawing
 from harvester.report.result import text_table
 from harvester.report.scenes import scene_page
@@ -30,7 +30,7 @@ def of_run(scene: Scene | Problem, answer: Estimate, seed: int, largest: Extreme
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
-    caption = f"{parts} To the right, where the power went." if ledger else parts
+    caption = f"{parts} Below, where the power went." if ledger else parts
     found = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
@@ -76,8 +76,21 @@ def of_comparison(scene: Scene | Problem, result: Comparison, seed: int, largest
         warnings=engines.warnings(result.estimates),
     )
     lead = [f"{e.engine}: {line[0].lower()}{line[1:]}" for e in result.estimates for line in engines.lead(e)[:1]]
+    lead.append(_agreement(result))
     about = provenance(problem)
     return scene_page(problem, "compare", lead, found, about, seed=seed, reference=result.reference.engine)
+
+
+def _agreement(result: Comparison) -> str:
+    """Which engines agree with the reference within the errors that both state."""
+    reference, others = result.reference, [one for one in result.estimates if one is not result.reference]
+    words = []
+    for one in others:
+        away = one.mean_power.value - reference.mean_power.value
+        within = one.mean_power.known_error95 + reference.mean_power.known_error95
+        off = f"differs by {share(away, reference.mean_power.value)}"
+        words.append(f"{one.engine} {'agrees within the errors' if abs(away) <= within else off}")
+    return f"Against {reference.engine}: {'; '.join(words)}" if words else "Nothing to compare with"
 
 
 def _spoken(answer: Estimate) -> str:

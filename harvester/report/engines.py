@@ -6,16 +6,17 @@ from harvester.answers.estimate import Estimate
 from harvester.presentation.sheet import mapping_rows
 from harvester.report.numbers import NONE, amount, share, signs, with_errors
 from harvester.report.page import TextTable
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, two_digits
 
 
 def lead(estimate: Estimate) -> list[str]:
     """The answer in lines: mean power, mean square voltage and, of shocks or steps, the energy of one."""
     units = estimate.unit_names
     word = "" if units.power else " (nondimensional)"
-    energy = estimate.energy_per_event
+    energy, possible = estimate.energy_per_event, estimate.share_of_possible
+    of = "" if possible is None else f", {share(possible, 1.0)} of the possible"
     return [
-        f"Mean power {with_errors(estimate.mean_power, units.power)}{word}",
+        f"Mean power {with_errors(estimate.mean_power, units.power)}{word}{of}",
         f"Mean square voltage {with_errors(estimate.mean_square_voltage, units.mean_square_voltage)}{word}",
         *([] if energy is None else [f"Energy per event {with_errors(energy, units.energy)}"]),
     ]
@@ -36,7 +37,7 @@ def table(estimates: Sequence[Estimate]) -> TextTable:
                 "none" if power.stderr is None else share(power.sampling95, power.value),
                 *(share(error, power.value) for error in (*errors, power.error95)),
                 first(one.mean_square_voltage, one.unit_names.mean_square_voltage),
-                signs(f"{one.seconds:.2g}"),
+                two_digits(one.seconds),
                 signs(f"{one.steps:.3g}") if one.steps else "-",
             ]
         )

@@ -1,6 +1,6 @@
 """The report of `identify`: the parameters with their intervals, the fit, the residuals and the correlations."""
 
-from harvester.identification.answer import IdentificationResult, number_words
+from harvester.identification.identification_result import IdentificationResult, number_words
 from harvester.machine.provenance import origin
 from harvester.report.numbers import signs
 from harvester.report.page import Page, Section, TextTable, drawing

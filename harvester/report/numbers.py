@@ -29,4 +29,5 @@ def signs(text: str) -> str:
     for plain, sign in _SIGNS.items():
         text = text.replace(plain, sign)
     text = re.sub(r"(?<=\d)e([-+]\d+)", lambda power: "·10" + str(int(power[1])).translate(_SUPERSCRIPT), text)
+    text = re.sub(r"(?<=\d) degree\b", "°", text)
     return re.sub(r"(?<=[\d)⁰¹²³⁴⁵⁶⁷⁸⁹] )u(?=[A-ZΩgms])", "µ", text)

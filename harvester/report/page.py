@@ -39,6 +39,11 @@ class TextTable:
     numbers: Sequence[int] = ()
     note: str = ""
 
+    @property
+    def form(self) -> str:
+        """The class of its width: tables of many columns are set smaller, and of some as cards on a phone."""
+        return "many" if len(self.heads) > 7 else "some" if len(self.heads) > 3 else "few"
+
 
 @dataclass(frozen=True)
 class Listing:
@@ -74,6 +79,12 @@ class Page:
     sections: Sequence[Section]
     command: str = ""
     about: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def verdict(self) -> str:
+        """Whether the answer may be used as it stands."""
+        count = sum(len(section.warnings) for section in self.sections)
+        return f"{count} warning{'s' * (count > 1)} below: read before use." if count else "No warning."
 
 
 def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:

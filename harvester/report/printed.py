@@ -3,6 +3,7 @@
 import dataclasses
 
 from harvester.equations.problem import Problem
+from harvester.report.numbers import amount, with_errors
 from harvester.report.page import Page
 from harvester.report.result import of_result
 from harvester.scene.scene import Scene
@@ -11,12 +12,21 @@ from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.studies.motion import Motion
 from harvester.studies.stability.exponent import Stability
 
+MOST = 6  # peaks that lead a page
+
 
 def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -> Page:
     """The page of frequency responses: peaks and bandwidths, hysteresis, and all points with their errors."""
     caption = "Mean power, RMS voltage, RMS displacement and phase against the drive frequency."
     points = dataclasses.replace(answer.table, title="Points")
-    return of_result(scene, "response", answer, answer.plot(None), caption, (points,), seed=seed)
+    answers = []
+    for one in answer.curves:
+        for direction in one.directions:
+            peak, of = one.peak(direction), one.unit_names
+            most = with_errors(peak.mean_power, of.power)
+            where = f"at {amount(peak.frequency, of.frequency)}, {direction}"
+            answers.append(f"{one.engine}: largest mean power {most} {where}")
+    return of_result(scene, "response", answer, answer.plot(None), caption, (points,), answers[:MOST], seed=seed)
 
 
 def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:

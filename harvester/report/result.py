@@ -1,6 +1,7 @@
 """The page of any result: its sheet's rows lead, its tables and remarks stand in their places."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from harvester import figures
@@ -14,6 +15,8 @@ from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 
 MOST_ON_A_PAGE = 400  # rows
+FEW_ROWS = 3  # from which a column that says the same everywhere is one line
+SENTENCE = 40  # letters, from which a text is said once
 
 
 def of_result(
@@ -23,11 +26,15 @@ def of_result(
     figure: "figures.Plot | None" = None,
     caption: str = "",
     tables: tuple[Table, ...] = (),
+    answers: Sequence[str] = (),
     **made: Any,
 ) -> Page:
-    """The page of what a study found for a scene, with ``tables`` beside its own; ``made`` says how."""
+    """The page of what a study found for a scene, with ``tables`` beside its own; ``made`` says how.
+
+    ``answers`` lead it, where the rows of its sheet do not say what was asked for.
+    """
     problem, found = Problem.of(scene), sheet(result)
-    lead = [signs(f"{name}: {text}") for name, text in found.rows]
+    lead = [*map(signs, answers), signs(found.head), *(signs(f"{name}: {text}") for name, text in found.rows)]
     drawings = [] if figure is None else [drawing(figure, f"{caption} {'. '.join(lead)}.", caption)]
     section = Section(
         "What was found",
@@ -36,7 +43,7 @@ def of_result(
         tables=[*_tables(found), *map(text_table, tables)],
         warnings=[signs(one) for one in found.warnings],
     )
-    return scene_page(problem, kind, [signs(found.head), *lead], section, provenance(problem), **made)
+    return scene_page(problem, kind, lead, section, provenance(problem), **made)
 
 
 def _tables(found: Sheet) -> Iterator[TextTable]:
@@ -50,10 +57,39 @@ def _tables(found: Sheet) -> Iterator[TextTable]:
 
 
 def text_table(table: Table) -> TextTable:
-    """A table as texts; of a long one its beginning, and how much is left out."""
+    """A table as texts; of a long one its beginning, and how much is left out.
+
+    A column without any text is left out, one that says the same in every row stands below, and so does a sentence
+    that several cells have.
+    """
     few = table.head(MOST_ON_A_PAGE)
     heads, rows = few.shown()
-    note = f"{len(table) - len(few)} more rows are in the CSV file." if len(few) < len(table) else ""
-    numbers = [k for k, _ in enumerate(heads) if any(row[k][:1].isdigit() or row[k][:1] in ("-", "") for row in rows)]
+    notes = [f"{len(table) - len(few)} more rows are in the CSV file."] if len(few) < len(table) else []
+    texts = [list(map(signs, column)) for column in zip(*rows, strict=True)] or [[] for _ in heads]
+    first, *others = zip(heads, texts, strict=True)
+    notes += [f"In every row: {head} {cells[0]}." for head, cells in others if _is_one(cells) and cells[0]]
+    kept = [first, *((head, _referred(cells, notes)) for head, cells in others if not _is_one(cells))]
+    heads, columns = [head for head, _ in kept], [cells for _, cells in kept]
+    numbers = [k for k, cells in enumerate(columns) if _are_numbers(cells)]
     title = table.title[:1].upper() + table.title[1:]
-    return TextTable(title, heads, [list(map(signs, row)) for row in rows], numbers, note)
+    return TextTable(title, heads, list(zip(*columns, strict=True)), numbers, " ".join(notes))
+
+
+def _is_one(cells: list[str]) -> bool:
+    """Whether all cells of a column say the same."""
+    return len(cells) >= FEW_ROWS and len(set(cells)) == 1
+
+
+def _are_numbers(cells: list[str]) -> bool:
+    """Whether a column is set right: numbers, and no sentence."""
+    return (
+        any(one[:1].isdigit() or one[:1] in ("-", "") for one in cells) and max(map(len, cells), default=0) <= SENTENCE
+    )
+
+
+def _referred(cells: list[str], notes: list[str]) -> list[str]:
+    """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences."""
+    many = [text for text, count in Counter(cells).items() if count > 1 and len(text) > SENTENCE]
+    known = {text: f"[{len(notes) + k + 1}]" for k, text in enumerate(many)}
+    notes += [f"{number} {text}." for text, number in known.items()]
+    return [known.get(text, text) for text in cells]

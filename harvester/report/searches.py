@@ -2,11 +2,12 @@
 
 from harvester.equations.problem import Problem
 from harvester.presentation.table import Column, Table
+from harvester.report.numbers import amount
 from harvester.report.page import Page
 from harvester.report.result import of_result
 from harvester.scene.scene import Scene
-from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.circuit_choice import CircuitChoice
+from harvester.studies.optimum.optimum_result import OptimalKey, Optimum
 from harvester.studies.optimum.pareto_front import ParetoFront
 
 BEST = 20  # evaluations of an optimum in its table
@@ -15,6 +16,7 @@ BEST = 20  # evaluations of an optimum in its table
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
     """The page of whatever `optimise` found; of one optimum with the evaluations of the largest powers."""
     caption, tables = "What was evaluated, and the optimum with its interval.", tuple[Table, ...]()
+    answers: list[str] = []
     if isinstance(answer, ParetoFront):
         caption = f"The largest mean power against the {answer.quantity.replace('_', ' ')}."
     elif isinstance(answer, CircuitChoice):
@@ -22,7 +24,17 @@ def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) 
         caption = f"What was evaluated with {next(iter(answer.found))}, {which}, and its optimum."
     else:
         tables = (highest(answer),)
-    return of_result(scene, f"optimise, engine {answer.engine}", answer, answer.plot(None), caption, tables, seed=seed)
+        answers = [f"{one.key}: {_interval(one)}" for one in answer.keys]
+    kind = f"optimise, engine {answer.engine}"
+    return of_result(scene, kind, answer, answer.plot(None), caption, tables, answers, seed=seed)
+
+
+def _interval(key: OptimalKey) -> str:
+    """The best value of a key, and where it lies."""
+    value = amount(key.value, key.unit)
+    if key.low95 is None or key.high95 is None:
+        return f"best at {value}"
+    return f"best at {value}, between {amount(key.low95, key.unit)} and {amount(key.high95, key.unit)}"
 
 
 def highest(answer: Optimum) -> Table:

@@ -17,16 +17,16 @@ from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import provenance
 from harvester.studies.paper import RESPONSE, STABILITY, FigurePoint, PaperFigure
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.work_precision.cost_table import TARGETS, Cost, errors_of
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, clock
 
 
 def of_cost(scene: Scene | Problem, cost: Cost, seed: int, budget: float) -> Page:
     """The page of what accuracy costs: the front, the seconds for an accuracy, and all rows with three errors."""
     problem = Problem.of(scene)
     reached = [(target, *cost.fastest(target)) for target in TARGETS]
-    lead = [f"Within {100 * target:g} %: {name} in {seconds:.2g} s" for target, name, seconds in reached if seconds]
+    lead = [f"Within {100 * target:g} %: {name} in {clock(seconds)}" for target, name, seconds in reached if seconds]
     found = sheet(cost)
     section = Section(
         "What accuracy costs",
@@ -129,7 +129,7 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
     return Page(
         title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
         kind="paper",
-        lead=[f"{one.title}: {one.seconds:.2g} s" for one in drawn],
+        lead=[f"{one.title}: {clock(one.seconds)}" for one in drawn],
         sections=[*sections, parameters],
         command=command_line(about),
         about=made_by(about, seed="fixed for each figure"),

@@ -25,6 +25,18 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
         raise InputError(f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given")
 
 
+def check_same(table: SceneTable) -> None:
+    """Refuse several of the keys that say the same in different ways, and none of them where one is needed."""
+    for names, needed in table.SAME.items():
+        given = [name for name in names if getattr(table, name) is not None]
+        if len(given) > 1:
+            key = f"{table.TABLE}.{given[1]}"
+            raise InputError(f"{key} must be left out where {given[0]} is given, but both are given")
+        if needed and not given:
+            others = " or ".join(f"{table.TABLE}.{name}" for name in names[1:])
+            raise InputError(f"{table.TABLE}.{names[0]} must be given, but is missing (or {others})")
+
+
 def check_rigid_or_compliant(
     table: str, prefix: str, restitution: float | None, stiffness: float | None, damping: float | None
 ) -> None:

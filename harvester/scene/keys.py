@@ -1,9 +1,6 @@
 """All keys of a scene file, with unit, meaning and example, read off the scene's dataclasses; and their values."""
 
-import dataclasses
 import functools
-from dataclasses import dataclass
-from typing import Any
 
 from harvester.errors import InputError, refused, unknown
 from harvester.presentation.columns import columns
@@ -11,40 +8,21 @@ from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop
-from harvester.scene.table import SceneTable, key_names
+from harvester.scene.sensor_node import SensorNode, Storage
+from harvester.scene.table import SceneKey, SceneTable, key_names, keys_of, notes
 
 TABLES: dict[str, type[SceneTable]] = {
-    table.TABLE: table for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Nondimensional)
+    table.TABLE: table
+    for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Storage, SensorNode, Nondimensional)
 }
 
+BEHIND = (Storage.TABLE, SensorNode.TABLE)  # tables of what is behind the circuit
 _OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}  # as in SPICE
-
-
-@dataclass(frozen=True)
-class SceneKey:
-    """A key of the list; ``unit`` is empty for a number or a text, ``needed`` says that its table must have it."""
-
-    table: str
-    name: str
-    unit: str
-    meaning: str
-    example: str
-    needed: bool
 
 
 def keys() -> tuple[SceneKey, ...]:
     """Every key of a scene file, table by table."""
-    entries = []
-    for table, dataclass_of_table in TABLES.items():
-        for field in dataclasses.fields(dataclass_of_table):  # type: ignore[arg-type]
-            kind, texts = key_kind(table, field.name), [n for n in _notes(table, field.name) if isinstance(n, str)]
-            meaning = texts[0] if texts else kind.name if kind else ""
-            example = texts[1] if len(texts) > 1 else kind.example if kind else ""
-            optional = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
-            needed = not optional and table != "nondimensional"
-            unit = kind.unit if kind else ""
-            entries.append(SceneKey(table, field.name, unit, meaning, example.replace("'", '"'), needed))
-    return tuple(entries)
+    return tuple(key for table in TABLES.values() for key in keys_of(table))
 
 
 def chosen(what: str | None) -> tuple[SceneKey, ...]:
@@ -76,11 +54,15 @@ def text(some: tuple[SceneKey, ...]) -> str:
 def full_key(key: str) -> str:
     """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
 
+    A key of the device goes before one of what is behind its circuit: "capacitance" is that of the piezo.
+
     Raises InputError where several tables have the key; any other text comes back as it is.
     """
     if "." in key or key in TABLES:
         return key
-    places = [f"{table}.{key}" for table, of in TABLES.items() if key in key_names(of)]
+    having = [table for table, of in TABLES.items() if key in key_names(of)]
+    device = [table for table in having if table not in BEHIND]
+    places = [f"{table}.{key}" for table in device or having]
     if len(places) > 1:
         raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(places)}")
     return places[0] if places else key
@@ -126,11 +108,4 @@ def unit_of(key: str) -> str:
 @functools.cache
 def key_kind(table: str, name: str) -> Kind | None:
     """The kind of quantity of a table's key, out of its annotation; None for a key that is a text or a table."""
-    return next((note for note in _notes(table, name) if isinstance(note, Kind)), None)
-
-
-def _notes(table: str, name: str) -> list[Any]:
-    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
-    annotation = TABLES[table].__annotations__.get(name)
-    parts = (*getattr(annotation, "__args__", ()), annotation)
-    return [note for part in parts for note in getattr(part, "__metadata__", ())]
+    return next((note for note in notes(TABLES[table], name) if isinstance(note, Kind)), None)

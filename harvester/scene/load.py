@@ -1,17 +1,13 @@
 """The load of a scene: a resistance, or a circuit from a netlist."""
 
-import dataclasses
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
-from pydantic.dataclasses import dataclass as checked_dataclass
+from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
-from harvester.quantities.kinds import RESISTANCE, VOLTAGE, any_quantity
-from harvester.scene.table import CONFIG, SceneTable
+from harvester.quantities.kinds import ANY, RESISTANCE, VOLTAGE, any_quantity
+from harvester.scene.table import NO_NUMBERS, NONE, FrozenNumbers, Numbers, OptNumber, SceneTable, scene_table
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Load(SceneTable):
     """A load resistance in ohm, or a netlist (a name of netlists/ or a path) and its parameters.
 
@@ -21,21 +17,20 @@ class Load(SceneTable):
     """
 
     TABLE: ClassVar[str] = "load"
-    resistance: Annotated[float, RESISTANCE, "load resistor across the electrodes"] | None = None
+    resistance: Annotated[OptNumber, RESISTANCE, "load resistor across the electrodes"] = NONE
     netlist: Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"] | None = None
-    parameters: Annotated[
-        dict[str, Annotated[float, BeforeValidator(any_quantity)]], "of the netlist", "{ R = '1 Mohm' }"
-    ] = dataclasses.field(default_factory=dict)
+    parameters: Annotated[Numbers, FrozenNumbers(any_quantity, ANY), "of the netlist", "{ R = '1 Mohm' }"] = NO_NUMBERS
     terminals: (
         Annotated[tuple[str, str], "nets of the piezo in a flat netlist, such as KiCad's", "['/PZ_P', '/PZ_N']"] | None
     ) = None
     resistor: Annotated[str, "of a flat netlist, whose power is asked for; else Rload", "'R3'"] | None = None
     store: Annotated[str, "capacitor of a flat netlist that is the store; else Csmooth", "'C1'"] | None = None
     supplies: Annotated[
-        dict[str, Annotated[float, BeforeValidator(VOLTAGE.read)]],
+        Numbers,
+        FrozenNumbers(VOLTAGE.read, VOLTAGE),
         "nets of a flat netlist that an ideal source feeds",
         "{ VCC = '3.3 V' }",
-    ] = dataclasses.field(default_factory=dict)
+    ] = NO_NUMBERS
 
     def __post_init__(self) -> None:
         if (self.resistance is None) == (self.netlist is None):
@@ -55,19 +50,3 @@ class Load(SceneTable):
 def is_path(netlist: str) -> bool:
     """Whether a netlist is named by its path, rather than by its name in netlists/."""
     return "/" in netlist or netlist.endswith(".cir")
-
-
-def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
-    """The load of a netlist, by its name in netlists/ or its path, with its parameters (numbers are SI).
-
-    >>> import harvester as hv
-    >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
-    {'R': 1000000.0, 'C': 1e-05}
-
-    Raises
-    ------
-    InputError
-        for a parameter that is no number and no quantity.
-    """
-    unread: Any = parameters  # read by `Load`
-    return Load(netlist=name, parameters=unread)

@@ -2,15 +2,13 @@
 
 from typing import Annotated, ClassVar
 
-from pydantic.dataclasses import dataclass as checked_dataclass
-
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import NUMBER, NUMBER_ABOVE_0, NUMBER_FROM_0, RESTITUTION
 from harvester.scene.checks import check_opposite_stop, check_rigid_or_compliant, check_shaking, check_stop_damping
-from harvester.scene.table import CONFIG, SceneTable
+from harvester.scene.table import NONE, OptNumber, SceneTable, scene_table
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Nondimensional(SceneTable):
     """The parameters of the paper's nondimensional Eq. 2, every one optional.
 
@@ -26,30 +24,30 @@ class Nondimensional(SceneTable):
     """
 
     TABLE: ClassVar[str] = "nondimensional"
-    c1: Annotated[float, NUMBER, "linear damping is -c1"] | None = None
-    c2: Annotated[float, NUMBER, "damping of x^2 is -c2"] | None = None
-    c3: Annotated[float, NUMBER, "damping of x^4"] | None = None
-    alpha: Annotated[float, NUMBER, "cubic stiffness"] | None = None
-    alpha2: Annotated[float, NUMBER, "quadratic stiffness"] | None = None
-    linear: Annotated[float, NUMBER, "1, or -1 for two wells"] | None = None
-    beta: Annotated[float, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] | None = None
-    mu: Annotated[float, NUMBER_FROM_0, "load, 1/(R Cp w0)"] | None = None
-    restitution: Annotated[float, RESTITUTION, "rigid stop"] | None = None
-    gap: Annotated[float, NUMBER, "the stop is at x = -gap"] | None = None
-    opposite_restitution: Annotated[float, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] | None = None
-    opposite_gap: Annotated[float, NUMBER, "its distance from rest"] | None = None
-    stop_stiffness: Annotated[float, NUMBER_FROM_0, "compliant stop, instead of restitution"] | None = None
-    stop_damping: Annotated[float, NUMBER_FROM_0, "of a compliant stop"] | None = None
-    eps1: Annotated[float, NUMBER, "size of the external noise; 1 where left out"] | None = None
-    eps2: Annotated[float, NUMBER, "size of the parametric noise; 1 where left out"] | None = None
-    D11: Annotated[float, NUMBER_FROM_0, "intensity of the external noise"] | None = None
-    D22: Annotated[float, NUMBER_FROM_0, "intensity of the parametric noise"] | None = None
-    D12: Annotated[float, NUMBER, "correlation of the two"] | None = None
-    drive: Annotated[float, NUMBER_FROM_0, "amplitude of a harmonic acceleration"] | None = None
-    drive_frequency: Annotated[float, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] | None = None
-    correlation_time: Annotated[float, NUMBER_ABOVE_0, "the external noise is coloured"] | None = None
-    centre_frequency: Annotated[float, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"] | None = None
-    bandwidth: Annotated[float, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"] | None = None
+    c1: Annotated[OptNumber, NUMBER, "linear damping is -c1"] = NONE
+    c2: Annotated[OptNumber, NUMBER, "damping of x^2 is -c2"] = NONE
+    c3: Annotated[OptNumber, NUMBER, "damping of x^4"] = NONE
+    alpha: Annotated[OptNumber, NUMBER, "cubic stiffness"] = NONE
+    alpha2: Annotated[OptNumber, NUMBER, "quadratic stiffness"] = NONE
+    linear: Annotated[OptNumber, NUMBER, "1, or -1 for two wells"] = NONE
+    beta: Annotated[OptNumber, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] = NONE
+    mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)"] = NONE
+    restitution: Annotated[OptNumber, RESTITUTION, "rigid stop"] = NONE
+    gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap"] = NONE
+    opposite_restitution: Annotated[OptNumber, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"] = NONE
+    opposite_gap: Annotated[OptNumber, NUMBER, "its distance from rest"] = NONE
+    stop_stiffness: Annotated[OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution"] = NONE
+    stop_damping: Annotated[OptNumber, NUMBER_FROM_0, "of a compliant stop"] = NONE
+    eps1: Annotated[OptNumber, NUMBER, "size of the external noise; 1 where left out"] = NONE
+    eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; 1 where left out"] = NONE
+    D11: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the external noise"] = NONE
+    D22: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the parametric noise"] = NONE
+    D12: Annotated[OptNumber, NUMBER, "correlation of the two"] = NONE
+    drive: Annotated[OptNumber, NUMBER_FROM_0, "amplitude of a harmonic acceleration"] = NONE
+    drive_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] = NONE
+    correlation_time: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise is coloured"] = NONE
+    centre_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"] = NONE
+    bandwidth: Annotated[OptNumber, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"] = NONE
 
     def __post_init__(self) -> None:
         check_shaking(self, "drive", "drive_frequency", "D11")

@@ -3,11 +3,10 @@
 Numbers are SI; texts carry their unit.  A table or a key that is left out is an effect that is absent.
 """
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from pydantic.dataclasses import dataclass as checked_dataclass
-
-from harvester.errors import InputError, invalid
+from harvester.errors import invalid
 from harvester.quantities.kinds import (
     ACCELERATION,
     ACCELERATION_PSD,
@@ -23,6 +22,7 @@ from harvester.quantities.kinds import (
     NUMBER,
     NUMBER_FROM_0,
     QUADRATIC_STIFFNESS,
+    QUALITY,
     RESTITUTION,
     STIFFNESS,
     STOP_DAMPING,
@@ -31,13 +31,13 @@ from harvester.quantities.kinds import (
     TIME,
 )
 from harvester.records.profiles.catalogue import check_profile
-from harvester.scene.checks import check_rigid_or_compliant, check_shaking
-from harvester.scene.table import CONFIG, SceneTable
+from harvester.scene.checks import check_rigid_or_compliant, check_same, check_shaking
+from harvester.scene.table import NONE, Number, OptNumber, Read, SceneTable, scene_table
 
 FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation that name files
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Oscillator(SceneTable):
     """The mass on its spring and its damper, which moves relative to the base.
 
@@ -45,7 +45,8 @@ class Oscillator(SceneTable):
 
     spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
     negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
-    b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)).
+    b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)), and q is 1/(2 damping_ratio).  The resonance
+    ``frequency`` in short circuit (Hz) stands for stiffness = mass (2 pi frequency)^2.
 
     >>> import harvester as hv
     >>> hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004).mass
@@ -53,28 +54,31 @@ class Oscillator(SceneTable):
     """
 
     TABLE: ClassVar[str] = "oscillator"
-    mass: Annotated[float, MASS, "effective (modal) mass"]
-    stiffness: Annotated[float, STIFFNESS, "linear spring, in short circuit; negative: two wells"]
-    quadratic_stiffness: Annotated[float, QUADRATIC_STIFFNESS, "force of X^2"] | None = None
-    cubic_stiffness: Annotated[float, CUBIC_STIFFNESS, "force of X^3; negative: softening"] | None = None
-    damping: Annotated[float, DAMPING, "linear damping"] | None = None
-    damping_ratio: Annotated[float, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"] | None = None
-    damping_x2: Annotated[float, DAMPING_X2, "damping of X^2 X'"] | None = None
-    damping_x4: Annotated[float, DAMPING_X4, "damping of X^4 X'"] | None = None
+    SAME: ClassVar = {("stiffness", "frequency"): True, ("damping", "damping_ratio", "q"): False}
+    mass: Annotated[Number, MASS, "effective (modal) mass"]
+    stiffness: Annotated[OptNumber, STIFFNESS, "linear spring, in short circuit; negative: two wells"] = NONE
+    frequency: Annotated[OptNumber, FREQUENCY, "instead of stiffness: the resonance in short circuit"] = NONE
+    quadratic_stiffness: Annotated[OptNumber, QUADRATIC_STIFFNESS, "force of X^2"] = NONE
+    cubic_stiffness: Annotated[OptNumber, CUBIC_STIFFNESS, "force of X^3; negative: softening"] = NONE
+    damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
+    damping_ratio: Annotated[OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"] = NONE
+    q: Annotated[OptNumber, QUALITY, "instead of damping: quality factor in short circuit"] = NONE
+    damping_x2: Annotated[OptNumber, DAMPING_X2, "damping of X^2 X'"] = NONE
+    damping_x4: Annotated[OptNumber, DAMPING_X4, "damping of X^4 X'"] = NONE
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:
             raise invalid("oscillator.stiffness", "be other than 0, for it sets the scale of time", self.stiffness)
-        if self.damping is not None and self.damping_ratio is not None:
-            raise InputError("oscillator.damping_ratio must be left out where damping is given, but both are given")
+        check_same(self)
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Piezo(SceneTable):
     """The piezoelectric transducer: force theta v on the mass, charge theta X into its capacitance.
 
     theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.  ``strain_per_displacement`` (1/m)
     is the largest strain of the piezo over the displacement: no equation has it, but limits and lifetimes have.
+    ``open_circuit_frequency`` f (Hz) stands for the coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -82,12 +86,17 @@ class Piezo(SceneTable):
     """
 
     TABLE: ClassVar[str] = "piezo"
-    coupling: Annotated[float, COUPLING, "force a volt, which is charge a displacement"]
-    capacitance: Annotated[float, CAPACITANCE, "clamped capacitance: with the mass held"]
-    strain_per_displacement: Annotated[float, STRAIN_OF, "largest strain of the piezo, for peak_strain"] | None = None
+    SAME: ClassVar = {("coupling", "open_circuit_frequency"): True}
+    coupling: Annotated[OptNumber, COUPLING, "force per volt, which is charge per displacement"] = NONE
+    open_circuit_frequency: Annotated[OptNumber, FREQUENCY, "instead of coupling: the resonance in open circuit"] = NONE
+    capacitance: Annotated[Number, CAPACITANCE, "clamped capacitance: with the mass held"]
+    strain_per_displacement: Annotated[OptNumber, STRAIN_OF, "largest strain of the piezo, for peak_strain"] = NONE
+
+    def __post_init__(self) -> None:
+        check_same(self)
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Stop(SceneTable):
     """A stop at X = -gap, motion on X > -gap; a negative gap presses the mass on it (preload).
 
@@ -100,16 +109,16 @@ class Stop(SceneTable):
     """
 
     TABLE: ClassVar[str] = "stop"
-    restitution: Annotated[float, RESTITUTION, "rigid stop: speed after over speed before an impact"] | None = None
-    gap: Annotated[float, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"] | None = None
-    stiffness: Annotated[float, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"] | None = None
-    damping: Annotated[float, STOP_DAMPING, "of a compliant stop"] | None = None
+    restitution: Annotated[OptNumber, RESTITUTION, "rigid stop: speed after over speed before an impact"] = NONE
+    gap: Annotated[OptNumber, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"] = NONE
+    stiffness: Annotated[OptNumber, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"] = NONE
+    damping: Annotated[OptNumber, STOP_DAMPING, "of a compliant stop"] = NONE
 
     def __post_init__(self) -> None:
         check_rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class OppositeStop(SceneTable):
     """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-.
 
@@ -119,11 +128,11 @@ class OppositeStop(SceneTable):
     """
 
     TABLE: ClassVar[str] = "opposite_stop"
-    restitution: Annotated[float, RESTITUTION, "of a second rigid stop, at X = +gap"]
-    gap: Annotated[float, GAP, "its distance from rest"] | None = None
+    restitution: Annotated[Number, RESTITUTION, "of a second rigid stop, at X = +gap"]
+    gap: Annotated[OptNumber, GAP, "its distance from rest"] = NONE
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+@scene_table
 class Excitation(SceneTable):
     """What shakes the device: an acceleration of its base, and white noise on its stiffness (N2, a number).
 
@@ -131,7 +140,7 @@ class Excitation(SceneTable):
     noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
     that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
     white noise may go with; so it may with a record in time, ``acceleration_file``, a table of the density,
-    ``acceleration_psd_file`` (`harvester.records.records`), or a ``profile`` by name (`harvester.records.profiles`).
+    ``acceleration_psd_file``, or a ``profile`` by name.
 
     >>> import harvester as hv
     >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'
@@ -139,15 +148,13 @@ class Excitation(SceneTable):
     """
 
     TABLE: ClassVar[str] = "excitation"
-    acceleration_psd: Annotated[float, ACCELERATION_PSD, "white noise of the base, one-sided density"] | None = None
-    stiffness_noise: Annotated[float, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"] | None = None
-    acceleration_amplitude: Annotated[float, ACCELERATION, "harmonic of the base, peak; or that of a shock"] | None = (
-        None
-    )
-    frequency: Annotated[float, FREQUENCY, "of the harmonic; of a profile: turns, steps, ... a second"] | None = None
-    correlation_time: Annotated[float, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] | None = None
-    centre_frequency: Annotated[float, FREQUENCY, "the noise has a band: its centre"] | None = None
-    bandwidth: Annotated[float, FREQUENCY, "between the half-power points of that band"] | None = None
+    acceleration_psd: Annotated[OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided density"] = NONE
+    stiffness_noise: Annotated[OptNumber, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"] = NONE
+    acceleration_amplitude: Annotated[OptNumber, ACCELERATION, "harmonic of the base, peak; or of a shock"] = NONE
+    frequency: Annotated[OptNumber, FREQUENCY, "of the harmonic; of a profile: rotation or step rate"] = NONE
+    correlation_time: Annotated[OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"] = NONE
+    centre_frequency: Annotated[OptNumber, FREQUENCY, "the noise has a band: its centre"] = NONE
+    bandwidth: Annotated[OptNumber, FREQUENCY, "between the half-power points of that band"] = NONE
     acceleration_file: (
         Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"] | None
     ) = None
@@ -155,17 +162,14 @@ class Excitation(SceneTable):
         Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"] | None
     ) = None
     profile: Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None = None
-    level: Annotated[float, NUMBER, "times the accelerations of a profile; negative: turned round"] | None = None
-    pulse_duration: Annotated[float, TIME, "of a shock; of a damped sine the time to 1/e"] | None = None
-    event_rate: Annotated[float, FREQUENCY, "shocks a second; left out: a single one, from rest"] | None = None
-    harmonics: (
-        Annotated[
-            tuple[Annotated[float, ACCELERATION], ...],
-            "of a machine: peaks at 1, 2, ... times its frequency",
-            "['0.1 g', '0.03 g']",
-        ]
-        | None
-    ) = None
+    level: Annotated[OptNumber, NUMBER, "times the accelerations of a profile; negative: turned round"] = NONE
+    pulse_duration: Annotated[OptNumber, TIME, "of a shock; of a damped sine the time to 1/e"] = NONE
+    event_rate: Annotated[OptNumber, FREQUENCY, "shocks a second; left out: a single one, from rest"] = NONE
+    harmonics: Annotated[
+        Read[tuple[Annotated[float, ACCELERATION], ...] | None, Sequence[float | str] | None],
+        "of a machine: peaks at 1, 2, ... times its frequency",
+        "['0.1 g', '0.03 g']",
+    ] = NONE
 
     def __post_init__(self) -> None:
         check_profile(vars(self))

@@ -2,7 +2,7 @@
 
 import math
 
-from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import Kind
 from harvester.scene.keys import TABLES, key_kind
 from harvester.scene.physical import Excitation, Oscillator
@@ -20,8 +20,10 @@ def unusual_values(scene: Scene) -> list[Diagnostic]:
             kind = key_kind(table, name)
             if kind is not None:
                 found += unusual(f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2])
+    if scene.node is not None:
+        found.append(note("node_left_out"))
     if scene.oscillator is not None:
-        found += _doubts_of_resonance(scene.oscillator, scene.excitation)
+        found += _doubts_of_resonance(scene.oscillator, scene.modal.frequency, scene.excitation)
     own = None if scene.load is None else scene.load.parameters.get("Cp")  # by which the netlist times its switches
     if own is not None and scene.piezo is not None:
         piezo = scene.piezo.capacitance
@@ -30,12 +32,12 @@ def unusual_values(scene: Scene) -> list[Diagnostic]:
     return found
 
 
-def _doubts_of_resonance(oscillator: Oscillator, shaking: Excitation | None) -> list[Diagnostic]:
+def _doubts_of_resonance(oscillator: Oscillator, w0: float, shaking: Excitation | None) -> list[Diagnostic]:
     """Warnings of values that are out of the usual only beside others: damping, and a frequency far off resonance."""
-    found, ratio = list[Diagnostic](), oscillator.damping_ratio
+    found, ratio = list[Diagnostic](), 0.5 / oscillator.q if oscillator.q else oscillator.damping_ratio
     if ratio is not None and ratio >= OVERDAMPED:
         found.append(warning("overdamped", damping_ratio=ratio))
-    resonance = math.sqrt(abs(oscillator.stiffness) / oscillator.mass) / (2.0 * math.pi)
+    resonance = w0 / (2.0 * math.pi)
     drive = None if shaking is None or shaking.acceleration_amplitude is None else shaking.frequency
     if drive is not None and resonance > 0.0 and not 1.0 / FAR <= drive / resonance <= FAR:
         numbers = {"frequency": drive, "ratio": drive / resonance, "resonance": resonance}

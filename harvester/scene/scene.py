@@ -1,26 +1,56 @@
 """What the user asks: one device, its shaking and its load, as a frozen dataclass of tables."""
 
-import copy
 import dataclasses
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
+from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, names_arguments
 from harvester.scene.checks import check_opposite_stop, check_stop_damping
 from harvester.scene.keys import TABLES, key_kind, read_value, split_key
 from harvester.scene.load import Load
+from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import FILES, Excitation, OppositeStop, Oscillator, Piezo, Stop
-from harvester.scene.table import CONFIG, SceneTable
+from harvester.scene.sensor_node import SensorNode, Storage, check_node
+from harvester.scene.table import SceneTable
 
 
-@checked_dataclass(frozen=True, kw_only=True, config=CONFIG)
+class SceneTables(TypedDict, total=False):
+    """What `Scene.replace` takes."""
+
+    title: str
+    oscillator: Oscillator | None
+    piezo: Piezo | None
+    stop: Stop | None
+    opposite_stop: OppositeStop | None
+    excitation: Excitation | None
+    load: Load | None
+    storage: Storage | None
+    node: SensorNode | None
+    nondimensional: Nondimensional | None
+
+
+@checked_dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))
 class Scene(SceneTable):
     """One device with its shaking and its load: physical (oscillator, piezo, ...) or nondimensional, never both.
+
+    It cannot be changed: `replace`, `with_load`, `varied` and `without_stop` give another scene.
+
+    Parameters
+    ----------
+    title
+        a name, for figures and reports.
+    oscillator, piezo, stop, opposite_stop, excitation, load
+        the tables of a physical scene, in SI units; one that is None is an effect that is absent.
+    storage, node
+        the store and the sensor node that `node` follows behind the load's rectifier.
+    nondimensional
+        the table of a nondimensional scene, in place of all others.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -40,19 +70,21 @@ class Scene(SceneTable):
     opposite_stop: OppositeStop | None = None
     excitation: Excitation | None = None
     load: Load | None = None
+    storage: Storage | None = None
+    node: SensorNode | None = None
     nondimensional: Nondimensional | None = None
 
     def __post_init__(self) -> None:
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(f"[{physical[0]}] must be left out where [nondimensional] is given, but both are given")
+        check_node(self.node, self.storage, None if self.load is None else self.load.netlist)
         if self.nondimensional is None:
             for name in ("oscillator", "piezo"):
                 if name not in physical:
                     raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
             stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
-            if self.oscillator is not None:
-                check_stop_damping("stop.damping", stop.damping, stop.stiffness, self.oscillator.mass)
+            check_stop_damping("stop.damping", stop.damping, stop.stiffness, self.modal.mass)
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None
                 check_opposite_stop("opposite_stop.", rigid, stop.gap, opposite.gap)
@@ -61,6 +93,12 @@ class Scene(SceneTable):
     def physical(self) -> bool:
         """Whether the scene is in SI units, rather than nondimensional."""
         return self.nondimensional is None
+
+    @property
+    def modal(self) -> ModalParameters:
+        """Mass, stiffness, damping, coupling and capacitance of a physical scene, whichever of its keys say them."""
+        assert self.oscillator is not None and self.piezo is not None, "a physical scene has both"
+        return modal_parameters(self.oscillator, self.piezo)
 
     @names_arguments
     def with_load(
@@ -105,12 +143,44 @@ class Scene(SceneTable):
             return dataclasses.replace(self, nondimensional=bare)
         return dataclasses.replace(self, stop=None, opposite_stop=None)
 
-    def vary(self, key: str, value: float) -> "Scene":
-        """The same scene with one key, such as ``load.resistance``, set to a value in SI units; raises as `varied`."""
+    def replace(self, **tables: Unpack[SceneTables]) -> "Scene":  # type: ignore[override]
+        """The same scene with other tables; one that is None is left out.
+
+        Each table has such a method, too: ``scene.replace(stop=scene.stop.replace(gap="0.5 mm"))``.  `varied` sets keys
+        by their names, and `with_load` the load.
+
+        Parameters
+        ----------
+        tables
+            ``title``, ``oscillator``, ``piezo``, ``stop``, ``opposite_stop``, ``excitation``, ``load`` and
+            ``nondimensional``, as `Scene` itself takes them.
+
+        >>> import harvester as hv
+        >>> scene = hv.load("examples/plate_with_stop.toml")
+        >>> scene.replace(stop=None, title="without a stop").stop is None
+        True
+
+        Raises
+        ------
+        InputError
+            for a table that no scene has, and a scene that cannot be.
+        """
+        return dataclasses.replace(self, **tables)
+
+    def vary(self, key: str, value: float | str) -> "Scene":
+        """The same scene with one key, such as ``load.resistance``, at a value in SI units or a text; as `varied`."""
         return self.varied({key: value})
 
-    def varied(self, values: Mapping[str, float]) -> "Scene":
+    def varied(self, values: Mapping[str, float | str | None]) -> "Scene":
         """The same scene with several keys set at once, checked with all of them set.
+
+        A key takes the place of another that says the same, such as oscillator.frequency that of stiffness.
+
+        Parameters
+        ----------
+        values
+            scene keys, such as "load.resistance", and what they are set to: a number in SI units, a text with its unit
+            ("1 Mohm"), or None for a key that is left out.
 
         Raises
         ------
@@ -129,7 +199,7 @@ class Scene(SceneTable):
         tables: dict[str, Any] = {}
         for table, changed in changes.items():
             present = getattr(self, table)
-            tables[table] = dataclasses.replace(present, **changed) if present else TABLES[table](**changed)
+            tables[table] = present.replace(**changed) if present else TABLES[table](**changed)
         return dataclasses.replace(self, **tables)
 
     def tables(self) -> dict[str, Any]:
@@ -139,7 +209,8 @@ class Scene(SceneTable):
             table = getattr(self, name)
             if table is not None:  # an empty table is one too
                 values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-                present[name] = {k: copy.copy(v) for k, v in values.items() if v is not None and v != {}}
+                plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
+                present[name] = {key: one for key, one in plain.items() if one is not None and one != {}}
         return present
 
     def to_toml(self) -> str:

@@ -1,20 +1,98 @@
 """The base of all tables of a scene: what pydantic finds wrong becomes one line that names the table and the key."""
 
 import dataclasses
-from typing import Any, ClassVar, Self
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, Self, TypeAlias, TypeVar, dataclass_transform
 
 import pydantic
 from pydantic import ConfigDict, ModelWrapValidatorHandler, model_validator
+from pydantic.dataclasses import dataclass
+from pydantic_core import core_schema
 
 from harvester.errors import InputError, invalid, refused, unknown
+from harvester.quantities.kinds import Kind
 
-CONFIG = ConfigDict(extra="forbid")
+NONE: Any = None  # the default of a key that may be left out
+Kept = TypeVar("Kept")
+Given = TypeVar("Given")
+Table = TypeVar("Table", bound="SceneTable")
+
+
+class Read(Generic[Kept, Given]):
+    """The type of a key that is read: what it holds, and what it may be given as, such as 0.04 and "40 g".
+
+    Type checkers take it for a descriptor; when the program runs, ``Read[Kept, Given]`` is ``Kept``.
+    """
+
+    if TYPE_CHECKING:
+
+        def __get__(self, table: Any, owner: Any) -> Kept: ...
+
+        def __set__(self, table: Any, value: Given) -> None: ...
+
+    else:
+
+        def __class_getitem__(cls, types):
+            return types[0]
+
+
+Number: TypeAlias = Read[float, float | str]
+OptNumber: TypeAlias = Read[float | None, float | str | None]
+
+
+class FrozenDict(dict[str, float]):
+    """A mapping in a scene: it cannot change, so that scenes can be keys of a mapping themselves."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a scene cannot be changed: make another one by scene.varied({'load.parameters.R': '1 Mohm'})")
+
+    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, float]]]:
+        return FrozenDict, (dict(self),)
+
+
+NO_NUMBERS: Any = FrozenDict()
+Numbers: TypeAlias = Read[Mapping[str, float], Mapping[str, float | str]]
+
+
+@dataclasses.dataclass(frozen=True)
+class FrozenNumbers:
+    """As part of an annotation it makes pydantic read each number of a mapping, and freeze it."""
+
+    read: Callable[[object], float] = dataclasses.field(repr=False)
+    kind: Kind
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        number = core_schema.no_info_before_validator_function(self.read, core_schema.float_schema())
+        numbers = core_schema.dict_schema(core_schema.str_schema(), number)
+        return core_schema.no_info_after_validator_function(FrozenDict, numbers)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        return {"type": "object", "additionalProperties": self.kind.json_schema()}
 
 
 class SceneTable:
     """A table of a scene file; its keys are the fields of the dataclass that inherits from it."""
 
     TABLE: ClassVar[str] = ""
+    SAME: ClassVar[dict[tuple[str, ...], bool]] = {}  # keys that say the same, of which it has one; True: it must
+
+    def __repr__(self) -> str:
+        keys = [(name, getattr(self, name)) for name in key_names(type(self))]
+        present = [f"{name}={one!r}" for name, one in keys if one is not None and one not in ("", {})]
+        return f"{type(self).__name__}({', '.join(present)})"
+
+    def replace(self, **keys: Any) -> Self:
+        """The same table with other values of some keys; a key that is None is left out.
+
+        A key takes the place of another that says the same, such as ``frequency`` that of ``stiffness``.
+        """
+        same = [other for names in self.SAME for other in names if not keys.keys().isdisjoint(names)]
+        return dataclasses.replace(self, **dict.fromkeys(same) | keys)  # type: ignore[type-var]
 
     @model_validator(mode="wrap")
     @classmethod
@@ -23,6 +101,50 @@ class SceneTable:
             return handler(data)
         except pydantic.ValidationError as error:
             raise _in_one_line(error, cls) from None
+
+
+@dataclasses.dataclass(frozen=True)
+class SceneKey:
+    """A key of a table; ``unit`` is empty for a number or a text, ``needed`` says that its table must have it."""
+
+    table: str
+    name: str
+    unit: str
+    meaning: str
+    example: str
+    needed: bool
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+def scene_table(table: type[Table]) -> type[Table]:
+    """Make a class of annotated keys a table that checks them, and explain the keys in its docstring."""
+    made: Any = dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))(table)
+    told = [f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit) for key in keys_of(made)]
+    made.__doc__ = "\n".join([(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *told])
+    return made  # type: ignore[no-any-return]
+
+
+def keys_of(table: type[SceneTable]) -> list[SceneKey]:
+    """The keys of a table, with what their annotations say of them."""
+    found = []
+    for field in dataclasses.fields(table):  # type: ignore[arg-type]
+        told = notes(table, field.name)
+        kind = next((note for note in told if isinstance(note, Kind)), None)
+        texts = [note for note in told if isinstance(note, str)]
+        meaning = texts[0] if texts else kind.name if kind else ""
+        example = texts[1] if len(texts) > 1 else kind.example if kind else ""
+        optional = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+        needed = not optional and table.TABLE != "nondimensional"
+        unit = kind.unit if kind else ""
+        found.append(SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed))
+    return found
+
+
+def notes(table: type, name: str) -> list[Any]:
+    """What the annotation of a key holds: its `Kind`, and in words what it is and an example."""
+    annotation = table.__annotations__.get(name)
+    parts = (*getattr(annotation, "__args__", ()), annotation)
+    return [note for part in parts for note in getattr(part, "__metadata__", ())]
 
 
 def key_names(table: type) -> list[str]:

@@ -17,9 +17,25 @@ MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 @names_arguments
 def loads(text: str, folder: Path | None = None) -> Scene:
-    """Read a scene from the text of a scene file; its netlist and records must be in ``folder``, where paths start.
+    """Read a scene from the text of a scene file.
 
-    Without a folder, paths are the caller's own: any, from the current folder.
+    Parameters
+    ----------
+    text
+        TOML, with numbers in SI units and texts with their unit.
+    folder
+        where the paths of its netlist and records start, and which they must not leave; without it, paths are the
+        caller's own: any, from the current folder.
+
+    Returns
+    -------
+    Scene
+        which holds SI units.
+
+    Raises
+    ------
+    InputError
+        for what is no TOML, or says something that no scene can have.
 
     >>> import harvester as hv
     >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
@@ -58,15 +74,25 @@ def _files_beside(table: str, keys: Sequence[str], given: dict[str, Any], folder
 def load(path: str | Path) -> Scene:
     """Read a scene from a scene file.
 
-    >>> import harvester as hv
-    >>> hv.load("nowhere/plate.toml")
-    Traceback (most recent call last):
-    harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
+    Parameters
+    ----------
+    path
+        of the file; its netlist and records must be in the file's folder or below it.
+
+    Returns
+    -------
+    Scene
+        which holds SI units.
 
     Raises
     ------
     InputError
         where the file cannot be read, is no TOML, or says something that no scene can have.
+
+    >>> import harvester as hv
+    >>> hv.load("nowhere/plate.toml")
+    Traceback (most recent call last):
+    harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
     """
     name, path = str(path), Path(path)
     try:

@@ -6,7 +6,7 @@ Long because the comparison of engines and that of paths share their scene and t
 import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Published, Spice
 from harvester.engines.protocol import AnyScene, Engine
-from harvester.engines.selection import ENGINES, Named, refusals
+from harvester.engines.selection import ENGINES, EngineOptions, Named, refusals
 from harvester.engines.selection import engines as engines_of
 from harvester.engines.spice.setup import READING, set_up
 from harvester.equations.problem import Problem
@@ -40,7 +40,7 @@ PATHS = 0.1  # of the time that an engine of share 1 takes: the paths that are d
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class PathComparison(Result):
     """V on one noise path from three sources, in the scene's units (`unit_names`), arrays of shape (n,).
 
@@ -74,11 +74,18 @@ class PathComparison(Result):
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Comparison(TableResult):
-    """Estimates of the engines that served, why the others did not, and paths with and without the stop: of `compare`.
+    """The answers of the engines that serve a scene, why the others do not, and paths with and without the stop.
 
-    ``found.ratio(estimate)`` is its power over that of ``found.reference``, ``found.z(estimate)`` their z-score.
+    Attributes
+    ----------
+    estimates
+        an `Estimate` of each engine that served.
+    refused
+        the other engines by name, with the reason.
+    paths
+        paths of the voltage by three ways, where these have a meaning.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
@@ -164,22 +171,27 @@ class Comparison(TableResult):
 def compare(
     scene: AnyScene,
     *,
-    seed: int = 0,
     engines: Sequence[Named] | None = None,
     execution: Execution = DEFAULT,
-    **options: Any,
+    **options: Unpack[EngineOptions],
 ) -> Comparison:
-    """Run every engine on a scene, and one path of `PATH_DURATION` with and without its stop, where `published` serves.
+    """Run every engine on a scene, and one path with and without its stop, where `Published` serves.
 
-    ``engines`` (or their names) stand for every engine.  ``options`` go to those that sample (see
-    `harvester.engines.Ensemble`).  Into the folder of its `Execution` it writes compare.csv, compare.png and
-    provenance.json.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    engines
+        engines or their names, in place of all.
+    execution
+        has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and ``progress`` alone.
+    options
+        of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes those that it has.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
-    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
-    >>> [one.engine for one in found.estimates]
-    ['exact', 'published', 'averaged', 'density', 'ensemble', 'spice']
+    Returns
+    -------
+    Comparison
+        the estimates of the engines that serve the scene, and why the others do not.
 
     Raises
     ------
@@ -188,11 +200,18 @@ def compare(
         studies.
     HarvesterError
         when no engine can serve the scene, the error of the last.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
+    >>> found = hv.compare(scene, trajectories=64, duration=20.0)
+    >>> [one.engine for one in found.estimates]
+    ['exact', 'published', 'averaged', 'density', 'ensemble', 'spice']
     """
     execution.only("compare", "out", "formats", "progress")
+    seed = options.setdefault("seed", 0)
     problem = Problem.of(scene)
     folder = OutputFolder.of(execution)
-    chosen = engines_of(list(refusals(problem)) if engines is None else engines, seed=seed, **options)
+    chosen = engines_of(list(refusals(problem)) if engines is None else engines, **options)
     estimates: list[Estimate] = []
     refused: dict[str, HarvesterError] = {}
     total, done = sum(one.share_of_time for one in chosen) + PATHS, 0.0

@@ -2,6 +2,8 @@
 
 By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in lock-step.  A path has no
 error of sampling, as it is no mean; that of its step is of second order (with noise: for the path of these kicks).
+
+Long because the path and its function explain their arrays and arguments to users.
 """
 
 import math
@@ -16,7 +18,7 @@ import numpy as np
 from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines import Ensemble, Spice
-from harvester.engines.options import check_time
+from harvester.engines.options import check_time, number
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -36,20 +38,43 @@ MOST_STEPS = 5_000_000
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Motion(TableResult):
-    """One path of a scene, in its units: arrays of shape (n,), one entry for each reading.
+    """One path of a scene over time, in its units: arrays of shape (n,), one entry for each reading.
 
-    ``table`` has them as columns.  ``shown`` is the length of its last part, which a plot
-    shows; ``probes`` are further quantities of the circuit by name, ``probe_units`` their units;
-    ``hides_noise`` says that white noise goes beside the ``acceleration``, which leaves it out;
-    ``impacts`` has a row (time, speed) each, negative at the opposite stop; ``acceleration`` of the base is None under
-    white noise alone.
+    Attributes
+    ----------
+    time
+        s (nondimensional scene: 1/w0).
+    displacement, velocity
+        of the mass relative to the base, shape (n,) (m, m/s).
+    voltage
+        of the piezo, shape (n,) (V).
+    acceleration
+        of the base, shape (n,) (m/s^2); None under white noise alone, which has no value at a time.
+    impacts
+        a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite stop.
+    stops
+        where the stops are (m).
+    shown
+        the length of the last part, which a plot shows.
+    step
+        the step of the computation.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    engine
+        the name of the engine that computed it.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    probes, probe_units
+        further quantities of the circuit by name, shape (n,), and their units.
+    hides_noise
+        whether white noise goes beside the acceleration, which leaves it out.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> path = hv.motion(scene, duration=50.0)
-    >>> path.t.shape == path.voltage.shape, len(path.impacts)
+    >>> path.time.shape == path.voltage.shape, len(path.impacts)
     (True, 0)
     """
 
@@ -58,12 +83,12 @@ class Motion(TableResult):
         {"stops", "shown", "hides_noise", "probes", "probe_units", "ranges"}
     )
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"ranges"})
-    JSON_NAMES: ClassVar[dict[str, str]] = {"t": "time", "x": "displacement", "v": "velocity"}
+    RENAMED: ClassVar[dict[str, str]] = {"t": "time", "x": "displacement", "v": "velocity"}
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "duration", "step", "number_of_impacts")
 
-    t: Floats
-    x: Floats
-    v: Floats
+    time: Floats
+    displacement: Floats
+    velocity: Floats
     voltage: Floats
     acceleration: Floats | None
     impacts: Floats
@@ -80,7 +105,7 @@ class Motion(TableResult):
     @property
     def duration(self) -> float:
         """How long it is."""
-        return float(self.t[-1])
+        return float(self.time[-1])
 
     @property
     def number_of_impacts(self) -> int | None:
@@ -95,8 +120,8 @@ class Motion(TableResult):
     def table(self) -> Table:
         """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
         of = self.unit_names
-        columns = [Column("time", self.t, of.time), Column("displacement", self.x, of.length)]
-        columns += [Column("velocity", self.v, of.speed), Column("voltage", self.voltage, of.voltage)]
+        columns = [Column("time", self.time, of.time), Column("displacement", self.displacement, of.length)]
+        columns += [Column("velocity", self.velocity, of.speed), Column("voltage", self.voltage, of.voltage)]
         if self.acceleration is not None:
             columns.append(Column("base_acceleration", self.acceleration, of.acceleration))
         columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
@@ -113,41 +138,60 @@ class Motion(TableResult):
 def motion(
     scene: AnyScene,
     engine: str = "ensemble",
-    duration: float | None = None,
+    duration: float | str | None = None,
     seed: int = 0,
     from_rest: bool = False,
     probe: Sequence[str] = (),
     expected: Expected | None = None,
 ) -> Motion:
-    """Compute one path from rest; a plot shows its last ``duration``, in seconds (nondimensional scene: 1/w0).
+    """Compute one path from rest, of which a plot shows the last part.
 
-    Four times as long goes before that, in which the response settles; ``from_rest`` leaves it out, and shows the
-    beginning.  ``probe`` names further quantities of the circuit, such as "store" or "v(a,b)"
-    (`harvester.netlists.probes`), for engine `spice`.  ``expected`` is called with the seconds that a long path by
-    ngspice will take, measured on a short one.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    engine
+        "ensemble", or "spice", which has the circuit.
+    duration
+        of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a number in 1/w0); four
+        times as long goes before it, in which the response settles.
+    seed
+        the same seed, the same noise.
+    from_rest
+        show the beginning, and compute nothing before it.
+    probe
+        further quantities of the circuit, such as "store" or "v(a,b)", for engine "spice".
+    expected
+        is called with the seconds that a long path by ngspice will take, measured on a short one.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
-    >>> path = hv.motion(scene, duration=50.0, seed=1)
-    >>> bool(path.x.min() >= 0.0), path.shown  # the stop is at x = 0
-    (True, 50.0)
+    Returns
+    -------
+    Motion
+        arrays over time, in SI units (nondimensional scene: without units).
 
     Raises
     ------
     InputError
         for an engine without paths, and a duration that is none or too long.
     CannotServeError
-        for a netlist without engine `spice`, and what that does not know.
+        for a netlist without engine "spice", and what that does not know.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
+    >>> path = hv.motion(scene, duration=50.0, seed=1)
+    >>> bool(path.displacement.min() >= 0.0), path.shown  # the stop is at x = 0
+    (True, 50.0)
     """
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     problem = served(ENGINES[engine], scene)
-    check_time("duration", duration, problem.physical)
+    span = number(Ensemble(duration=duration).duration) if isinstance(duration, str) else duration
+    check_time("duration", span, problem.physical)
     h, unit = _step(problem), problem.units.frequency
-    shown = 2.0 * math.pi * PERIODS if duration is None else duration * unit
+    shown = 2.0 * math.pi * PERIODS if span is None else span * unit
     parts = 1 if from_rest else 1 + LEAD
     if not h < shown < MOST_STEPS * h / parts:
-        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", duration)
+        raise invalid("`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", span)
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
     computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
     (path, seen, stride), h, notes = at_smaller_steps(problem, h, computed)
@@ -155,9 +199,9 @@ def motion(
     s, speed = problem.units, problem.units.length * unit
     base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
     return Motion(
-        t=path.t / unit,
-        x=path.x * s.length,
-        v=path.v * speed,
+        time=path.t / unit,
+        displacement=path.x * s.length,
+        velocity=path.v * speed,
         voltage=path.V * s.volts,
         acceleration=base,
         impacts=path.impacts * [1.0 / unit, speed],

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from harvester import figures
+from harvester.cosimulation.ngspice.locate_libngspice import library_digest
+from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.machine import files
 from harvester.machine.execution import Execution
@@ -23,6 +25,15 @@ def provenance(scene: Scene | Problem, **what: Any) -> dict[str, Any]:
         "netlist": None if circuit is None else circuit.text,
         **what,
     }
+
+
+def provenance_with_engines(scene: Scene | Problem, engines: Sequence[Engine], **what: Any) -> dict[str, Any]:
+    """`provenance`, with the options of engines, and the version of ngspice where one of them runs it."""
+    options = {e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines}
+    about = provenance(scene, **what, engines=options)
+    if any(engine.runs_ngspice or (engine.chooses and about["netlist"] is not None) for engine in engines):
+        about["versions"]["ngspice"] = library_digest()
+    return about
 
 
 class OutputFolder:

@@ -1,6 +1,6 @@
 """The paper's figures 1 to 9: published theory, our averaging, and Monte Carlo of the coupled equations.
 
-Where the text does not print a value, the one assumed stands in `ASSUMED` and in the figure's title.
+Where the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and in the title.
 
 Long because it names the curves of nine figures.
 """
@@ -16,10 +16,10 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.averaging.published import densities, stationary
+from harvester.averaging.published import published_densities, stationary
 from harvester.averaging.published.voltage import amplitude_through
-from harvester.averaging.stability import exponent as stability
-from harvester.averaging.two_scale import densities as two_scale_densities
+from harvester.averaging.stability import averaged_exponent as stability
+from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
 from harvester.machine.execution import DEFAULT, Execution
@@ -34,15 +34,15 @@ RESPONSE = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, re
 # Figure 7 (text); the external noise is off.
 STABILITY = Equations(alpha=0.05, beta=0.04, mu=0.1, c1=0.01, c2=0.015, c3=0.025, restitution=0.96, n2=0.06)
 ASSUMED = {
-    "1": "r = 0.92, 0.96, 0.99",
-    "2": "c3 = 0.05, 0.1, 0.2",
-    "3": "beta = mu = 0.05, D11 = 0.01",
-    "4": "beta = mu = 0.05, r = 0.96",
-    "5": "mu = 0.05, D11 = 0.01, r = 0.96",
-    "6": "beta = 0.05, D11 = 0.01, r = 0.96",
-    "7": "",
-    "8": "beta = 0.02, 0.04, 0.08; r = 0.96, D22 = 0.06",
-    "9": "r = 0.94, 0.96, 0.98",
+    "1": "r = 0.92, 0.96, 0.99, c1 > 0",
+    "2": "c3 = 0.05, 0.1, 0.2, c1 > 0",
+    "3": "beta = mu = 0.05, D11 = 0.01, c1 > 0",
+    "4": "beta = mu = 0.05, r = 0.96, c1 > 0",
+    "5": "mu = 0.05, D11 = 0.01, r = 0.96, c1 > 0",
+    "6": "beta = 0.05, D11 = 0.01, r = 0.96, c1 > 0",
+    "7": "c1 > 0",
+    "8": "beta = 0.02, 0.04, 0.08; r = 0.96, D22 = 0.06, c1 > 0",
+    "9": "r = 0.94, 0.96, 0.98, c1 > 0",
 }
 TITLES = {
     "1": "densities for three restitution coefficients",
@@ -68,6 +68,7 @@ GRIDS: dict[str, Floats] = {
     "8": np.geomspace(0.05, 2.0, 9),
     "9": np.geomspace(0.05, 2.0, 7),
 }
+AGAINST = {"3": ("r", "restitution"), "4": ("D11", "n1"), "5": ("beta", "beta"), "6": ("mu", "mu")}
 # How many points each figure has: for the time that is left.
 POINTS = {"1": 360, "2": 360, "3": 20, "4": 20, "5": 20, "6": 20, "7": 21, "8": 27, "9": 21}
 
@@ -85,7 +86,7 @@ class FigurePoint(region.Measured):
     ensemble_stderr: float
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class PaperFigure(TableResult):
     """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
 
@@ -125,8 +126,7 @@ def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFi
                 points.append(point)
                 part.step()
             seconds = time.perf_counter() - begin
-            assumed = f" (assumed: {ASSUMED[number]})" if ASSUMED[number] else ""
-            title = f"Figure {number}: {TITLES[number]}{assumed}"
+            title = f"Figure {number}: {TITLES[number]} (assumed: {ASSUMED[number]})"
             drawn.append(PaperFigure(number, title, tuple(points), seconds))
             if folder is not None:
                 folder.save(f"fig{number}", drawn[-1].table.csv(), drawn[-1].plot())
@@ -140,14 +140,8 @@ def figure(number: str) -> Iterator[FigurePoint]:
             yield from _densities({f"r = {r}": {"restitution": r} for r in (0.92, 0.96, 0.99)})
         case "2":
             yield from _densities({f"c3 = {c3}": {"c3": c3} for c3 in (0.05, 0.1, 0.2)})
-        case "3":
-            yield from _response("r", "restitution", GRIDS["3"])
-        case "4":
-            yield from _response("D11", "n1", GRIDS["4"])
-        case "5":
-            yield from _response("beta", "beta", GRIDS["5"])
-        case "6":
-            yield from _response("mu", "mu", GRIDS["6"])
+        case "3" | "4" | "5" | "6":
+            yield from _response(*AGAINST[number], GRIDS[number])
         case "7":
             yield from _exponents("r", "", "restitution", GRIDS["7 r"], STABILITY)
             yield from _exponents("D22", "", "n2", GRIDS["7 D22"], STABILITY)
@@ -183,7 +177,7 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
     for curve, changes in curves.items():
         eqs = dataclasses.replace(RESPONSE, **changes)
         law, ours = stationary.density(eqs), two_scale.solve(eqs)
-        samples = _states(eqs)
+        samples, stop = _states(eqs), eqs.restitution is not None
         sampled = {
             "amplitude A": amplitude_through(samples[0], samples[1], eqs.alpha or 0.0, eqs.beta or 0.0, eqs.mu or 0.0),
             "displacement x": samples[0],
@@ -196,9 +190,16 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
             histogram.add(values.ravel())
             counted = histogram.density()
             at = counted.centres
-            published = _published_density(panel, at, law, eqs)
-            averaged = _averaged_density(panel, at, ours, eqs)
-            for row in zip(at, published, averaged, counted.value, counted.stderr, strict=True):
+            match panel[0]:
+                case "a":
+                    theories = np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)
+                case "d":
+                    averaged = densities.displacement_density(at, ours, stop)
+                    theories = published_densities.displacement_density(at, law, eqs), averaged
+                case _:
+                    averaged = densities.velocity_density(at, ours, stop)
+                    theories = published_densities.velocity_density(at, law, eqs), averaged
+            for row in zip(at, *theories, counted.value, counted.stderr, strict=True):
                 yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
 
 
@@ -214,27 +215,6 @@ def _states(eqs: Equations) -> Floats:
         trajectories.run(12.0)
         rows.append(trajectories.snapshot()[:2])
     return np.moveaxis(np.array(rows), 0, 2)
-
-
-def _published_density(panel: str, at: Floats, law: stationary.Stationary, eqs: Equations) -> Floats:
-    match panel[0]:
-        case "a":
-            return np.interp(at, law.A, law.p)
-        case "d":
-            return densities.displacement_density(at, law, eqs)
-        case _:
-            return densities.velocity_density(at, law, eqs)
-
-
-def _averaged_density(panel: str, at: Floats, law: two_scale.TwoScale, eqs: Equations) -> Floats:
-    stop = eqs.restitution is not None
-    match panel[0]:
-        case "a":
-            return two_scale_densities.amplitude_density(at, law)
-        case "d":
-            return two_scale_densities.displacement_density(at, law, stop)
-        case _:
-            return two_scale_densities.velocity_density(at, law, stop)
 
 
 def _exponents(panel: str, curve: str, coefficient: str, values: Floats, base: Equations) -> Iterator[FigurePoint]:

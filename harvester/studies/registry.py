@@ -47,10 +47,10 @@ def _loaded(where: str) -> Any:
 
 
 STUDIES = (
-    Study("sweep", "sweep.sweep:sweep", "sweep.table:SweepTable"),
+    Study("sweep", "sweep.sweep:sweep", "sweep.sweep_table:SweepTable"),
     Study("compare", "compare:compare", "compare:Comparison"),
-    Study("optimise", "optimum.optimise:optimise", "optimum.answer:Optimum"),
-    Study("tolerance", "tolerance.tolerance:tolerance", "tolerance.answer:ToleranceResult"),
+    Study("optimise", "optimum.optimise:optimise", "optimum.optimum_result:Optimum"),
+    Study("tolerance", "tolerance.tolerance:tolerance", "tolerance.tolerance_result:ToleranceResult"),
     Study("charge", "charging.charge:charge", "charging.answer:ChargingResult"),
     Study("motion", "motion:motion", "motion:Motion"),
     Study("response", "frequency_response.response:responses", "frequency_response.responses:FrequencyResponses"),
@@ -66,5 +66,16 @@ STUDIES = (
             Option("seed", int, 0, "The same seed, the same noise."),
         ),
         "--lifetime '5 years'",
+    ),
+    Study(
+        "node",
+        "node:node",
+        "node:NodeResult",
+        "Share of the time that SCENE's node runs on its store, packets an hour, and what limits it.",
+        (
+            Option("days", float, 1.0, "How many days from the beginning."),
+            Option("seed", int, 0, "The same seed, the same noise."),
+        ),
+        "--days 7",
     ),
 )

@@ -29,12 +29,29 @@ STEP = 1e-4  # relative change of a key, by which the coefficients are seen to c
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Sensitivity(TableResult):
     """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
 
     An elasticity of 2 says that one percent more of a key gives two percent more power.  What keys of 0 and keys that
     are no quantity would do is not told.
+
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    mean_power
+        a `Value` (W).
+    keys, values, units
+        the scene keys, their values in SI units and these units.
+    elasticities
+        a `Value` without a unit for each key.
+    seconds
+        the time of computing, without compilation (s).
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -75,21 +92,36 @@ def sensitivity(
 ) -> Sensitivity:
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
-    All come from one solution for the density and one of its adjoint equations (`harvester.density.adjoint`), whatever
-    the number of keys.  ``within`` is the relative error of the power that is aimed at, ``budget`` seconds.
+    All come from one solution for the density and one of its adjoint equations, whatever the number of keys.
+
+    Parameters
+    ----------
+    scene
+        a `Scene` that engine `Density` serves, or the path of a scene file.
+    within
+        the relative error of the power that is aimed at, such as .01; None: 1e-6.
+    budget
+        seconds of computing.
+    progress
+        is called with the fraction done.
+
+    Returns
+    -------
+    Sensitivity
+        elasticities without a unit, the largest first.
+
+    Raises
+    ------
+    InputError
+        for a scene that engine `Density` does not serve, or whose load takes no power.
+    SimulationError
+        where the response grows without bound, or the density cannot be resolved.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
     >>> found = hv.sensitivity(scene, within=1e-4)
     >>> found.keys[0], round(found.elasticities[found.keys.index("nondimensional.D11")].value, 3)
     ('nondimensional.restitution', 1.0)
-
-    Raises
-    ------
-    InputError
-        for a scene that engine `density` does not serve, or whose load takes no power.
-    SimulationError
-        where the response grows without bound, or the density cannot be resolved.
     """
     import time
 

@@ -1,13 +1,20 @@
-"""Richardson extrapolation: what a scheme of second order gives at a step of 0, from a step h and twice that step.
+"""Richardson extrapolation: what a scheme gives at a step of 0, from a step h and twice that step.
 
-    E_h = E_0 + c h^2 + O(h^4)   =>   E_h - E_0 = (E_2h - E_h)/3,   E_0 = (4 E_h - E_2h)/3
+    E_h = E_0 + c h^p   =>   E_h - E_0 = (E_2h - E_h)/(2^p - 1)
 
-`step_bias` and `extrapolated` take one entry a trajectory, shape (n,), at the step h (``fine``) and at 2 h
-(``coarse``), entry by entry on the same noise: where the paths of both steps stay together, the difference has a
-smaller error than either mean; ``controls`` and ``together`` are as of `controlled_entries`.  `limit` takes single
-numbers without noise.
+with the order p = 2, or a lower one beside a stop (`harvester.equations.impact_order`).  There both parts may be large
+and of opposite sign, so that a third step tells them apart:
+
+    E_h = E_0 + c h^2 + d h^p,   u = 3 c h^2,   w = (2^p - 1) d h^p
+    E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
+
+`step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one entry a trajectory,
+shape (n,), entry by entry on the same noise: where the paths of the steps stay together, differences have a smaller
+error than the means; ``controls`` and ``together`` are as of `controlled_entries`.  `limit` takes single numbers
+without noise.
 """
 
+import math
 from collections.abc import Sequence
 
 from harvester.arrays import Floats
@@ -16,17 +23,35 @@ from harvester.uncertainty.controls import controlled_mean
 SLOWEST, FASTEST = 2.5, 8.0  # times that a halved step makes changes smaller, where the order is taken to hold
 
 
-def step_bias(fine: Floats, coarse: Floats, controls: Floats | None = None, together: int = 1) -> tuple[float, float]:
-    """The bias E_h - E_0 of the mean at the step h, and its standard error."""
-    difference, error = controlled_mean(coarse - fine, controls, together)
-    return difference / 3.0, error / 3.0
+def step_bias(
+    values: Sequence[Floats], order: float = 2.0, controls: Floats | None = None, together: int = 1
+) -> tuple[float, float]:
+    """The bias E_h - E_0 of the mean at the step h, and its standard error.
+
+    From three steps both of its parts count as if they had one sign: they must not seem to cancel.
+    """
+    parts = _bias_parts(values, order)
+    mean, error = controlled_mean(sum(parts[1:], parts[0]), controls, together)
+    if len(parts) == 1:
+        return mean, error
+    means = [controlled_mean(part, controls, together)[0] for part in parts]
+    return math.copysign(sum(map(abs, means)), means[0]), error
 
 
 def extrapolated(
-    fine: Floats, coarse: Floats, controls: Floats | None = None, together: int = 1
+    values: Sequence[Floats], order: float = 2.0, controls: Floats | None = None, together: int = 1
 ) -> tuple[float, float]:
     """The mean E_0 at a step of 0, and its standard error."""
-    return controlled_mean((4.0 * fine - coarse) / 3.0, controls, together)
+    return controlled_mean(values[0] - sum(_bias_parts(values, order)), controls, together)
+
+
+def _bias_parts(values: Sequence[Floats], order: float) -> list[Floats]:
+    """The part of order p of the bias at the step h, entry by entry; from three steps that of second order, too."""
+    first, power = values[1] - values[0], 2.0**order
+    if len(values) == 2:
+        return [first / (power - 1.0)]
+    low = (4.0 * first - (values[2] - values[1])) / (4.0 - power)
+    return [low / (power - 1.0), (first - low) / 3.0]
 
 
 def limit(values: Sequence[float]) -> tuple[float, float]:

@@ -47,21 +47,21 @@ class Target:
         return (max(room, 0.0) / value.quantile) ** 2
 
 
-def best_factor(within: float, bias: float, bias_error: float) -> float:
+def best_factor(within: float, bias: float, bias_error: float, order: float = 2.0) -> float:
     """The factor to change the step h by: 1, or one at which the target costs at least `CHANGE` times less.
 
     Time averages over T have a variance S/T, and T costs T/h: to reach |b| + 1.96 sqrt(S/T) = ``within`` with the bias
-    b h^2 of second order costs
+    b h^p of the ``order`` p costs
 
-        S (1.96/(within - |b| f^2 h^2))^2 / (f h).
+        S (1.96/(within - |b| f^p h^p))^2 / (f h).
 
-    ``bias`` is |b| h^2 and ``bias_error`` its standard error, both relative.  A bias that is not seen above its error
+    ``bias`` is |b| h^p and ``bias_error`` its standard error, both relative.  A bias that is not seen above its error
     does not make the step smaller; for a larger step it counts at its upper limit.
     """
 
     def cost(factor: float) -> float:
         seen = bias if bias > 2.0 * bias_error else 0.0
-        at_step = (bias + 2.0 * bias_error if factor > 1.0 else seen) * factor**2
+        at_step = (bias + 2.0 * bias_error if factor > 1.0 else seen) * factor**order
         return math.inf if at_step >= 0.7 * within else (within / (within - at_step)) ** 2 / factor
 
     best = min(FACTORS, key=cost)

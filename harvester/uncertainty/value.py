@@ -1,4 +1,7 @@
-"""Numbers with their errors of sampling, of the step and of the model."""
+"""Numbers with their errors of sampling, of the step and of the model.
+
+Long because a value, which users hold in their hands, explains each of its parts.
+"""
 
 import math
 import warnings
@@ -8,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import SimulationError, names_arguments
+from harvester.errors import InputError, SimulationError, names_arguments
 from harvester.quantities.units import SYMBOLS
 
 NORMAL_QUANTILE = 1.96  # half-width of a 95 % interval in standard errors, of many degrees of freedom
@@ -20,19 +23,42 @@ ROUNDED = 6  # digits of a value whose only error is rounding
 class Value:
     """A number with its errors of sampling, of the step and of the model.
 
-    ``stderr`` is the standard error of sampling (None: the engine samples nothing), from ``dof`` degrees of
-    freedom (None: so many that they do not matter); ``bias`` the estimated error of the finite step, ``model`` that of
-    the model itself (None: no such error, or not known; the estimate's ``reason`` says which).  A ``model`` of 0 is a
-    closed form, of which the ``bias`` is rounding.  ``unknown`` names parts of the error that are not known, where
-    others are.
+    Parameters
+    ----------
+    value
+        the number.
+    stderr
+        the standard error of sampling; None: the engine samples nothing.
+    bias
+        the estimated error of the finite step; of a closed form that of rounding.
+    model
+        the estimated error of the model itself, 0 for a closed form.  None: no such error, or not known; the reason of
+        the answer says which.
+    dof
+        the degrees of freedom of ``stderr``; None: so many that they do not matter.
+    unknown
+        names parts of the error that are not known, where others are.
+    unit
+        of the number and of its errors; "" for a number without one.
+
+    ``float(value)`` is the number alone, and ``f"{value:.3g}"`` formats it; ``f"{value}"`` has errors and unit.  ``<``
+    and ``>`` compare the numbers, also with a plain one, whatever their errors are; ``==`` compares all parts.
+
+    Raises
+    ------
+    SimulationError
+        for a number or an error that is not finite.
+    InputError
+        where values of different units are ordered.
 
     >>> import harvester as hv
-    >>> print(hv.Value(8.4e-6, stderr=1e-8, bias=2e-8).format("W"))
+    >>> power = hv.Value(8.4e-6, stderr=1e-8, bias=2e-8, unit="W")
+    >>> print(power)
     8.4 +- 0.02 (95 %, sampling) +- 0.02 (step) uW
-    >>> print(hv.Value(8.4e-6, stderr=1e-8, unknown="the step").format("W"))
+    >>> float(power), f"{power:.2e}", power > 8e-6
+    (8.4e-06, '8.40e-06', True)
+    >>> hv.Value(8.4e-6, stderr=1e-8, unknown="the step", unit="W")
     8.4 uW (95 % of sampling within 0.02; the error of the step is not known)
-    >>> hv.Value(0.25, stderr=1e-3)  # a value knows no unit: it shows itself in that of its answer
-    0.25 +- 0.002 (95 %, sampling)
     """
 
     value: float
@@ -41,6 +67,7 @@ class Value:
     model: float | None = None
     dof: float | None = None
     unknown: str = ""
+    unit: str = ""
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(v) for v in (self.value, self.stderr or 0.0, self.bias or 0.0, self.model or 0.0)):
@@ -48,10 +75,42 @@ class Value:
                 "the result is not finite: the response grows without bound, or numbers left their range"
             )
 
-    def scaled(self, factor: float) -> "Value":
-        """The value and its errors multiplied by a factor, as for other units."""
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec) if spec else self.format()
+
+    def __lt__(self, other: "Value | float") -> bool:
+        return self.value < self._number(other)
+
+    def __le__(self, other: "Value | float") -> bool:
+        return self.value <= self._number(other)
+
+    def __gt__(self, other: "Value | float") -> bool:
+        return self.value > self._number(other)
+
+    def __ge__(self, other: "Value | float") -> bool:
+        return self.value >= self._number(other)
+
+    def _number(self, other: "Value | float") -> float:
+        """The number of what it is ordered with."""
+        if isinstance(other, Value) and other.unit != self.unit:
+            raise InputError(
+                f"values must have one unit to be ordered, but have {self.unit or 'none'} and {other.unit or 'none'}"
+            )
+        return other.value if isinstance(other, Value) else other
+
+    def scaled(self, factor: float, unit: str = "") -> "Value":
+        """The value and its errors multiplied by a factor, as for another ``unit``."""
         stderr, bias, model = (_times(error, factor) for error in (self.stderr, self.bias, self.model))
-        return Value(self.value * factor, stderr, bias, model, self.dof, self.unknown)
+        return Value(self.value * factor, stderr, bias, model, self.dof, self.unknown, unit)
+
+    def root(self) -> "Value":
+        """The square root of a mean square, with its errors to first order."""
+        size, parts = math.sqrt(max(self.value, 0.0)), (self.stderr, self.bias, self.model)
+        stderr, bias, model = (None if e is None else e / (2.0 * size) if size > 0.0 else 0.0 for e in parts)
+        return Value(size, stderr, bias, model, self.dof, self.unknown)
 
     def with_unknown(self, unknown: str) -> "Value":
         """The value with one more part of its error that is not known; as it is where ``unknown`` is empty."""
@@ -77,6 +136,12 @@ class Value:
         return self.sampling95 / NORMAL_QUANTILE
 
     @property
+    def systematic(self) -> float | None:
+        """The errors of step and model together; None where neither is known."""
+        known = [error for error in (self.bias, self.model) if error is not None]
+        return sum(known) if known else None
+
+    @property
     def known_error95(self) -> float:
         """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
@@ -88,7 +153,11 @@ class Value:
         return self.known_error95 if stated and not self.unknown else None
 
     def format(self, unit: str = "") -> str:
-        """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``."""
+        """The value, its errors and the unit in words: ``3.104 +- 0.012 (95 %, sampling) +- 0.004 (step) uW``.
+
+        ``unit`` is one for a value that has none of its own.
+        """
+        unit = unit or self.unit
         prefixed = unit and "^" not in unit and not unit[0].isdigit()
         scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
         digits = 4
@@ -99,11 +168,13 @@ class Value:
         if self.unknown:
             return f"{text} {prefix}{unit}".rstrip() + f" ({self._known_parts(scale)})"
         if self.stderr is not None:
-            text += f" +- {_two_digits(self.sampling95 / scale)} (95 %, sampling)"
+            text += f" +- {two_digits(self.sampling95 / scale)} (95 %, sampling)"
+        if self.stderr is None and self.model == 0.0:
+            return f"{text} {prefix}{unit}".rstrip() + " (closed form)"
         if self.bias is not None:
-            text += f" +- {_two_digits(self.bias / scale)} ({'rounding' if self.model == 0.0 else 'step'})"
+            text += f" +- {two_digits(self.bias / scale)} (step)"
         if self.model:
-            text += f" +- {_two_digits(self.model / scale)} (model, estimated)"
+            text += f" +- {two_digits(self.model / scale)} (model, estimated)"
         return f"{text} {prefix}{unit}".rstrip()
 
     def __repr__(self) -> str:
@@ -111,25 +182,25 @@ class Value:
 
     def text(self, unit: str) -> str:
         """The name of `format` before version 0.2."""
-        warnings.warn("Value.text is Value.format now", DeprecationWarning, stacklevel=2)
+        warnings.warn("Value.text is Value.format from version 0.3 on", DeprecationWarning, stacklevel=2)
         return self.format(unit)
 
     @property
     def whole_error95(self) -> float | None:
         """The name of `error95` before version 0.2."""
-        warnings.warn("Value.whole_error95 is Value.error95 now", DeprecationWarning, stacklevel=2)
+        warnings.warn("Value.whole_error95 is Value.error95 from version 0.3 on", DeprecationWarning, stacklevel=2)
         return self.error95
 
     def _known_parts(self, scale: float) -> str:
         """The errors that are known, in units of ``scale``, and what is not."""
         parts = [
-            f"{what} within {_two_digits(error / scale)}"
+            f"{what} within {two_digits(error / scale)}"
             for what, error in (
                 ("95 % of sampling", None if self.stderr is None else self.sampling95),
                 ("step", self.bias),
                 ("model", self.model),
             )
-            if error is not None
+            if error
         ]
         return "; ".join([", ".join(parts)] * bool(parts) + [f"the error of {self.unknown} is not known"])
 
@@ -182,10 +253,20 @@ def z_score(a: Value, b: Value) -> float | None:
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 
 
-def _two_digits(error: float) -> str:
+def two_digits(error: float) -> str:
     """An error as it stands behind its value: two digits, and no exponent below a million."""
     text = f"{error:.2g}"
-    return f"{float(text):.0f}" if 100.0 <= error < 1e6 else text
+    return f"{float(text):.0f}" if 99.5 <= error < 1e6 else text
+
+
+def clock(seconds: float) -> str:
+    """A time of computing as people say it: 0.31 s, 12 s, 4 min 3 s, 2 h 5 min."""
+    if seconds < 59.5:
+        return f"{seconds:.2g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    units = (("h", hours), ("min", minutes)) if hours else (("min", minutes), ("s", rest))
+    return " ".join(f"{count} {unit}" for unit, count in units if count)
 
 
 def _times(value: float | None, factor: float) -> float | None:

@@ -1,26 +1,30 @@
 """The doctor tells what is there, what is missing, and how to get it; it never fails."""
 
+import json
+
 import pytest
 
 from harvester.commands import doctor
+from harvester.machine import provenance
 from harvester.machine.provenance import PACKAGES
 
 
 def lines():
-    return {line.split()[1]: line for line in doctor.examine()}
+    return {str(part).split()[1]: str(part) for part in doctor.examine()}
 
 
 @pytest.mark.ngspice
 def test_all_is_well():
     found = lines()
-    assert {"python", "harvester", "libngspice", "ngspice", "netlists", "machine", *PACKAGES} == set(found)
+    assert {"python", "harvester", "libngspice", "ngspice", "netlists", "machine", *PACKAGES, *doctor.OPTIONAL} == set(
+        found
+    )
     assert not [line for line in found.values() if line.startswith("MISSING")]
     assert "bridge" in found["netlists"]
 
 
 @pytest.mark.parametrize(
-    ("library", "says"),
-    [("/nonexistent", "run 'make setup' or 'apt-get install libngspice0 ngspice'"), ("/etc/passwd", "does not load")],
+    ("library", "says"), [("/nonexistent", "'pip install piezo-harvester[ngspice]'"), ("/etc/passwd", "does not load")]
 )
 def test_no_ngspice(monkeypatch, library, says):
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", library)
@@ -39,3 +43,13 @@ def test_no_ngspice(monkeypatch, library, says):
 def test_a_package_that_is_missing(monkeypatch):
     monkeypatch.setattr("harvester.machine.provenance.versions", lambda: {"numba": ""})
     assert lines()["numba"] == "MISSING  numba            run 'make setup'"
+
+
+@pytest.mark.ngspice
+def test_an_optional_part_that_is_absent_is_no_fault(monkeypatch, harvester):
+    monkeypatch.setattr(provenance, "version", lambda package: "" if package == "panel" else "1")
+    assert lines()["panel"].startswith("absent ") and "piezo-harvester[explore]" in lines()["panel"]
+    monkeypatch.undo()
+    status, out, _ = harvester("doctor", "--json")
+    found = json.loads(out)
+    assert status == 0 and found["numpy"]["found"] and found["panel"]["optional"] and not found["numba"]["optional"]

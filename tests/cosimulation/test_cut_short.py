@@ -2,7 +2,7 @@
 
 import pytest
 
-from harvester.cosimulation.cut_short import later_half
+from harvester.cosimulation.periodic_responses import later_half
 
 
 def test_the_later_half_counts_by_its_seconds():

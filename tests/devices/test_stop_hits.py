@@ -30,6 +30,6 @@ def test_rate_of_a_distant_stop(gap, often):
     assert found["stop"] == often
     if often == "often":
         path = hv.motion(problem.scene.without_stop(), duration=300.0)
-        x = path.x[path.t > 20.0]
-        passed = np.count_nonzero((x[1:] < -1e-4) & (x[:-1] >= -1e-4)) / (path.t[-1] - 20.0)
+        x = path.displacement[path.time > 20.0]
+        passed = np.count_nonzero((x[1:] < -1e-4) & (x[:-1] >= -1e-4)) / (path.time[-1] - 20.0)
         assert passed == pytest.approx(found["stop_hits_a_second"], rel=0.1)

@@ -13,7 +13,7 @@ from harvester.engines.coexisting_responses import may_have_several
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.studies.sweep.rows import SweepRow
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from tests.support.bimorph import bimorph
 from tests.support.paths import ROOT
 from tests.support.systems import DRIVEN, scene

@@ -67,8 +67,8 @@ def test_a_budget_that_ends_too_early_is_said():
     [
         ({"n1": None, "n2": 0.01}, "must have white noise of the base"),
         ({"n1": None, "n2": None}, "must have white noise of the base"),
-        ({"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0}, "does not know coloured noise"),
-        ({"drive": 0.1, "drive_frequency": 1.0}, "does not know harmonic drive"),
+        ({"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0}, "cannot model coloured noise"),
+        ({"drive": 0.1, "drive_frequency": 1.0}, "cannot model harmonic drive"),
     ],
 )
 def test_what_has_no_stationary_density_is_refused(changes, words):

@@ -77,14 +77,14 @@ def test_identities_in_spice():
 
 
 def test_strong_impacts_leave_the_step_in_the_power_balance():
-    """It is stated, falls with the step's square, and with the sampling error covers what the balance is off by."""
+    """It is stated, falls with the step, and with the sampling error covers what the balance is off by."""
     strong = scene(changed(PAPER, restitution=0.37))
-    default, half = (
-        hv.Ensemble(dt=dt, trajectories=2048, duration=150.0).run(strong).details for dt in (0.0976, 0.0488)
+    default, quarter = (
+        hv.Ensemble(dt=dt, trajectories=8192, duration=150.0).run(strong).details for dt in (0.0976, 0.0244)
     )
-    assert default["power_balance_bias"] == pytest.approx(1.7e-3, rel=0.4)
-    assert half["power_balance_bias"] < 0.5 * default["power_balance_bias"]
-    for found in (default, half):
+    assert default["power_balance_bias"] == pytest.approx(2.6e-3, rel=0.4)  # both parts, which have opposite signs here
+    assert quarter["power_balance_bias"] < 0.5 * default["power_balance_bias"]
+    for found in (default, quarter):
         assert abs(found["power_balance"]) < 4 * found["power_balance_stderr"] + found["power_balance_bias"]
 
 
@@ -272,7 +272,7 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
     """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
     problem = Problem(given := scene(changed(PAPER, **changes)))
     for engine in refusing:
-        with pytest.raises(CannotServeError, match=f"^engine '{engine}' does not know .*{name}: use engine 'ensemble'"):
+        with pytest.raises(CannotServeError, match=f"^engine '{engine}' cannot model .*{name}: use engine 'ensemble'"):
             hv.engines.engine(engine).run(given)
     assert not hv.Ensemble.refusal(problem)
     assert set(name.replace(" ", "_").split("_and_")) <= set(problem.effects)
@@ -291,7 +291,7 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
 def test_exact_says_what_is_not_linear(changes, name):
     with pytest.raises(CannotServeError) as told:
         hv.Exact().run(scene(changed(linear(0.05, 1.0), **changes)))
-    assert str(told.value) == f"engine 'exact', for linear equations, does not know {name}: use engine 'ensemble'"
+    assert str(told.value) == f"engine 'exact', for linear equations, cannot model {name}: use engine 'ensemble'"
 
 
 def test_the_default_engine():
@@ -300,7 +300,7 @@ def test_the_default_engine():
     assert default_engine(PLATE, trajectories=64) == default_engine(scene(PAPER)) == "ensemble"
     assert default_engine(BRIDGE) == default_engine(BRIDGE, dt=1e-3) == "spice"
     assert default_engine(PLATE, within=0.01, dt=1e-3) == "cheapest"
-    assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["spice"])
+    assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["ideal", "spice"])
     assert default_engines(scene(PAPER)) == ["published", "averaged", "density", "ensemble", "spice"]
     chosen = hv.run(PLATE, within="1%")
     assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: the error that it states, ")
@@ -339,7 +339,7 @@ def test_a_spring_that_pushes_the_mass_away_is_refused(changes, side):
 @pytest.mark.statistics
 def test_stability_is_that_of_rest_at_zero():
     for changes in ({"gap": 0.2}, {"linear": -1.0}, {"restitution": None, "stop_stiffness": 1e3}):
-        with pytest.raises(CannotServeError, match=r"^stability, of rest at x = 0 .* does not know"):
+        with pytest.raises(CannotServeError, match=r"^stability, of rest at x = 0 .* cannot model"):
             stability(scene(changed(PAPER, **changes)))
     quadratic = stability(scene(changed(PAPER, alpha2=0.3)), trajectories=64, duration=50.0)
     assert quadratic.ensemble == stability(scene(PAPER), trajectories=64, duration=50.0).ensemble

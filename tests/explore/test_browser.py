@@ -12,6 +12,7 @@ import pytest
 from playwright import sync_api as playwright
 
 import harvester as hv
+from harvester.explore import links
 from harvester.explore.draft import Draft
 from tests.support.browser import CHROMIUM, PHONE, Visit, chromium, serving
 from tests.support.paths import ROOT
@@ -176,19 +177,30 @@ def test_two_users_at_once(other, visit):
 
 
 def test_a_circuit_has_its_own_power_in_large_letters(visit):
-    """Never that of a resistor in its place: until it is known, the page says that it is computed."""
+    """Never that of a resistor in its place: until it is known, the page says that it is computed.
+
+    The power along the axis follows, as points that are joined, and a link opens the page with this very design.
+    """
     page = visit.page
     page.locator(".circuit-bridge button").click()
-    page.locator(".headline .power", has_text="Computing").wait_for()
     page.locator(".headline b", has_text="ideal").wait_for()
     draft = Draft.read(ROOT / "examples" / "plate_with_stop.toml")
     draft.choose("bridge")
     assert "µW" in visit.power() and "resistor" not in page.locator(".headline").inner_text()
     shown, own = float(visit.power().split()[0]), hv.Ideal(within="1%").run(draft.scene()).mean_power.value * 1e6
     assert shown == pytest.approx(own, rel=0.05)  # either is a sample, to 2 % and to 1 %
+    joined = """() => Bokeh.documents.some((one) => [...one._all_models.values()].some(
+        (model) => model.name === 'joined-ideal' && model.data.x.length >= 5))"""
+    page.wait_for_function(joined)
+    link = page.locator(".link a").get_attribute("href")
+    assert Draft.tables(links.opened(link.removeprefix("?scene=")))["load"]["netlist"] == "bridge"
+    page.locator(".why-not summary").click()
+    page.locator(".why-not li", has_text="netlist").first.wait_for()
     settled(visit, 300)
     page.locator(".headline b", has_text="averaged").wait_for()
     before = visit.power()
+    visit.write("load.resistance", "2M")  # other than both that may stand there
+    before = visit.until_power_changes(before)
     visit.write("load.resistance", "1M")
     visit.until_power_changes(before)
     assert visit.faults == []

@@ -3,7 +3,7 @@
 import pytest
 
 import harvester as hv
-from harvester.explore.draft import Draft, differences, first
+from harvester.explore.draft import FIRST, Draft, differences, first
 from harvester.explore.effects import effects
 from harvester.explore.slider_scale import STEPS, slide
 from harvester.explore.texts import normal, written
@@ -15,9 +15,9 @@ EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
 
 
 def test_every_key_has_one_knob():
-    """Those of the load are made as the circuit asks for them."""
+    """Those of the load are made as the circuit asks for them; a store and a node have none."""
     known = [key for physical in (True, False) for effect in effects(physical) for key in effect.keys]
-    assert set(known) == {f"{one.table}.{one.name}" for one in keys() if one.table != "load"}
+    assert set(known) == {f"{one.table}.{one.name}" for one in keys() if one.table not in ("load", "storage", "node")}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -108,3 +108,19 @@ def test_sliders(key, value):
     assert values == sorted(values)
     assert one.holds(value)
     assert not one.holds(1e9)
+
+
+def test_what_says_the_same_in_another_way_keeps_the_device():
+    """Switched to a resonance, a quality factor and a frequency in open circuit, the power is what it was."""
+    draft = Draft.of_text(FIRST, ROOT)
+    before = hv.run(draft.scene(), "averaged").mean_power.value
+    labels = {one.label: one for one in draft.effects}
+    for label in ("spring, as a resonance frequency", "damping, as a quality factor"):
+        draft.switch(labels[label], True)
+    draft.switch(labels["coupling, as a frequency in open circuit"], True)
+    scene = draft.scene()
+    assert scene.oscillator.stiffness is None and scene.oscillator.damping is None and scene.piezo.coupling is None
+    assert hv.run(scene, "averaged").mean_power.value == pytest.approx(before, rel=1e-3)  # texts have six digits
+    draft.switch(labels["spring, as a stiffness"], True)
+    assert draft.scene().oscillator.frequency is None
+    assert draft.scene().modal.stiffness == pytest.approx(16.0, rel=1e-4)

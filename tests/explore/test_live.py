@@ -32,7 +32,7 @@ def test_the_curve_is_that_of_the_engines(fine, within):
     own = hv.Averaged().run(scene).mean_power
     assert found.here["averaged"].mean_power.value == pytest.approx(own.value, rel=1e-9)
     assert found.here["averaged"].mean_power.known_error95 == pytest.approx(own.known_error95, rel=1e-6)
-    assert "does not know impact" in found.refused["exact"]
+    assert "cannot model impact" in found.refused["exact"]
     for name in ("averaged", "published"):
         curve = found.curves[name]
         places = curve.x[5::17]
@@ -96,13 +96,13 @@ def test_the_power_of_the_circuit_itself():
     draft = first()
     draft.choose("bridge")
     scene = draft.scene()
-    found = in_worker.elsewhere(in_worker.power, scene.tables(), lambda: False, lambda: False, 60.0)
+    found = in_worker.elsewhere(in_worker.power, (scene.tables(), *in_worker.FINE), lambda: False, lambda: False, 60.0)
     said, own = found["answer"]["mean_power"], hv.Ideal(within="1%", seed=3).run(scene).mean_power
     assert found["engine"] == "ideal"
     stderr = math.hypot(said["stderr"], own.stderr)
     assert abs(said["value"] - own.value) < 4.0 * stderr + said["step_bias"] + own.bias
     with pytest.raises(hv.CannotServeError, match="element qtop is an element of a kind"):
-        in_worker.power(hv.load(ROOT / "examples" / "bimorph_self_powered_sshi.toml").tables())
+        in_worker.power(hv.load(ROOT / "examples" / "bimorph_self_powered_sshi.toml").tables(), *in_worker.FINE)
 
 
 def test_downloads():

@@ -47,7 +47,7 @@ def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
     for key, value in truth.items():
         one = found[key]
         assert abs(one.value - value) < 2.2 * 0.5 * (one.high - one.low), key
-    assert not any("warning" in note for note in found.notes)
+    assert found.warnings == ()
 
 
 @pytest.mark.parametrize("seed", [1, 6, 16])
@@ -85,12 +85,12 @@ def test_a_coupling_that_vanishes_is_not_determined(tmp_path):
 def test_a_second_mode_is_told_from_the_residual(tmp_path, share):
     """Neighbouring points agree where a mode is missing; without one there is no such warning."""
     names, truth = bench.two_modes(np.random.default_rng(3), tmp_path, share=share)
-    (warning, *_) = [note for note in hv.identify(names).notes if "is no noise" in note]
+    (warning, *_) = [note for note in map(str, hv.identify(names).warnings) if "is no noise" in note]
     assert "another mode" in warning
     assert float(warning.partition("most about ")[2].split()[0]) == pytest.approx(1.25 * truth.f0, rel=0.08)
     for seed in range(3):
         names, _ = KINDS["impedance"](np.random.default_rng(seed), tmp_path)
-        assert hv.identify(names).notes == ()
+        assert hv.identify(names).diagnostics == ()
 
 
 def test_a_run_of_neighbours_far_off_is_a_misfit():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.identification.spreads import spreads_of
+from harvester.identification.stated_spreads import spreads_of
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.spreads import spreads
 

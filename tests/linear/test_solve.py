@@ -8,9 +8,9 @@ import pytest
 import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
-from harvester.linear.response import amplitudes, white
 from harvester.linear.shaking import lines, response_to_shaking
 from harvester.linear.solve import solve
+from harvester.linear.transfer import amplitudes, white
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.records.records import Record, TabulatedDensity
@@ -201,7 +201,7 @@ def test_engine_states_its_error_and_serves_open_circuits():
     power = answer.mean_power
     assert (power.stderr, power.model) == (None, 0.0)
     assert 0.0 < power.known_error95 < 1e-12 * power.value
-    assert "(rounding) uW" in str(answer)
+    assert "uW (closed form)" in str(answer)
     assert (
         hv.Exact().run(hv.load("examples/plate_recorded.toml")).warnings
         == hv.Ensemble(trajectories=64).run(hv.load("examples/plate_recorded.toml")).warnings

@@ -3,9 +3,8 @@
 import pytest
 
 from harvester.errors import InputError
-from harvester.netlists.elements import elements
 from harvester.netlists.load_circuit import load_circuit
-from harvester.netlists.probes import element_powers, read_probes
+from harvester.netlists.probes import element_powers, elements, read_probes
 from harvester.scene.load import Load
 
 OWN = """* two chips

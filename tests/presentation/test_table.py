@@ -2,7 +2,10 @@
 
 import pytest
 
+from harvester.presentation.glossary import term
+from harvester.presentation.sheet import quantity
 from harvester.presentation.table import MOST_ROWS, Column, Table
+from harvester.uncertainty.value import Value
 
 
 def test_each_row_may_have_its_own_unit():
@@ -22,3 +25,11 @@ def test_an_exact_column_is_written_to_the_last_digit():
 @pytest.mark.parametrize(("share", "text"), [(5.0, "5 %"), (0.1, "0.1 %"), (99.95, "99.95 %")])
 def test_a_percentage_has_no_prefix(share, text):
     assert Table((Column("share", [share], "%"),)).lines()[1].strip() == text
+
+
+def test_a_whole_number_keeps_what_is_not_known_of_it():
+    """360 packets are a count without an error only where nothing is said of one."""
+    assert quantity(360.0, term("packets_per_hour"), "") == "360"
+    assert quantity(Value(360.0, bias=0.0), term("packets_per_hour"), "") == "360"
+    assert "is not known" in quantity(Value(360.0, bias=0.0, unknown="a circuit"), term("packets_per_hour"), "")
+    assert quantity(Value(360.0, stderr=1.0), term("packets_per_hour"), "") == "360 +- 2 (95 %, sampling)"

@@ -5,6 +5,7 @@ import re
 import pytest
 
 import harvester as hv
+from harvester.devices import materials
 from tests.support.paths import ROOT
 
 PAGE = (ROOT / "CONTRIBUTING.md").read_text()
@@ -44,3 +45,40 @@ def test_names_of_the_project():
     for page in (PAGE, (ROOT / "README.md").read_text()):
         assert "`piezo-harvester`" in page
         assert re.search(r"imported and run as\s+`harvester`", page)
+
+
+def test_the_first_change(harvester, tmp_path, monkeypatch):
+    """The line of the page does what the page says: a beam of the new material has a scene."""
+    (line,) = re.findall(r"^ +SUBSTRATES\[.*$", PAGE, re.MULTILINE)
+    monkeypatch.setattr(materials, "SUBSTRATES", dict(materials.SUBSTRATES))
+    exec(line.strip(), vars(materials))
+    sizes = ["--length", "50mm", "--width", "30mm", "--substrate-thickness", "0.2mm", "--piezo-thickness", "0.3mm"]
+    beam = ["--bimorph", *sizes, "--piezo", "PZT-5A", "--q", "50", "--substrate"]
+    assert harvester("new", tmp_path / "mine.toml", *beam, "titanium")[0] == 0
+    assert "did you mean 'titanium'?" in harvester("new", tmp_path / "b.toml", *beam, "titanum")[2]
+
+
+def test_the_papers_references():
+    """Each is cited and each citation is there; each says whether its DOI was resolved."""
+    paper, bib = ((ROOT / "paper" / f"paper.{end}").read_text() for end in ("md", "bib"))
+    entries = dict(re.findall(r"^@\w+\{(\w+), (.*)\}$", bib, re.MULTILINE))
+    assert set(re.findall(r"@(\w+)", paper)) == set(entries)
+    for key, entry in entries.items():
+        assert re.search(r"note = \{(doi resolved|doi not resolved|software, without a doi)", entry), key
+        assert ("doi = {10." in entry) or "doi resolved" not in entry, key
+
+
+def test_a_yes_of_the_checklists_has_its_place():
+    """Files and pages that a row names are there; each row says yes, no, in part or open."""
+    page = (ROOT / "docs" / "checklists.md").read_text()
+    rows = re.findall(r"^\| (?!item|---)(.*) \| (.*) \| (.*) \|$", page, re.MULTILINE)
+    assert len(rows) > 30 and {answer for _, answer, _ in rows} == {"yes", "no", "in part", "open"}
+    named = re.findall(r"`([\w.]+(?:/[\w.]+)+|[\w]+\.\w+)`", page)
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_highlights_of_the_changelog():
+    """Twenty on top, each a sentence."""
+    text = (ROOT / "CHANGELOG.md").read_text().partition("## Highlights")[2].partition("\n## ")[0]
+    lines = re.findall(r"^\d+\. (.*)$", text, re.MULTILINE)
+    assert len(lines) == 20 and all(line.endswith((".", ":")) or line[0].isupper() for line in lines)

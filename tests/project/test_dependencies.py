@@ -17,14 +17,14 @@ LOCK = [line for line in (ROOT / "lock.txt").read_text().splitlines() if line an
 
 
 def requirements():
-    """Every requirement of pyproject.toml, those of the build too, but for the project's own extras."""
+    """Every requirement of pyproject.toml, those of the build too, but for the project's own extras and packages."""
     groups = [
         PROJECT["dependencies"],
         *PROJECT["optional-dependencies"].values(),
         PYPROJECT["build-system"]["requires"],
     ]
     found = [Requirement(line) for group in groups for line in group]
-    return [one for one in found if canonicalize_name(one.name) != NAME]
+    return [one for one in found if not canonicalize_name(one.name).startswith(NAME)]
 
 
 def test_lock_file_pins_versions_and_nothing_else():

@@ -1,6 +1,7 @@
 """`make docs` builds without a warning, offline, and the reference has every public name."""
 
 import inspect
+import json
 import re
 import runpy
 import subprocess
@@ -9,9 +10,19 @@ import sys
 import pytest
 
 import harvester as hv
+from tests.support.browser import DESKTOP, PHONE, chromium
 from tests.support.pages import ROOT
 
-SOURCES = ("harvester", "tests", "benchmarks", "docs", "examples")
+NOTEBOOK = """
+import json, runpy, sys
+sys.path.insert(0, "docs")
+page = json.load(open("docs/tasks.ipynb"))
+runpy.run_path("docs/run_notebook.py", run_name="imported")["run"](page)
+json.dump(page, open(sys.argv[1], "w"))
+"""
+FONT = "STIXTwoMath.woff"
+PAGES = [page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts]
+SOURCES = ("harvester", "tests", "benchmarks", "docs", "examples", "packaging")
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +42,7 @@ def site(tmp_path_factory):
 @pytest.mark.slow
 def test_reference(site):
     """Each name of `__all__` is there, in its own words."""
-    page = (site / "api.html").read_text()
+    page = "".join(path.read_text() for path in (site / "api").glob("*.html"))
     assert {f"harvester.{name}" for name in hv.__all__} <= set(re.findall(r'id="([\w.]+)"', page))
 
 
@@ -48,19 +59,81 @@ def test_public_names_say_what_they_are():
 @pytest.mark.slow
 def test_pages(site):
     """All are there; formulas are MathML, figures are files; nothing is fetched from elsewhere."""
-    names = {path.stem for path in (ROOT / "docs").glob("*.md")}
-    assert names <= {path.stem for path in site.glob("*.html")}
+    names = {path.relative_to(ROOT / "docs").with_suffix("") for path in PAGES}
+    assert names <= {path.relative_to(site).with_suffix("") for path in site.rglob("*.html")}
     theory = (site / "theory.html").read_text()
     labels = re.findall(r"^\$\$ \(\w+\)$", (ROOT / "docs" / "theory.md").read_text(), re.MULTILINE)
     assert theory.count('class="formula"') >= len(labels) == theory.count('class="eqno"') > 20
     assert theory.count("<math") > 40
-    for path in site.glob("*.html"):
+    assert (site / "_static" / FONT).stat().st_size > 100_000
+    assert FONT in (site / "_static" / "own.css").read_text()
+    for path in site.rglob("*.html"):
         text = path.read_text()
         for source in re.findall(r'<(?:img|script|link)[^>]*(?:src|href)="([^"]+)"', text):
             if "://" not in source:
-                assert (site / source.partition("?")[0].partition("#")[0]).exists(), f"{path.name}: {source}"
+                assert (path.parent / source.partition("?")[0].partition("#")[0]).exists(), f"{path.name}: {source}"
             else:
                 pytest.fail(f"{path.name} fetches {source}")
+
+
+@pytest.mark.thorough("test_pages")
+@pytest.mark.slow
+def test_pages_in_a_browser(site):
+    """At 1280 and 390 px: nothing is wider than the page, the font is there, and contents stand beside a long page.
+
+    A formula that is wider than a phone scrolls in its own box; on a desk none does.
+    """
+    wider = "() => document.documentElement.scrollWidth - innerWidth"
+    boxes = "[...document.querySelectorAll('.formula .equations > div')]"
+    cut = f"() => {boxes}.filter(e => e.scrollWidth > e.clientWidth + 1).length"
+    font = "async () => { await document.fonts.ready; return document.fonts.check('16px \"STIX Two Math\"') }"
+    with chromium() as browser:
+        for size in (DESKTOP, PHONE):
+            page = browser.new_page(viewport=size)
+            for name in ("overview", "theory", "audit", "api/power", "commands/power"):
+                page.goto((site / f"{name}.html").as_uri())
+                assert page.evaluate(wider) <= 0, name
+                if name == "theory":
+                    assert page.evaluate(font)
+                    assert page.evaluate(cut) <= (0 if size == DESKTOP else 15)
+                contents = page.locator(".toc-drawer").bounding_box()
+                assert (contents["x"] + contents["width"] <= size["width"]) is (size == DESKTOP), name
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+@pytest.mark.thorough("test_example")
+@pytest.mark.slow
+@pytest.mark.ngspice
+def test_the_notebook_runs(tmp_path):
+    """Each cell prints what the page has of it: the same words, and numbers within two percent; figures are drawn.
+
+    It runs in a program of its own: idle workers of tests without ngspice would find none.
+    """
+    page = json.loads((ROOT / "docs" / "tasks.ipynb").read_text())
+    subprocess.run([sys.executable, "-c", NOTEBOOK, tmp_path / "made.ipynb"], cwd=ROOT, check=True)
+    made = json.loads((tmp_path / "made.ipynb").read_text())
+    code = [cell for cell in page["cells"] if cell["cell_type"] == "code"]
+    assert code and sum(cell["source"][0].startswith("## ") for cell in page["cells"]) == 10
+    for before, after in zip(page["cells"], made["cells"], strict=True):
+        for old, new in zip(before.get("outputs", ()), after.get("outputs", ()), strict=True):
+            texts = ["".join(one.get("text") or one["data"]["text/plain"]) for one in (old, new)]
+            assert NUMBER.sub("#", texts[0]) == NUMBER.sub("#", texts[1])
+            first, second = ([float(one) for one in NUMBER.findall(text)] for text in texts)
+            assert second == pytest.approx(first, rel=0.02, abs=1e-9)
+            assert ("image/png" in old.get("data", {})) == ("image/png" in new.get("data", {}))
+
+
+@pytest.mark.slow
+def test_the_first_page_is_the_gallery(site):
+    """Each figure of the gallery is there, with a link to its section."""
+    first, gallery = ((site / f"{name}.html").read_text() for name in ("index", "gallery"))
+    figures = {path.name for path in (ROOT / "docs" / "gallery").glob("*.png")}
+    wall = re.findall(r'href="gallery\.html#([\w-]+)"><img alt="" src="_images/([\w.]+)"', first)
+    assert {figure for _, figure in wall} == figures
+    assert set(re.findall(r'<section id="([\w-]+)"', gallery)) >= {section for section, _ in wall}
+    assert first.index("_images/") < first.index("overview.html", first.index("<article"))
 
 
 @pytest.mark.slow
@@ -70,9 +143,7 @@ def test_the_scripts_that_draw_find_what_they_import(path):
     assert callable(runpy.run_path(str(path), run_name="imported")["main"])
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "CONTRIBUTING.md", *(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md"))]
-)
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *sorted(str(one.relative_to(ROOT)) for one in PAGES)])
 def test_files_that_pages_name_are_there(page):
     """With their folder or without: some file of the package, the tests or the scripts ends so."""
     files = [str(one.relative_to(ROOT)) for top in SOURCES for one in (ROOT / top).rglob("*.py*")]

@@ -1,7 +1,9 @@
 """The public names: as ARCHITECTURE writes them, their examples, their types, and how they look in a notebook."""
 
+import copy
 import dataclasses
 import doctest
+import pickle
 import re
 import subprocess
 import sys
@@ -45,7 +47,7 @@ def test_example(name):
 def test_a_module_does_not_hide_a_function():
     """Whichever is imported first, the package's name is the function, and what the module held is found."""
     code = """
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 import harvester.studies.sweep.sweep
 import harvester.studies.compare, harvester.studies.stability.exponent
 import harvester as hv
@@ -194,46 +196,135 @@ def test_notebook():
     assert any(text.startswith("warning: published: at 3 of 3 points: ") for text in Html(table._repr_html_()).texts)
 
 
-USER = """
+RIGHT = """
+from pathlib import Path
+
 import harvester as hv
 
-scene: hv.Scene = hv.load("plate.toml")
-power: float = hv.Averaged(within="1%").run(scene).mean_power.value
-answer: hv.Estimate = hv.Ensemble(within="1%", budget="30s", seed=1).run(scene.with_load(1e6))
-load: hv.Load = hv.Netlist("bridge", R="1 Mohm", C=1e-5)
-loads = {"load.resistance": hv.logspace("1 kohm", "10 Mohm", 25)}
-table: hv.SweepTable = hv.sweep(scene, vary=loads, engines=[hv.Spice()])
-vary = {"load.resistance": "1k:10M:5", "stop.restitution": "0.9,0.96"}
-grid = hv.sweep(scene, vary=vary, execution=hv.Execution(out="grid", workers=2))
-best: hv.Optimum = hv.optimise(scene, vary={"load.resistance": ("1 kohm", 1e7)}, engine="averaged")
-found: hv.Comparison = hv.compare(scene, within=0.01)
-verdict: str = hv.stability(scene).verdict
+oscillator = hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004)
+piezo, noise = hv.Piezo(coupling=1e-3, capacitance="50.2 nF"), hv.Excitation(acceleration_psd="1e-5 g^2/Hz")
+scene: hv.Scene = hv.Scene(oscillator=oscillator, piezo=piezo, excitation=noise)
+mass: float = oscillator.mass
+ratio: float | None = oscillator.damping_ratio
+load: hv.Load = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": 1e-5})
+other: hv.Load = hv.Netlist("bridge", R="1 Mohm", C=1e-5)
+machine = hv.Excitation(profile="machine", frequency="50 Hz", harmonics=["0.1 g", 0.3])
+stiffer = scene.replace(oscillator=oscillator.replace(stiffness="20 N/m"), load=load, excitation=machine)
+varied: hv.Scene = scene.vary("oscillator.mass", "50 g").varied({"load.resistance": 1e6, "stop.gap": None})
+answer: hv.Estimate = hv.run(scene, "ensemble", within="1%", seed=1, trajectories=64)
+answers: list[hv.Estimate] = hv.run([scene, Path("plate.toml")], hv.Spice(within="3%", budget="30s"))
+power: float = float(answer.mean_power)
+best: hv.Value = max(one.mean_power for one in answers)
+text: str = f"{best:.3g} {best.unit}" if best > 1e-6 and answers[0] == answers[1] else ""
+known: dict[hv.Scene, hv.Estimate] = {scene: answer}
+values = hv.logspace("1 kohm", "10 Mohm", 25)
+table: hv.SweepTable = hv.sweep(scene, vary={"load.resistance": values}, execution=hv.Execution(out="grid", workers=2))
+optimum: hv.Optimum = hv.optimise(scene, vary={"load.resistance": ("1 kohm", 1e7)}, engine="averaged", within="2%")
+found: hv.Comparison = hv.compare(scene, engines=["averaged", hv.Ensemble()], within=0.01)
+path: hv.Motion = hv.motion(scene, duration=1.0, probe=["store"])
 table.plot().savefig("sweep.pdf")
 """
-WRONG = {"hv.Ensemble(within=[1])": "arg-type", "hv.swep": "attr-defined", "hv.load(3)": "arg-type"}
+WRONG = {  # a call, and the code of mypy's error
+    "hv.Ensemble(within=[1])": "arg-type",
+    "hv.swep": "attr-defined",
+    "hv.load(3)": "arg-type",
+    "hv.run(scene, sead=1)": "call-overload",
+    "hv.Oscillator(mass=[40], stiffness=16)": "arg-type",
+    "hv.Piezo(coupling=1e-3)": "call-arg",
+    "scene.replace(lod=hv.Load(resistance=1e6))": "call-arg",
+    'hv.Load(netlist="bridge").parameters["R"] = 5': "index",
+    "hv.Oscillator(mass=1.0, stiffness=16.0).mass = 2.0": "misc",
+    "power: float = hv.run(scene).mean_power": "assignment",
+    'hv.sweep(scene, vry={"load.resistance": "1k:1M:3"})': "call-arg",
+    'hv.optimise(scene, vary={"load.resistance": ("1k", "1M")}, engin="averaged")': "call-overload",
+    "hv.compare(scene, trajectoris=5)": "call-arg",
+    "hv.run(scene).plott()": "attr-defined",
+}
 
 
 @pytest.mark.thorough("nothing: mypy reads a script from outside")
 @pytest.mark.slow
 def test_a_users_script_is_typed(tmp_path):
-    """mypy --strict, away from this checkout: right calls pass, wrong ones do not."""
-    (tmp_path / "user.py").write_text(USER)
-    (tmp_path / "wrong.py").write_text("import harvester as hv\n" + "\n".join(WRONG) + "\n")
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--cache-dir",
-        str(ROOT / ".mypy_cache"),  # of the check before these tests: the package itself is not read again
-        "--config-file",
-        str(ROOT / "pyproject.toml"),
-    ]
+    """mypy --strict, away from this checkout: right calls pass, and each wrong one is an error in its line."""
+    (tmp_path / "right.py").write_text(RIGHT)
+    (tmp_path / "wrong.py").write_text("import harvester as hv; scene = hv.Scene()\n" + "\n".join(WRONG) + "\n")
+    cache = ROOT / ".mypy_cache"  # of the check before these tests: the package itself is not read again
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, "--config-file", ROOT / "pyproject.toml"]
     done = subprocess.run(
-        [*command, "user.py", "wrong.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300
+        [*command, "right.py", "wrong.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300
     )
-    lines = done.stdout.splitlines()
-    assert [line for line in lines if line.startswith("user.py")] == []
-    assert [line.rsplit("[", 1)[1][:-1] for line in lines if line.startswith("wrong.py") and "error:" in line] == list(
-        WRONG.values()
-    ), done.stdout
+    errors = re.findall(r"^(\w+)\.py:(\d+): error:.*\[([\w-]+)\]$", done.stdout, re.MULTILINE)
+    assert {(file, int(line), code) for file, line, code in errors} == {
+        ("wrong", line, code) for line, code in enumerate(WRONG.values(), 2)
+    }, done.stdout
+
+
+def test_a_scene_cannot_change_and_is_a_key():
+    scene = PLATE.with_load(hv.Netlist("bridge", R="1 Mohm"))
+    for change in (
+        lambda: scene.load.parameters.update(R=5.0),
+        lambda: scene.load.parameters.__setitem__("R", 5.0),
+        lambda: setattr(scene, "load", None),
+        lambda: setattr(scene.oscillator, "mass", 1.0),
+    ):
+        with pytest.raises((TypeError, dataclasses.FrozenInstanceError), match=r"cannot|assign"):
+            change()
+    assert scene.load.parameters == {"R": 1e6} and scene.tables()["load"]["parameters"] == {"R": 1e6}
+    for again in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene), hv.loads(scene.to_toml())):
+        assert again == scene and {scene: "known"}[again] == "known"
+    other = scene.varied({"load.parameters.R": "2 Mohm"})
+    assert other != scene and other.load.parameters["R"] == 2e6
+
+
+def test_a_scene_is_replaced_table_by_table():
+    stiffer = PLATE.replace(stop=None, oscillator=PLATE.oscillator.replace(stiffness="20 N/m"))
+    assert (stiffer.stop, stiffer.oscillator.stiffness) == (None, 20.0) and PLATE.stop is not None
+    assert eval(repr(stiffer), vars(hv) | {name: getattr(hv, name) for name in hv.__all__}) == stiffer
+    with pytest.raises(InputError, match="did you mean 'load'"):
+        PLATE.replace(lod=None)
+    with pytest.raises(InputError, match="did you mean 'mass'"):
+        PLATE.oscillator.replace(mas="40 g")
+
+
+def test_a_netlist_is_read_when_it_is_made():
+    with pytest.raises(InputError, match="unknown netlist 'bridg': did you mean 'bridge'"):
+        hv.Netlist("bridg")
+    with pytest.raises(InputError, match="unknown parameter of netlist bridge 'Q'"):
+        hv.Netlist("bridge", Q=3)
+
+
+def test_run_of_a_list():
+    """In its order, one by one or together, with the share of the whole as progress; an error names its scene."""
+    scenes, told = [PLATE.with_load(r) for r in ("100 kohm", "1 Mohm")], []
+    for engine in ("averaged", hv.Ensemble(trajectories=64, seed=1)):
+        together = hv.run(scenes, engine, progress=told.append)
+        assert together == [hv.run(scene, engine) for scene in scenes]
+    assert told == sorted(told[: told.index(1.0) + 1]) + told[told.index(1.0) + 1 :] and told[-1] == 1.0
+    assert [one.engine for one in hv.run([ROOT / "examples" / "plate.toml"])] == ["exact"]
+    with pytest.raises(hv.CannotServeError) as caught:
+        hv.run([*scenes, PLATE.with_load(hv.Netlist("bridge"))], "averaged")
+    assert caught.value.__notes__ == ["at index 2 of 3 scenes"]
+
+
+@pytest.mark.parametrize("engine", [hv.Averaged(), hv.Ensemble(trajectories=64, seed=1)])
+def test_equal_answers_are_equal(engine):
+    """Of two runs only the seconds differ; another load or seed is another answer."""
+    first, second, other = (engine.run(scene) for scene in (PLATE, PLATE, PLATE.with_load("1 kohm")))
+    assert first == second and first != other
+    assert dataclasses.replace(first, seconds=1e9) == first != dataclasses.replace(first, steps=first.steps + 1)
+    assert engine.run(PLATE).mean_power.unit == "W" and first.mean_square_voltage.unit == "V^2"
+
+
+def test_a_warning_of_an_old_name_says_when_it_goes():
+    """As the page on what stays promises."""
+    for path in (ROOT / "harvester").rglob("*.py"):
+        text = path.read_text()
+        assert text.count("DeprecationWarning, stacklevel") <= len(re.findall(r"from version 0\.3 on[\"']", text)), path
+
+
+def test_names_of_an_earlier_version_warn():
+    path = hv.motion(PLATE, duration=1.0)
+    with pytest.warns(DeprecationWarning, match=r"Motion\.v is velocity from version 0\.3 on"):
+        assert path.v is path.velocity
+    with pytest.raises(AttributeError, match="no attribute 'velocities'"):
+        _ = path.velocities

@@ -1,15 +1,23 @@
 """Every command on the project's pages is run as it stands; `LESS` lists all that is changed to make one short."""
 
+import contextlib
+import io
 import re
 from pathlib import Path
 
 import pytest
 
+import harvester as hv
 from harvester.studies import paper
 from tests.support import pages
 from tests.support.pages import ROOT
 
-PAGES = ["README.md", "CONTRIBUTING.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
+BUILT = ROOT / "docs" / "_build"
+PAGES = [
+    "README.md",
+    "CONTRIBUTING.md",
+    *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md") if BUILT not in path.parents),
+]
 
 # (what a command must hold, what is added at its end, ends of its words that are replaced: fewer points)
 LESS = [
@@ -35,6 +43,11 @@ LESS = [
     ("harvester charge examples/bimorph", [], {"8s": "1s", "4s": "1s"}),
     ("motion examples/bimorph_board", [], {"4": "1"}),
     ("benchmarks/published.py", ["erturk_inman"], {}),
+    (
+        "harvester tour",
+        ["--help"],
+        {},
+    ),  # whose commands are on the page, and run whole in tests/commands/test_examples.py
     ("harvester explore", ["--help"], {}),  # which would serve for ever: tests/explore looks at its page
     ("response examples/published", [], {":301": ":3"}),
 ]
@@ -87,6 +100,81 @@ def test_demo_at_reduced_size(place, monkeypatch):
         pages.run(words, "make demo", [*LESS, ("sweep", few, {":3": ":2"})])
     for name in set(re.findall(r"out/\w+/sweep\.png", recipe)):
         assert Path(name).exists()
+
+
+def skeleton(line):
+    """A line with # for each of its numbers, and these numbers."""
+    number = r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?(?![\w.])"
+    return re.sub(number, "#", " ".join(line.split())), [float(one) for one in re.findall(number, line)]
+
+
+@pytest.mark.parametrize(
+    "page, quick",
+    [
+        ("README.md", True),
+        ("docs/api.md", False),
+        pytest.param(
+            "docs/tour.md",
+            False,
+            marks=[pytest.mark.ngspice, pytest.mark.slow, pytest.mark.thorough("test_printed_results")],
+        ),
+    ],
+)
+def test_printed_results(page, quick, tmp_path, monkeypatch):
+    """Each line of the page's blocks of output is printed by the page's own commands, at their full size."""
+    monkeypatch.chdir(pages.folder(tmp_path))
+    printed, promised, names = io.StringIO(), [], {"__name__": "page"}
+    for block in pages.blocks(page):
+        if block.language == "python":
+            with contextlib.redirect_stdout(printed):
+                exec(compile(block.text, block.where, "exec"), names)
+        elif block.language == "sh":
+            for words in pages.commands(block.text):
+                if words[1] in ("new", "run", "optimise"):
+                    printed.write(pages.run(words, block.where))
+        elif block.language == "text":
+            promised += block.text.splitlines()
+    lines = [skeleton(line) for line in printed.getvalue().splitlines()]
+    if quick:  # Python and the shell give the same
+        assert len([words for words, _ in lines if words.endswith(skeleton(promised[0])[0])]) == 2
+    for line in promised:
+        words, numbers = skeleton(line)
+        found = [at for at, (theirs, _) in enumerate(lines) if theirs.endswith(words)]
+        assert found, f"{page}: nothing prints {line!r}"
+        if not numbers:
+            continue
+        nearest = min(found, key=lambda at: abs(lines[at][1][-len(numbers)] - numbers[0]))
+        theirs = lines.pop(nearest)[1]
+        told = f"{page} says {line!r}, the command gives {theirs[-len(numbers) :]}"
+        if "+-" in line:  # another processor may round otherwise, and its paths part at an impact
+            value, *errors = numbers
+            assert theirs[-len(numbers)] == pytest.approx(value, abs=0.5 * sum(e for e in errors if e != 95)), told
+        assert theirs[-len(numbers) :] == pytest.approx(numbers, rel=0.25), told
+
+
+@pytest.mark.thorough("test_printed_results")
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_the_powers_of_the_audit(tmp_path, monkeypatch):
+    """The table of docs/audit.md is what its command gives."""
+    monkeypatch.chdir(pages.folder(tmp_path))
+    rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) \| ([^|]*) \|", (ROOT / "docs/audit.md").read_text(), re.MULTILINE)
+    compared = hv.compare(hv.load("examples/paper_figure3.toml"), within="1%")
+    powers = {one.engine: one.mean_power for one in compared.estimates}
+    assert {name for name, *_ in rows} == set(powers)
+    for name, power, error in rows:
+        assert 1e4 * powers[name].value == pytest.approx(
+            float(power), abs=0.003 + 0.5e4 * (powers[name].error95 or 0.0)
+        )
+        assert (powers[name].error95 is None) == (error == "not known")
+
+
+def test_readme_is_short():
+    """Its first screen shows what the program is; the paper's DOI, or that there is none."""
+    text = (ROOT / "README.md").read_text()
+    assert len(text.splitlines()) <= 90
+    assert text.index("![") < text.index("## Install") < text.index("```python")
+    assert "The text at hand prints no DOI" in text
 
 
 def test_targets():

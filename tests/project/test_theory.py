@@ -15,15 +15,19 @@ from scipy.optimize import minimize_scalar
 import harvester as hv
 from harvester.averaging.kramers import hopping_rates
 from harvester.averaging.published import ito, stationary, voltage
-from harvester.averaging.stability import exponent as stability
+from harvester.averaging.stability import averaged_exponent as stability
 from harvester.averaging.stability import power_law_tail as tail
 from harvester.averaging.two_scale.cycles import Orbits, quarter
 from harvester.averaging.two_scale.law import solve
 from harvester.equations.coefficients import Equations
+from harvester.equations.impact_order import impact_order
+from harvester.equations.power_bound import power_bound
+from harvester.equations.problem import Problem
 from harvester.equations.scales import scales
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.path import trace
 from harvester.records.records import Record
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
@@ -122,6 +126,32 @@ def test_published_averaging(r):
     assert sum(ito.diffusion(A, eqs)) == pytest.approx(diffusion(A), rel=1e-12)
     assert voltage.omega2(A, alpha, beta, mu) == pytest.approx(w2, rel=1e-12)
     assert voltage.decoupled(A, 0.3 * A, w2, mu) == pytest.approx((w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12)
+
+
+@checks("mostwhite", "mostdamped", "moststroke")
+def test_the_most_that_a_device_can_take():
+    """On the path of a driven mass between stops each step of the derivation holds, and the bound is the least one."""
+    F, W, c, D = 0.7, 1.1, 0.08, 0.4
+    table = {"c1": -c, "beta": 0.3, "mu": 0.8, "drive": F, "drive_frequency": W}
+    table |= {"restitution": 0.7, "gap": D, "opposite_restitution": 0.7}
+    eqs = equations(hv.Scene(nondimensional=hv.Nondimensional(**table, opposite_gap=D)))
+    h = 2 * np.pi / W / 4096
+    path = trace(eqs, np.zeros(4096 * 200), h)
+    last = slice(-4096 * 100, None)
+    a, x, v = F * np.cos(W * h * np.arange(1, 4096 * 200 + 1))[last], path.x[last], np.gradient(path.x, h)[last]
+    given, taken = np.mean(a * v), c * np.mean(v**2)
+    stroke, damped = D * np.mean(np.abs(np.gradient(a, h))), np.mean(a**2) / (4 * c)
+    assert given == pytest.approx(-np.mean(np.gradient(a, h) * x), rel=0.02)
+    assert 0.3 * 0.8 * np.mean(path.V[last] ** 2) < given - taken < min(damped, stroke)
+    assert (damped, stroke) == pytest.approx((F**2 / (8 * c), 2 / np.pi * D * F * W), rel=1e-5)
+
+    def most(**changes):
+        return power_bound(Problem.of(hv.Scene(nondimensional=hv.Nondimensional(**table | changes)))).value
+
+    assert most(opposite_gap=D) == pytest.approx(min(damped, stroke), rel=1e-5)
+    assert most(opposite_gap=10.0) == pytest.approx(damped, rel=1e-5)
+    assert most(opposite_gap=D, D11=0.2) == pytest.approx(0.2 + min(damped, stroke), rel=1e-5)
+    assert most(opposite_gap=D, D11=0.2, drive=None, drive_frequency=None) == pytest.approx(0.2)
 
 
 @checks("published")
@@ -290,6 +320,15 @@ def energy(eqs, law, found, offset):
     return 0.5 * (found["v2"] + found["spring"] + eqs.beta * (found["V2"] + offset**2))
 
 
+@checks("grazing")
+def test_order_of_the_step_beside_a_stop():
+    for r in (0.05, 0.1, 0.37, 0.7):
+        a = 2.0 * (impact_order(r) - 1.0)
+        assert 2.0 * r**a * np.cos(np.pi * (1.0 - a) / 3.0) == pytest.approx(1.0, rel=1e-9)
+        assert abs(a) > 1e-3
+    assert (impact_order(0.0), impact_order(0.5), impact_order(1.0)) == pytest.approx((0.75, 1.5, 2.0), abs=1e-9)
+
+
 @checks("bend", "energy", "edrift", "edensity", "resolvent", "slow", "widths", "sum", "small", "second", "bias")
 @pytest.mark.parametrize("stop", [False, True])
 def test_two_scales(stop):
@@ -376,6 +415,106 @@ def test_control_variates():
     controlled = mean[half:] - weights @ columns[:, half:]
     assert controlled.var() < mean[half:].var() / 10
     assert abs(controlled.mean() - mean.mean()) < 4 * mean.std() / np.sqrt(half)
+
+
+@checks("ito")
+def test_ito_with_a_stop():
+    """On short steps of an own path: the jumps of h at impacts belong to the identity, and vanish where h is alike."""
+    rng, step, n, c, r = np.random.default_rng(8), 1e-4, 0.02, 0.2, 0.7
+    x, v, kicks = 0.3, 0.0, np.sqrt(2 * n * step) * rng.standard_normal(400_000)
+    functions = {  # h, its derivatives by x and x', and the second one by x'
+        "energy": (lambda x, v: (x * x + v * v) / 2, lambda x, v: (x, v, 1.0)),
+        "product": (lambda x, v: x * v, lambda x, v: (v, x, 0.0)),
+    }
+    sums = dict.fromkeys(functions, 0.0)
+    jumps = dict.fromkeys(functions, 0.0)
+    begin = {name: h(x, v) for name, (h, _) in functions.items()}
+    for kick in kicks:
+        for name, (_, slopes) in functions.items():
+            by_x, by_v, twice = slopes(x, v)
+            sums[name] += step * (v * by_x - (x + c * v) * by_v + n * twice) + by_v * kick
+        v += kick - step * (x + c * v)
+        x += step * v
+        if x < 0.0:
+            for name, (h, _) in functions.items():
+                jumps[name] += h(0.0, -r * v) - h(0.0, v)
+            x, v = -r * x, -r * v
+    for name, (h, _) in functions.items():
+        change = h(x, v) - begin[name]
+        assert abs(change - sums[name] - jumps[name]) < 0.002  # of the order of the root of the step
+    assert jumps["product"] == 0.0
+    assert jumps["energy"] < -0.5
+
+
+@checks("step")
+def test_step():
+    """A cubic spring with coupling, and a mass that the spring presses on a stop."""
+    from harvester.mechanics.kernels.step_size import STEP, typical_frequency
+
+    eqs = Equations(alpha=0.7, beta=0.4, mu=0.6, c1=-0.05, n1=0.01)
+    assert STEP == 0.1
+    assert typical_frequency(eqs, 1.3) == pytest.approx(np.sqrt(1 + 3 * 0.7 * 1.3 + 0.4), rel=1e-12)
+    pressed = Equations(c1=-0.05, n1=0.01, restitution=0.8, gap=-1.5)
+    for v2 in (0.2, 1e-6):
+        b2 = 1.5**3 / (10 * 0.01 * max(np.sqrt(v2), 0.01 / 1.5))
+        assert typical_frequency(pressed, 0.3, v2) == pytest.approx(np.sqrt(1 + b2), rel=1e-12)
+
+
+@checks("halving")
+def test_halved_steps():
+    """Of sums whose error is c h^2 exactly, both are exact; without noise and without controls."""
+    from harvester.uncertainty.richardson import extrapolated, step_bias
+
+    limit, c, h = np.array([1.0, 2.5, 0.3]), np.array([0.2, -0.1, 0.4]), 0.3
+    fine, coarse = limit + c * h**2, limit + c * (2 * h) ** 2
+    assert step_bias([fine, coarse])[0] == pytest.approx((c * h**2).mean(), rel=1e-12)
+    assert extrapolated([fine, coarse])[0] == pytest.approx(limit.mean(), rel=1e-12)
+
+
+@checks("works", "closure")
+def test_ledger():
+    """Works of two kicks and an impact by the page, and the residual of made-up powers."""
+    from types import SimpleNamespace
+
+    from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, add_works_of_kick
+    from harvester.mechanics.kernels.coefficients import State, coefficients
+    from harvester.mechanics.kernels.compiled import interpreted
+    from harvester.mechanics.kernels.equation_of_motion import kick as compiled
+
+    h, x, v0, V, xi = 0.1, 0.4, 0.9, -0.2, 0.6
+    s = SimpleNamespace(noise_work=0.0, spring_work=0.0, voltage_work=0.0, damping_work=0.0)
+    v1 = interpreted(compiled)(State(x, v0, V), xi, h, coefficients(PAPER))
+    interpreted(add_works_of_kick)(s, v0, v1, x, V, xi, h, coefficients(PAPER))
+    mean = (v0 + v1) / 2
+    noise = np.sqrt(2 * h * (PAPER.n1 + PAPER.n2 * x**2)) * xi * mean
+    spring, voltage = -h * (x + PAPER.alpha * x**3) * mean, -h * PAPER.beta * V * mean
+    assert (s.noise_work, s.spring_work, s.voltage_work) == pytest.approx((noise, spring, voltage), rel=1e-12)
+    assert sum(vars(s).values()) == pytest.approx((v1**2 - v0**2) / 2, rel=1e-12)
+    ledger = EnergyLedger(input=5.0, damping=2.0, impacts=1.0, circuit=0.5, load=1.0, stored=0.4)
+    assert ledger.residual == pytest.approx((5.0 - 4.9) / 5.0, rel=1e-12)
+
+
+@checks("rice", "vanmarcke", "lifetime")
+def test_largest_values_of_a_linear_scene():
+    """The level of a lifetime from sums over the frequency, with the page's formulas."""
+    c, beta, mu, n1, span, share = 0.1, 0.5, 0.7, 0.3, 1e5, 0.95
+    w = np.linspace(1e-4, 60.0, 600_001)
+    s = 1j * w
+    x = 1 / (1 + c * s + s**2 + beta * s / (s + mu))
+    found = hv.extremes(hv.Scene(nondimensional=hv.Nondimensional(c1=-c, beta=beta, mu=mu, D11=n1)), lifetime=span)
+    for name, response in (("peak_displacement", x), ("peak_voltage", s / (s + mu) * x)):
+        S = 2 * n1 * np.abs(response) ** 2 / np.pi
+        l0, l1, l2 = (simpson(w**k * S, x=w) for k in range(3))
+        l0 += 2 * n1 / np.pi * 1e-4 * abs(response[0]) ** 2
+        level = found.levels[name][share]
+
+        def passages(a, l0=l0, l2=l2):
+            return np.sqrt(l2 / l0) / np.pi * np.exp(-(a**2) / (2 * l0))
+
+        a, q = level.value, np.sqrt(1 - l1**2 / (l0 * l2))
+        clumps = passages(a) * -np.expm1(-np.sqrt(np.pi / 2) * q**1.2 * a / np.sqrt(l0)) / -np.expm1(-(a**2) / (2 * l0))
+        assert np.exp(-clumps * span) == pytest.approx(share, abs=2e-3)
+        assert np.exp(-passages(a + level.model) * span) == pytest.approx(share, abs=2e-3)
 
 
 @checks("lyapunov", "simple")

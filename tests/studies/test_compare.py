@@ -47,7 +47,7 @@ def test_engines_that_cannot_serve_are_named():
     result = compare(bridge, trajectories=2, duration=10.0)
     assert [e.engine for e in result.estimates] == ["ideal", "compiled", "spice"]
     assert result.reference.engine == "spice"
-    assert set(result.refused) == {"exact", "published", "averaged", "density", "ensemble"}
+    assert set(result.refused) == {"exact", "published", "averaged", "density", "ensemble", "slow"}
     assert result.paths == ()
     assert result.reference.engine == "spice"
     assert np.isfinite(result.estimates[0].mean_power.value)

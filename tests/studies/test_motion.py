@@ -20,7 +20,7 @@ TWO = hv.load("examples/plate_two_stops.toml")
 def test_steady_response_to_a_drive():
     """RMS voltage of the part shown is that of the transfer function, within the step's second order."""
     found = motion(scene(DRIVEN))
-    last = found.t >= found.t[-1] - found.shown
+    last = found.time >= found.time[-1] - found.shown
     assert np.sqrt(np.mean(found.voltage[last] ** 2)) == pytest.approx(abs(continuum(DRIVEN)[1]) / 2**0.5, rel=5e-3)
     assert found.acceleration.max() == pytest.approx(DRIVEN.drive, rel=1e-3)
 
@@ -29,12 +29,12 @@ def test_units_of_a_physical_scene():
     """x stays between the stops in metre, v is dx/dt, Cp dV/dt + V/R = theta v."""
     found = motion(TWO, duration=2.0)
     assert found.stops == pytest.approx((-TWO.stop.gap, TWO.opposite_stop.gap))
-    assert found.stops[0] <= found.x.min() < 0.9 * found.stops[0]
-    assert 0.9 * found.stops[1] < found.x.max() <= found.stops[1]
+    assert found.stops[0] <= found.displacement.min() < 0.9 * found.stops[0]
+    assert 0.9 * found.stops[1] < found.displacement.max() <= found.stops[1]
     theta, capacitance, load = TWO.piezo.coupling, TWO.piezo.capacitance, TWO.load.resistance
-    dt = np.diff(found.t)
+    dt = np.diff(found.time)
     charge = capacitance * np.diff(found.voltage) + dt * 0.5 * (found.voltage[1:] + found.voltage[:-1]) / load
-    error = charge - theta * np.diff(found.x)
+    error = charge - theta * np.diff(found.displacement)
     assert np.sqrt(np.mean(error**2)) < 0.02 * np.sqrt(np.mean(charge**2))
     assert (found.impacts[:, 1] > 0).any()
     assert (found.impacts[:, 1] < 0).any()
@@ -45,9 +45,9 @@ def test_units_of_a_physical_scene():
 def test_ngspice_makes_the_same_path(eqs):
     """The same seed, the same noise: V and x of the first part, before chaos parts them."""
     ours, theirs = (motion(scene(eqs), engine, duration=15.0) for engine in ("ensemble", "spice"))
-    early = ours.t < 40.0
-    assert (ours.t == theirs.t).all()
-    for name in ("x", "voltage"):
+    early = ours.time < 40.0
+    assert (ours.time == theirs.time).all()
+    for name in ("displacement", "voltage"):
         a, b = getattr(ours, name)[early], getattr(theirs, name)[early]
         assert np.abs(a - b).max() < 2e-3 * np.abs(a).max()
 
@@ -118,8 +118,8 @@ def test_files_and_command(tmp_path):
 
 def test_seed_and_refusals():
     same, other = motion(scene(PAPER), duration=20.0), motion(scene(PAPER), duration=20.0, seed=1)
-    assert (same.x == motion(scene(PAPER), duration=20.0).x).all()
-    assert (same.x != other.x).any()
+    assert (same.displacement == motion(scene(PAPER), duration=20.0).displacement).all()
+    assert (same.displacement != other.displacement).any()
     with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, spice"):
         motion(scene(PAPER), "averaged")
     for duration in (0.0, -1.0, 1e9, float("nan")):
@@ -130,7 +130,7 @@ def test_seed_and_refusals():
 def test_a_probe_that_is_rounding_is_drawn_as_zero():
     """The output of a chip that does not run yet is femtovolts of noise, no signal; a small current is one."""
     path = motion("examples/plate.toml", duration=2.0, from_rest=True)
-    wave = np.sin(np.arange(len(path.t))) * np.max(np.abs(path.voltage))
+    wave = np.sin(np.arange(len(path.time))) * np.max(np.abs(path.voltage))
     probes = {"v(out)": 1e-14 * wave, "v(in)": 1e-6 * wave, "i(d1)": 1e-14 * wave}
     units = {"v(out)": "V", "v(in)": "V", "i(d1)": "A"}
     drawn = dataclasses.replace(path, probes=probes, probe_units=units).plot()

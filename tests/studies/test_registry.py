@@ -1,14 +1,16 @@
 """One walk over every study: how it is called, and how its result shows itself wherever results are shown."""
 
+import dataclasses
 import inspect
 import json
+import pickle
 from html.parser import HTMLParser
 
 import pytest
 
 import harvester as hv
 from harvester.commands.study import study_commands
-from harvester.presentation.result import Result, TableResult
+from harvester.presentation.result import Result
 from harvester.presentation.sheet import sheet
 from harvester.report import html
 from harvester.report.result import of_result
@@ -28,6 +30,7 @@ CALLS = {
     "response": (DRIVEN, {"sweep": [0.9, 1.0, 1.1]}),
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
+    "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
 SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result
 
@@ -99,16 +102,49 @@ def test_a_notebook_and_a_page_show_its_numbers(case):
 
 def test_rows_become_frames_and_datasets(case):
     _, _, found = case
-    if isinstance(found, TableResult):
-        frame, table = found.to_pandas(), found.table
-        assert list(frame.columns) == [*table.plain()] and len(frame) == len(table)
-        assert set(found.to_xarray().variables) <= {*table.plain(), "row"}
+    frame, table = found.to_pandas(), found.table
+    assert list(frame.columns) == [*table.plain()] and len(frame) == len(table)
+    assert set(found.to_xarray().variables) <= {*table.plain(), "row"}
+
+
+def test_a_copy_is_equal(case):
+    """Arrays, tables and parts included, also from another process; seconds do not count."""
+    _, _, found = case
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found
+    timed = [one.name for one in dataclasses.fields(found) if one.name == "seconds"]
+    assert dataclasses.replace(found, **dict.fromkeys(timed, 1e9)) == found
+
+
+def every(kind):
+    """A class and all that derive from it."""
+    return {kind}.union(*map(every, kind.__subclasses__()))
+
+
+def test_every_result_compares_as_the_base_does():
+    """A dataclass without eq=False would compare seconds, and arrays as if they were one truth."""
+    assert all(getattr(hv, name) for name in hv.__all__)  # all are loaded
+    assert len(every(Result)) > 15
+    assert [kind.__name__ for kind in every(Result) if kind.__eq__ is not Result.__eq__] == []
+
+
+def test_an_estimate_and_what_is_identified_are_tables_too():
+    """An answer is one row, with the parts of its errors; its parts have the units of the whole."""
+    answer = hv.Averaged().run(NOISY)
+    assert answer.to_pandas()["mean_power"].tolist() == [answer.mean_power.value] and len(answer.to_xarray()) > 10
+    found = hv.identify(str(ROOT / "examples" / "bench_impedance.csv"))
+    assert "\n" not in repr(found) and len(repr(found)) < 300
+    known = found.to_pandas().set_index("key")
+    assert known.loc["piezo.capacitance", "value"] == found["piezo.capacitance"].value
+    level = hv.charge(CALLS["charge"][0], **CALLS["charge"][1]).levels[-1]
+    assert level.time.unit == "s" and "1/w0" not in str(level)
 
 
 def test_commands_come_from_the_registry(harvester, tmp_path):
     """A study without a file of its own in commands/ has its options, its JSON and its page."""
     for command in study_commands():
-        asked = (command.name, ROOT / "examples" / "plate.toml", "--json", "--report", tmp_path / "x.html")
+        scene = "bimorph_packets.toml" if command.name == "node" else "plate.toml"
+        asked = (command.name, ROOT / "examples" / scene, "--json", "--report", tmp_path / "x.html")
         status, said, _ = harvester(*asked)
         assert status == 0 and json.loads(said)
         assert "<h1" in (tmp_path / "x.html").read_text()

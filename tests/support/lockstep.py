@@ -20,9 +20,9 @@ SEED = np.random.SeedSequence(7)
 WEAK = Scales(mass=0.04, frequency=20.0, length=0.05, coupling=2e-4, capacitance=CP)  # a weakly coupled device
 
 
-def device(eqs, h, stride=1, scales=None, norton=False):
+def device(eqs, h, stride=1, scales=None):
     s = scales or Scales(mass=0.04, frequency=20.0, length=1e-3, coupling=1e-3, capacitance=CP)
-    return worker.CoupledDevice(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride, norton=norton)
+    return worker.CoupledDevice(eqs, s, load_circuit(Load(resistance=s.resistance(eqs.mu))), h, stride)
 
 
 def both(eqs, h, duration=100.0, stride=4, scales=None, noise=None):

@@ -32,6 +32,7 @@ LANGUAGES = {
     "{toctree}",
     "{eval-rst}",
     "{command-help}",
+    "{gallery-wall}",
 }  # those in braces are Sphinx's
 
 
@@ -137,12 +138,13 @@ def made(targets):
 
 
 def run_page(page, less=()):
-    """Run all code blocks of a page in their order, in the present folder."""
+    """Run all code blocks of a page in their order, in the present folder; those of Python share their names."""
+    names = {"__name__": "page"}
     for block in blocks(page):
         if block.language == "sh":
             for words in commands(block.text):
                 run(words, block.where, less)
         elif block.language == "python":
-            exec(compile(block.text, block.where, "exec"), {"__name__": "page"})
+            exec(compile(block.text, block.where, "exec"), names)
         elif block.language == "toml":
             assert hv.loads(block.text).load is not None, block.where

@@ -7,8 +7,8 @@ from fractions import Fraction
 import numpy as np
 
 from harvester.equations.coefficients import Equations
-from harvester.linear.response import amplitudes
 from harvester.linear.solve import solve
+from harvester.linear.transfer import amplitudes
 
 # The paper's Figures 1 and 2.
 PAPER = Equations(alpha=0.5, beta=0.05, mu=0.05, c1=0.01, c2=0.05, c3=0.1, restitution=0.96, n1=0.01, n2=0.01)

@@ -1,11 +1,13 @@
 """Numbers with their errors: in other units, and over all their errors."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.errors import InputError
+from harvester.uncertainty.value import Value, clock, mean_and_error
 
 
 def test_other_units():
@@ -31,4 +33,41 @@ def test_error_of_few_entries():
 
 def test_a_value_with_rounding_alone_has_six_digits():
     """No device is known to nine."""
-    assert Value(22.27627215e-6, None, 1.3e-18, 0.0).format("W") == "22.2763 +- 1.3e-12 (rounding) uW"
+    assert Value(22.27627215e-6, None, 1.3e-18, 0.0).format("W") == "22.2763 uW (closed form)"
+
+
+def test_a_value_is_a_number_with_a_unit():
+    """float(), a format, arrays; without a format the errors and the unit are said."""
+    power = Value(8.4e-6, stderr=1e-8, unit="W")
+    assert float(power) == 8.4e-6 and f"{power:.1e}" == "8.4e-06"
+    assert f"{power}" == str(power) == repr(power) == power.format("W") == "8.4 +- 0.02 (95 %, sampling) uW"
+    assert np.array([power, power], dtype=float).tolist() == [8.4e-6, 8.4e-6]
+    assert math.isclose(power, 8.4e-6)
+    assert power.scaled(1e-3, "J").unit == "J" and power.scaled(2.0).unit == ""
+
+
+def test_values_are_ordered_by_their_numbers():
+    """Whatever their errors are, also among plain numbers; not where they have different units."""
+    low, high = Value(1.0, stderr=5.0, unit="W"), Value(2.0, unit="W")
+    assert low < high and high > low and not low > high
+    assert low < 1.5 < high and low >= 1.0 and max([low, high]) is high and sorted([high, low]) == [low, high]
+    assert low != dataclasses.replace(low, stderr=4.0)  # equal are those of equal errors
+    with pytest.raises(InputError, match="values must have one unit to be ordered, but have W and V"):
+        _ = low < Value(2.0, unit="V")
+    with pytest.raises(TypeError):
+        _ = low < "2.0"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [
+        (0.314, "0.31 s"),
+        (12.4, "12 s"),
+        (59.6, "1 min"),
+        (99.7, "1 min 40 s"),
+        (243.0, "4 min 3 s"),
+        (7500.0, "2 h 5 min"),
+    ],
+)
+def test_times_are_told_as_people_say_them(seconds, told):
+    assert clock(seconds) == told

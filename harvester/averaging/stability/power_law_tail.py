@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.stability import exponent
+from harvester.averaging.stability import averaged_exponent as exponent
 from harvester.averaging.stability.linearised import coupled, load, matrix, with_overrides
 from harvester.equations.bounds import friction_bounds
 from harvester.equations.coefficients import Equations

@@ -4,7 +4,6 @@ Arrays have the shape (scenes, amplitudes), ln A = u evenly spaced in each row.
 """
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero
@@ -100,16 +99,27 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
 
     L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
     ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal matrix.
-    Scenes of a stack are blocks of it without current in between.
+    Its elimination keeps what a diagonal exceeds its neighbours by, so that nothing positive is subtracted: however
+    small rate is beside the flow, no digit is lost.  (SciPy's solver would take longer to load than the answer takes.)
     """
-    bands = np.zeros((2, *mass.shape))
-    bands[0, :, 1:] = -flow
-    bands[1] = rate * mass
-    bands[1, :, :-1] += flow
-    bands[1, :, 1:] += flow
+    own = rate * mass
     # A scene whose law is not finite must not spoil its neighbours.
-    lost = ~(np.isfinite(bands).all(axis=(0, 2)) & (bands[1] > 0.0).all(axis=1))
-    bands[0, lost], bands[1, lost] = 0.0, 1.0
-    weighted = np.where(lost[:, None], np.nan, mass * right)
-    solved = solveh_banded(bands.reshape(2, -1), weighted.ravel(), check_finite=False)
-    return np.asarray(solved.reshape(mass.shape))
+    known = np.isfinite(flow).all(axis=1) & np.isfinite(own).all(axis=1) & (own > 0.0).all(axis=1)
+    lost = np.logical_not(known)[:, None]
+    own, flow, weighted = np.where(lost, 1.0, own), np.where(lost, 0.0, flow), np.where(lost, np.nan, mass * right)
+    flow = np.concatenate([flow, 0.0 * own[:, :1]], axis=1)
+    return np.array([_one_scene(*rows) for rows in zip(own.tolist(), flow.tolist(), weighted.tolist(), strict=True)])
+
+
+def _one_scene(own: list[float], flow: list[float], sums: list[float]) -> list[float]:
+    """The solution for one scene, one amplitude after another; ``own`` is what the diagonal exceeds the flow by."""
+    excess, diagonal = own[0], [own[0] + flow[0]]
+    for k in range(1, len(own)):
+        share = flow[k - 1] / diagonal[-1]
+        excess = own[k] + share * excess
+        diagonal.append(flow[k] + excess)
+        sums[k] += share * sums[k - 1]
+    y = [*sums[:-1], sums[-1] / excess]
+    for k in range(len(own) - 2, -1, -1):
+        y[k] = (sums[k] + flow[k] * y[k + 1]) / diagonal[k]
+    return y

@@ -34,7 +34,6 @@ def build_deck(
     step: float,
     duration: float,
     start: tuple[float, float, float] = REST,
-    norton: bool = False,
     volts: float = 1.0,
     reltol: float = 1e-4,
     nodes: Mapping[str, float] | None = None,
@@ -48,10 +47,8 @@ def build_deck(
     voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol`` and ``trapezoidal`` for
     `integration_options`; with ``nodes``, the voltages at the beginning by name, all nodes are saved if it ``keeps``
     them; ``probes`` are the names of further vectors that are.
-    The piezo is that voltage in series with Cp (Thevenin) or, with ``norton``, the current theta x' in parallel
-    with Cp: that of a copy of Cp on the source, so that each step of ngspice carries exactly the charge theta (x1 -
-    x0), whatever its integration rule; a current given as theta x' at the step's end would not. Both are the same
-    equations; Thevenin has fewer of them.
+    The piezo is that voltage in series with Cp (Thevenin), so that each step of ngspice carries exactly the charge
+    theta (x1 - x0), whatever its integration rule; a current theta x' in parallel, given at the step's end, would not.
 
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact for
     its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the steps between targets to
@@ -62,18 +59,20 @@ def build_deck(
     capacitance, step, duration, volts, open_circuit, terminals, charge = map(float, numbers)
     parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
     across = open_circuit - (nodes or {}).get("p", terminals)
-    piezo, current = [f"Cp drive p {capacitance!r} ic={across!r}"], "vdrive"
-    if norton:
-        piezo, current = _norton(capacitance, open_circuit, terminals), "vmeter"
-    elements = [".title harvester", "Vdrive drive 0 external", *piezo, f"Xload p 0 {load.name} {parameters}".rstrip()]
+    elements = [
+        ".title harvester",
+        "Vdrive drive 0 external",
+        f"Cp drive p {capacitance!r} ic={across!r}",
+        f"Xload p 0 {load.name} {parameters}".rstrip(),
+    ]
     time_constant = None if load.resistance is None else load.resistance * capacitance
-    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing or 0.0)
+    options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing)
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
-    vectors = ("time", "p", "@r.xload.rload[p]", f"{current}#branch", *smooth)
+    vectors = ("time", "p", "@r.xload.rload[p]", "vdrive#branch", *smooth)
     if nodes:
         elements.append(".ic " + " ".join(f"v({name})={value!r}" for name, value in nodes.items()))
-    saved = ["v(p)", "@r.xload.rload[p]", f"i({current})", *(f"v({node})" for node in smooth if "." in node)]
+    saved = ["v(p)", "@r.xload.rload[p]", "i(vdrive)", *(f"v({node})" for node in smooth if "." in node)]
     keeps = keeps and nodes is not None
     if keeps:
         saved = ["all", "@r.xload.rload[p]"]
@@ -89,16 +88,6 @@ def build_deck(
     return Deck("\n".join([*elements, *cards]) + "\n", vectors, keeps, tuple(probes))
 
 
-def _norton(capacitance: float, open_circuit: float, terminals: float) -> list[str]:
-    """The piezo as a current in parallel with Cp: that of a copy of Cp on the source."""
-    return [
-        f"Ccopy drive 0 {capacitance!r} ic={open_circuit!r}",
-        "Fpiezo 0 m Vdrive -1",
-        f"Cp m 0 {capacitance!r} ic={terminals!r}",
-        "Vmeter p m 0",  # its current is that of Vdrive above: out of the load
-    ]
-
-
 def integration_options(
     step: float,
     time_constant: float | None,
@@ -106,7 +95,7 @@ def integration_options(
     capacitance: float,
     reltol: float,
     trapezoidal: bool = False,
-    smoothing: float = 0.0,
+    smoothing: float | None = None,
 ) -> str:
     """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
 
@@ -120,7 +109,7 @@ def integration_options(
     """
     if time_constant is None:
         charge = 1e-8 * volts * capacitance
-        least = max(charge, ROUNDING * volts * smoothing)
+        least = max(charge, ROUNDING * volts * (smoothing or 0.0))
         sizes = f"vntol={5e-8 * volts!r} chgtol={least!r} abstol={0.5 * charge / step!r}"
         method = "trap trtol=1" if trapezoidal else "gear maxord=2"
         return f".options method={method} reltol={reltol!r} {sizes}"

@@ -10,7 +10,10 @@ import math
 import os
 import threading
 import time
+import warnings
+from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,14 +35,17 @@ from harvester.cosimulation.ngspice.diagnostics import (
     why_refused,
     why_stopped,
 )
-from harvester.cosimulation.ngspice.locate_libngspice import find_library
+from harvester.cosimulation.ngspice.locate_libngspice import REMEDY, code_models, find_library
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
+from harvester.machine.system import this_system
 from harvester.mechanics.kernels.coefficients import Coefficients
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # Debian's ngspice has OpenMP on: slower for small circuits
 logging.getLogger("PySpice").setLevel(logging.CRITICAL)  # "Unsupported Ngspice version" is harmless
 
-from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8  # noqa: E402
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", SyntaxWarning)  # from Python 3.12 on, of a backslash in its docstrings
+    from PySpice.Spice.NgSpice.Shared import NgSpiceShared, ffi, ffi_string_utf8
 
 SLOWEST = 1.0  # kicks a second of a run that gets anywhere
 
@@ -109,6 +115,19 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         source = ffi.cast("GetVSRCData *", source_callback.address)
         sync = ffi.cast("GetSyncData *", sync_callback.address)
         self._ngspice_shared.ngSpice_Init_Sync(source, self._get_isrc_data_c, sync, ffi.NULL, pointer)
+
+    def load(self, code_models: Sequence[Path]) -> None:
+        """Load code models from the folder that they are in: the command would take some letters of a path as its own.
+
+        Raises OSError for one that is missing or does not load.
+        """
+        for path in code_models:
+            self.messages.clear()
+            with this_system.back_to_this_folder():
+                os.chdir(path.parent)
+                self._ngspice_shared.ngSpice_Command(f"codemodel ./{path.name}".encode())
+            if self.messages:  # one that loads says nothing
+                raise OSError("; ".join(self.messages))
 
     def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf, deadline: float = math.inf) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
@@ -209,7 +228,7 @@ def ngspice() -> Ngspice:
     """The one ngspice of this process, loaded at the first call.
 
     Variables such as SPICE_LIB_DIR leave the environment before: ngspice would run the commands of a file in a folder
-    that they name, those of a shell too.
+    that they name, those of a shell too.  The wheel's library, which has no start file, gets its code models here.
 
     Raises MissingProgramError when the library cannot be loaded.
     """
@@ -217,9 +236,11 @@ def ngspice() -> Ngspice:
         del os.environ[name]
     NgSpiceShared.LIBRARY_PATH = find_library()
     try:
-        return Ngspice()
+        loaded = Ngspice()
+        loaded.load(code_models(NgSpiceShared.LIBRARY_PATH))
     except (OSError, AttributeError) as error:
         raise MissingProgramError(
             f"engine 'spice' must have ngspice installed, but {NgSpiceShared.LIBRARY_PATH} is no such library "
-            f"({str(error).splitlines()[0]}): run 'make setup' or 'apt-get install libngspice0 ngspice'"
+            f"({str(error).splitlines()[0]}): {REMEDY}"
         ) from None
+    return loaded

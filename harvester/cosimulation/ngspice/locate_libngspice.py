@@ -1,30 +1,39 @@
-"""Where the ngspice library is installed."""
+"""Where the ngspice library is: the user's choice, the wheel of `piezo-harvester-ngspice`, or the system's."""
 
-import contextlib
-import ctypes.util
 import hashlib
+import importlib
 import os
-import re
-import subprocess
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from harvester.errors import MissingProgramError
+from harvester.machine.system import this_system
+
+REMEDY = "run 'make setup', 'pip install piezo-harvester[ngspice]' or 'apt-get install libngspice0 ngspice'"
 
 
 def find_library() -> str:
-    """Find the ngspice library: the path in NGSPICE_LIBRARY_PATH, else the system's.
+    """Find the ngspice library: the path in NGSPICE_LIBRARY_PATH, else that of the wheel, else the system's.
 
     Raises MissingProgramError when there is none, with how to get it.
     """
     named = os.environ.get("NGSPICE_LIBRARY_PATH")
-    found = named or ctypes.util.find_library("ngspice")
+    found = named or _in_wheel() or this_system.library("ngspice")
     if found is None or (named and not Path(named).is_file()):
         where = f" at NGSPICE_LIBRARY_PATH = {named!r}" if named else ""
         raise MissingProgramError(
-            f"engine 'spice' must have ngspice installed, but its library is missing{where}: "
-            "run 'make setup' or 'apt-get install libngspice0 ngspice'"
+            f"engine 'spice' must have ngspice installed, but its library is missing{where}: {REMEDY}"
         )
     return found
+
+
+def code_models(library: str) -> list[Path]:
+    """The files of code models that a library must be given: those of the wheel for the wheel's library.
+
+    Any other library has them listed in its own start file, and gets none.
+    """
+    return _wheel().code_models() if library == _in_wheel() else []
 
 
 def library_digest() -> str:
@@ -32,10 +41,22 @@ def library_digest() -> str:
 
     Raises MissingProgramError as `find_library`.
     """
-    path = Path(find_library())
-    with contextlib.suppress(OSError):
-        listed = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
-        if found := re.search(rf"\b{re.escape(str(path))} .*=> (.+)", listed):
-            path = Path(found[1])
+    found = find_library()
+    path = Path(found) if Path(found).is_file() else this_system.library_file(found)
+    with suppress(OSError):
         return f"{path.name}:{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
     return path.name
+
+
+def _wheel() -> Any:
+    """The package of the wheel, which holds the library and says where it is; None where it is not installed."""
+    with suppress(ImportError):
+        return importlib.import_module("piezo_harvester_ngspice")
+    return None
+
+
+def _in_wheel() -> str | None:
+    """The path of the wheel's library."""
+    with suppress(FileNotFoundError):
+        return str(_wheel().library()) if _wheel() is not None else None
+    return None

@@ -58,7 +58,7 @@ def cheap_circuit(
 def _tells_paths_apart(eqs: Equations) -> bool:
     """Whether two models of a circuit soon go paths of their own on the same white noise, as beside a stop."""
     stops = eqs.restitution is not None or eqs.stop_stiffness is not None
-    return stops and eqs.is_random and not eqs.is_shaken_otherwise
+    return stops and eqs.is_shaken_by_white_noise
 
 
 def pilot_of(
@@ -121,7 +121,7 @@ def _with_best_step(pair: "RichardsonPair", name: str, target: Target, fixed: bo
     """
     while True:
         bias, error = pair.relative_bias(name)
-        factor = 1.0 if fixed else best_factor(target.within, abs(bias), error)
+        factor = 1.0 if fixed else best_factor(target.within, abs(bias), error, pair.order)
         if error < KNOWN * target.within:
             pair.stop_coarse()
         if factor < 1.0:

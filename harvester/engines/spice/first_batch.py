@@ -9,6 +9,7 @@ from harvester.engines.spice.runs import Runs, fewest_pairs
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
+from harvester.uncertainty.value import two_digits
 
 BLOCK = 32.0  # nondimensional time of a block, with controls of its own: five periods or so
 TRAJECTORIES = 16
@@ -76,5 +77,5 @@ def _check_patience(steps: float, budget: float | None, problem: Problem, setup:
         last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
         raise SimulationError(
             f"the ngspice runs would take {steps:.1e} steps, as transients last {last}: {instead}give fewer "
-            f"`trajectories`, a longer `dt` or a `budget` above {steps / STEPS_A_SECOND:.2g}s"
+            f"`trajectories`, a longer `dt` or a `budget` above {two_digits(steps / STEPS_A_SECOND)}s"
         )

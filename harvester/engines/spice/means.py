@@ -11,6 +11,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.spice.ledger import gives_power, ledger_doubts
 from harvester.engines.spice.setup import SpiceSetup
+from harvester.equations.impact_order import step_order
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.messages.unknown_parts import STEP, TOLERANCE
 from harvester.uncertainty.control_variate import Controlled, controlled, differing, explained_and_controlled
@@ -70,7 +71,7 @@ class RunMeans:
             value = Value(mean, math.sqrt(variance / len(entries)), self._step_bias(name, mean), dof=len(entries) - 1.0)
             return Controlled(self._with_tolerance(value, name), variance, 0.0, 0.0)
         low = factor * np.concatenate([getattr(one.control, name) for one in self.done])
-        mean_of_low = Value(*pair.mean(name), abs(pair.bias(name)[0])).scaled(factor)
+        mean_of_low = Value(*pair.mean(name), pair.largest_bias(name)).scaled(factor)
         if self.setup.short:
             found = differing(high, low, mean_of_low, self.setup.difference[name])
         elif explained is None:
@@ -86,7 +87,8 @@ class RunMeans:
             return abs(relative * mean)
         if not self.followed:
             return None
-        return largest_step_bias(name, self.done, self.coarse, self.setup.device.scales.watts)
+        order = step_order(self.setup.device.eqs)
+        return largest_step_bias(name, self.done, self.coarse, self.setup.device.scales.watts, order)
 
     def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
         """The controls of the runs' blocks, shape (n, columns), where they have any, or what they explain, shape (n,).
@@ -141,18 +143,18 @@ class RunMeans:
 
 
 def largest_step_bias(
-    name: str, fine: "Sequence[TrajectoryMeans]", coarse: "Sequence[TrajectoryMeans]", watts: float
+    name: str, fine: "Sequence[TrajectoryMeans]", coarse: "Sequence[TrajectoryMeans]", watts: float, order: float = 2.0
 ) -> float:
     """The largest bias of a mean at the step of ``fine`` that ``coarse``, of twice the step, leaves at 95 %.
 
-    It is a third of the difference of the means (`harvester.uncertainty.richardson`) and of the half-width of that
-    one's 95 % together.  Each coarse run is on the noise of the fine one of its index; their controls weigh side by
-    side.  ``name`` is "V2" or "load", whose unit is ``watts``.
+    It is the difference of the means and the half-width of that one's 95 % together, over 2^order - 1
+    (`harvester.uncertainty.richardson`).  Each coarse run is on the noise of the fine one of its index; their controls
+    weigh side by side.  ``name`` is "V2" or "load", whose unit is ``watts``.
     """
     fine = fine[: len(coarse)]
     blocks = len(fine[0].load_power)
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
-    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / 3.0
+    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / (2.0**order - 1.0)
     found = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
     return abs(found.value) + found.sampling95
 

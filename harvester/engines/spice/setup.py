@@ -148,14 +148,14 @@ def set_up(
     pair = cheap_model(pilot, from_rest, options, begin) if serves else None
     pilot = pilot if pair is None else pair.trajectories
     burn_in, starts = from_rest, None
-    if settled and ideal is not None and pair is not None and eqs.is_random and not eqs.is_shaken_otherwise:
+    if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
         burn_in, starts = settled_starts(pair, charging / CHARGING_TIMES, from_rest, options.seed)
     device = CoupledDevice(
         eqs,
         scales,
         circuit,
         pilot.h,
-        max(1, round(READING / pilot.h)) if repeat is None else pilot.stride,
+        _stride(pilot),
         reltol=reltol,
         gaussian=gaussian,
         ideal=ideal,
@@ -166,6 +166,11 @@ def set_up(
     seconds = time.perf_counter() - begin
     known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown
     return SpiceSetup(*known, _difference(problem, pilot.h, starts, burn_in, options) if short else {})
+
+
+def _stride(pilot: "Trajectories") -> int:
+    """Kicks between readings: whole readings in a period of the shaking, where it has one."""
+    return max(1, round(READING / pilot.h)) if pilot.eqs.shaking_period is None else pilot.stride
 
 
 def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:

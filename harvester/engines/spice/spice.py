@@ -13,14 +13,12 @@ from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, served
 from harvester.engines.sampling import refine
 from harvester.engines.spice.coexisting_responses import with_others
+from harvester.engines.spice.estimates import partial_answer, sampled_estimate, steady_estimate
 from harvester.engines.spice.first_batch import TRAJECTORIES, first_batch
-from harvester.engines.spice.partial_answer import partial_answer
-from harvester.engines.spice.probes import Watch, watch_of, with_steady_probes
+from harvester.engines.spice.probed_answer import Watch, watch_of, with_steady_probes
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.sampled_answer import sampled_estimate
 from harvester.engines.spice.setup import SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
-from harvester.engines.spice.steady_answer import steady_estimate
 from harvester.engines.spice.steady_response import is_the_only_one, steady_response
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, HarvesterError, MissingProgramError, OutOfTimeError, invalid, names_arguments
@@ -30,7 +28,7 @@ from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
 
 if TYPE_CHECKING:
-    from harvester.cosimulation.responses import Neighbour
+    from harvester.cosimulation.periodic_responses import Neighbour
 
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 RUNNING = 0.5  # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
@@ -43,22 +41,25 @@ class Spice(MonteCarloOptions, Engine):
 
     A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
     a cheap model on the same noise, whose mean a long ensemble knows, that is the exact update of a load resistor or
-    the netlist's circuit made of ideal diodes and switches (`harvester.uncertainty.control_variate`); and under white
-    noise sums of mean zero from ngspice's own states (`harvester.mechanics.kernels.circuit_control_variates`).  With
-    ideal elements the runs begin in settled states of these, else at rest.
+    the netlist's circuit made of ideal diodes and switches; and under white noise sums of mean zero from ngspice's own
+    states.  With ideal elements the runs begin in settled states of these, else at rest.
 
     >>> import harvester as hv
     >>> hv.Spice(within="1%", budget="30s").budget
     30.0
 
+    Parameters
+    ----------
+    within, budget, seed, duration, trajectories, dt
+        the options of `run`.
     alone
         ngspice runs only, from rest, and their plain mean.
     reltol
         ngspice's relative tolerance, for a netlist.
     gaussian
-        Gaussian noise in place of the three-point noise of the ensemble; only ``alone``.
+        Gaussian noise in place of the three-point noise of the ensemble; only with ``alone``.
     probe
-        other quantities of the circuit to tell, such as "store" or "v(a,b)" (`harvester.netlists.probes`).
+        other quantities of the circuit to tell, such as "store" or "v(a,b)".
     ledger
         tell what each element of the circuit takes, too.
 
@@ -106,7 +107,7 @@ class Spice(MonteCarloOptions, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run; means after the burn-in.
 
-        Under a steady drive the periodic response, where it has one (`harvester.engines.spice.steady`), unless
+        Under a steady drive the periodic response, where it has one, unless
         trajectories or a duration are given.
         """
         problem = Problem.of(scene)

@@ -18,8 +18,8 @@ from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
+    from harvester.cosimulation.periodic_responses import Neighbour, PeriodicResponse
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
-    from harvester.cosimulation.responses import Neighbour, PeriodicResponse
     from harvester.cosimulation.runs import CoupledDevice
 
 WITHIN = 1e-3  # relative error that is worked towards where none is asked for
@@ -86,7 +86,7 @@ class Steady:
 
         Raises OutOfTimeError at the deadline.
         """
-        from harvester.cosimulation.periodic import periodic_response
+        from harvester.cosimulation.coupled_period import periodic_response
         from harvester.cosimulation.poincare_sections import CoupledState, Origin
         from harvester.cosimulation.worker_pool import map_in_workers
 
@@ -114,7 +114,7 @@ class Steady:
 
     def continue_to(self, settings: list[tuple[int, int]]) -> None:
         """Find the response at further (halvings, tenths), side by side."""
-        from harvester.cosimulation.periodic import same_response
+        from harvester.cosimulation.coupled_period import same_response
         from harvester.cosimulation.worker_pool import map_in_workers
 
         jobs = []

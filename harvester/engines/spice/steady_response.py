@@ -18,7 +18,7 @@ from harvester.machine.folders import machine_code
 from harvester.netlists.probes import Probe
 
 if TYPE_CHECKING:
-    from harvester.cosimulation.responses import Neighbour
+    from harvester.cosimulation.periodic_responses import Neighbour
 
 
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:

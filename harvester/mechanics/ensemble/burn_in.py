@@ -21,6 +21,7 @@ from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import STEP, chatter, remedy, shorter_step, typical_frequency
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
+from harvester.uncertainty.value import two_digits
 
 FIRST_WINDOW = 32.0  # time units: about five periods
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
@@ -181,7 +182,7 @@ def _check_cost(trajectories: Trajectories, length: float, budget: float | None,
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
             f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` above {seconds:.2g}s"
+            f"`trajectories`, or a `budget` above {two_digits(seconds)}s"
         )
 
 

@@ -137,7 +137,7 @@ def exponent(
     fine, pushed, steps = _run(*run, False, lambda part: done(part * 2 / 3))
     coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
     value, stderr = controlled_mean(fine, pushed)
-    bias = abs(step_bias(fine, coarse, np.hstack([pushed, coarse_pushed]))[0])
+    bias = abs(step_bias([fine, coarse], controls=np.hstack([pushed, coarse_pushed]))[0])
     return Growth(value, stderr, bias, h, duration, burn_in, steps + coarse_steps, fine, pushed)
 
 

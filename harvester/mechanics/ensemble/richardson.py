@@ -1,4 +1,7 @@
-"""The bias of the step, measured: trajectories beside others of twice the step, on the same noise."""
+"""The bias of the step, measured: trajectories beside others of twice the step, on the same noise.
+
+Beside a stop of strong impacts, whose bias falls slowly with the step, there are others of four times the step, too.
+"""
 
 import contextlib
 import time
@@ -7,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.equations.impact_order import STRONG, step_order
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
-from harvester.uncertainty.value import mean_and_error
+from harvester.uncertainty.value import Value, mean_and_error
 
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
@@ -43,20 +47,29 @@ class RichardsonPair:
             burn_in(trajectories, budget)
         self.trajectories, self.budget = trajectories, budget
         self.duration, self.burn_in = 0.0, max(trajectories.time, FIRST_WINDOW)
-        self._coarse: Trajectories | None = trajectories.coarser()
+        self.order = step_order(trajectories.eqs)
+        self._coarser = self._coarser_ones()
         self._steps = 0  # of trajectories that were stopped
         self._time_of_both = 0.0
         self.seconds_a_unit = 0.0
         self._moments: Moments | None = None
-        self._moments_of_both: tuple[Moments, Moments] | None = None
+        self._moments_of_all: list[Moments] = []  # at the step h and at the longer ones, over the time of all
         self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
-        self._burn_in_coarse(self._coarse, trajectories.time)
+        self._burn_in_coarser(trajectories.time)
         self._extend(duration)
 
-    def _burn_in_coarse(self, coarse: Trajectories, duration: float) -> None:
+    def _coarser_ones(self) -> list[Trajectories]:
+        """Trajectories of twice the step, and of four times where two steps do not suffice."""
+        found = [self.trajectories.coarser()]
+        if self.order < STRONG and not self.trajectories.eqs.is_shaken_otherwise:
+            found.append(found[0].coarser())
+        return found
+
+    def _burn_in_coarser(self, duration: float) -> None:
         try:
-            coarse.run(duration)
-        except UnboundedResponseError:  # twice the step is unstable: no estimate from it
+            for coarse in self._coarser:
+                coarse.run(duration)
+        except UnboundedResponseError:  # a longer step is unstable: no estimate from it
             self.stop_coarse()
 
     def extend(self, duration: float) -> None:
@@ -71,15 +84,15 @@ class RichardsonPair:
 
     def _renew(self) -> None:
         """Others in the place of the trajectories, on records of their own, with their start forgotten."""
-        before, coarse = self.trajectories, self._coarse
+        before = self.trajectories
         self.trajectories = before.with_step(before.h)
         self.trajectories.hopping = before.hopping
         self.trajectories.run(self.burn_in)
         self._steps += before.steps
-        if coarse is not None:
-            self._steps += coarse.steps
-            self._coarse = self.trajectories.coarser()
-            self._burn_in_coarse(self._coarse, self.burn_in)
+        if self._coarser:
+            self._steps += sum(coarse.steps for coarse in self._coarser)
+            self._coarser = self._coarser_ones()
+            self._burn_in_coarser(self.burn_in)
 
     def _extend(self, duration: float) -> None:
         clock, begin = time.perf_counter(), self.trajectories.time
@@ -88,41 +101,39 @@ class RichardsonPair:
         duration = self.trajectories.time - begin
         self.duration += duration
         self._moments = now if self._moments is None else self._with(self._moments, now, duration / self.duration)
-        if self._coarse is not None:
-            self._extend_coarse(self._coarse, now, duration)
+        if self._coarser:
+            self._extend_coarser(now, duration)
         self.seconds_a_unit = (time.perf_counter() - clock) / duration
 
-    def _extend_coarse(self, coarse: Trajectories, now: Moments, duration: float) -> None:
-        """Let the coarse trajectories follow, and stop them where they grow without bound."""
+    def _extend_coarser(self, now: Moments, duration: float) -> None:
+        """Let the coarser trajectories follow, and stop them where they grow without bound."""
         try:
-            then = coarse.run(duration)
+            then = [coarse.run(duration) for coarse in self._coarser]
         except UnboundedResponseError:
             self.stop_coarse()
             return
-        if not then.x2.mean() < GROWN * now.x2.mean():
-            self._moments_of_both = None
+        if not all(one.x2.mean() < GROWN * now.x2.mean() for one in then):
+            self._moments_of_all = []
             self.stop_coarse()
             return
         self._time_of_both += duration
-        share = duration / self._time_of_both
-        if self._moments_of_both is not None:
-            fine, coarser = self._moments_of_both
-            now, then = self._with(fine, now, share), self._with(coarser, then, share)
-        self._moments_of_both = now, then
+        share, new = duration / self._time_of_both, [now, *then]
+        before = self._moments_of_all
+        self._moments_of_all = [self._with(*both, share) for both in zip(before, new, strict=True)] if before else new
 
     def _with(self, before: Moments, now: Moments, share: float) -> Moments:
         """Moments with those of a later time, which is the ``share`` of all of it; or with those on other records."""
         return before.mixed(now, share) if self.trajectories.together == 1 else before + now
 
     def stop_coarse(self) -> None:
-        """Leave the coarse trajectories where they are: the bias is known well enough, or cannot be known."""
-        if self._coarse is not None:
-            self._steps, self._coarse = self._steps + self._coarse.steps, None
+        """Leave the coarser trajectories where they are: the bias is known well enough, or cannot be known."""
+        self._steps += sum(coarse.steps for coarse in self._coarser)
+        self._coarser = []
 
     @property
     def coarse_is_stopped(self) -> bool:
         """Whether only the trajectories of the step h go on."""
-        return self._coarse is None
+        return not self._coarser
 
     def with_step(self, h: float) -> "RichardsonPair":
         """A fresh pair of the same scene, duration and budget at another step, on other noise."""
@@ -130,8 +141,8 @@ class RichardsonPair:
 
     @property
     def steps(self) -> int:
-        """Trajectory-steps of both."""
-        return self._steps + self.trajectories.steps + (0 if self._coarse is None else self._coarse.steps)
+        """Trajectory-steps of all."""
+        return self._steps + sum(one.steps for one in (self.trajectories, *self._coarser))
 
     @property
     def moments(self) -> Moments:
@@ -154,14 +165,17 @@ class RichardsonPair:
 
         Where twice the step is unstable nothing is known of it: the mean itself.
         """
-        if self._moments_of_both is None:
+        if not self._moments_of_all:
             return self.mean(name)[0], 0.0
         if ("bias", name) not in self._known:
-            fine, coarse = self._moments_of_both
-            both, together = _side_by_side(fine, coarse), self.trajectories.together
-            self._known["bias", name] = step_bias(getattr(fine, name), getattr(coarse, name), both, together)
+            self._known["bias", name] = step_bias(*self._at_all_steps(name))
         known: tuple[float, float] = self._known["bias", name]
         return known
+
+    def largest_bias(self, name: str) -> float:
+        """The size of the `bias` that is stated: where it falls slowly with the step, the largest at 95 %."""
+        bias, error = self.bias(name)
+        return abs(bias) + (Value(bias, error).sampling95 if self.order < STRONG else 0.0)
 
     def relative_bias(self, name: str) -> tuple[float, float]:
         """`bias` as a part of the mean; of a mean of zero, where nothing moves, as it is."""
@@ -170,19 +184,14 @@ class RichardsonPair:
         return bias / size, error / size
 
     def extrapolated(self, name: str) -> tuple[float, float]:
-        """Mean of one moment at a step of 0, and its standard error; over the time that both ran.
+        """Mean of one moment at a step of 0, and its standard error; over the time that all steps ran.
 
         Where twice the step is unstable, the mean at the step h.
         """
-        if self._moments_of_both is None:
-            return self.mean(name)
-        fine, coarse = self._moments_of_both
-        both, together = _side_by_side(fine, coarse), self.trajectories.together
-        return extrapolated(getattr(fine, name), getattr(coarse, name), both, together)
+        return extrapolated(*self._at_all_steps(name)) if self._moments_of_all else self.mean(name)
 
-
-def _side_by_side(fine: Moments, coarse: Moments) -> Floats | None:
-    """The controls of both steps, shape (n, 2 columns); None where they have none."""
-    if fine.controls is None or coarse.controls is None:
-        return None
-    return np.hstack([fine.controls, coarse.controls])
+    def _at_all_steps(self, name: str) -> tuple[list[Floats], float, Floats | None, int]:
+        """What `step_bias` takes: a moment at all steps, the order, and the controls of all steps side by side."""
+        controls = [one.controls for one in self._moments_of_all if one.controls is not None]
+        values = [getattr(one, name) for one in self._moments_of_all]
+        return values, self.order, np.hstack(controls) if controls else None, self.trajectories.together

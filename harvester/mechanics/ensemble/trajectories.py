@@ -115,7 +115,7 @@ class Trajectories:
         self._kind = circuit, ngspice_rule, self.controlled
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
-        self._coarse, self._origin = False, origin  # the first: the noise of two steps of h/2 makes that of one step
+        self.doublings, self._origin = 0, origin  # the first: of a step whose noise is that of the steps in it
         self.restart(STEP / typical_frequency(eqs, float(np.max(places**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
@@ -152,7 +152,8 @@ class Trajectories:
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
-        grid, known = 0.5 * self.h if self._coarse else self.h, filter_of(self.eqs, self.h, self._coarse)
+        coarse = self.doublings > 0
+        grid, known = 0.5 * self.h if coarse else self.h, filter_of(self.eqs, self.h, coarse)
         samples = None
         for k, ((p, q), (s0, s1)) in enumerate(zip(self.filter, self.words, strict=True)):
             rng = np.random.default_rng(child(self.seed, 2, k))
@@ -175,7 +176,7 @@ class Trajectories:
         sums = aligned((self.blocks, rows, BATCH))
         noise = aligned((self.blocks, martingales(eqs.coloured is not None), BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
-        schedule = Schedule(samples, self.stride, self._coarse, self.ngspice_rule and self.time > 0.0)
+        schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
         update = update_of(eqs, self.h, self.ngspice_rule)
 
         def block(k: int) -> None:
@@ -216,12 +217,13 @@ class Trajectories:
         out = np.empty((3, self.count))
         if self.ngspice_rule and self.time > 0.0:
             return self._states().copy()
+        columns = np.empty((3, BATCH))  # in one piece, also of several blocks: else their kernel is compiled twice
         for k, shaker in enumerate(self.shakers):
-            columns = out[:, k * BATCH : (k + 1) * BATCH]
             if self.own_circuit is not None:
                 self.own_circuit.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
                 mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
+            out[:, k * BATCH : (k + 1) * BATCH] = columns
         return out
 
     def _states(self) -> Floats:
@@ -241,11 +243,14 @@ class Trajectories:
         return Trajectories(self.eqs, self.count, child(self.seed, 1), h, self.start, *self._kind)
 
     def coarser(self) -> "Trajectories":
-        """Fresh trajectories of the same scene, number and start at twice the step, on the same noise."""
+        """Fresh trajectories of the same scene, number and start at twice the step, on the same noise.
+
+        Without shaking other than white noise these have coarser ones, too.
+        """
         other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
-        other._coarse, other._origin = True, self._origin
+        other.doublings, other._origin = self.doublings + 1, self._origin
         other.restart(other.h)
-        other.stride = self.stride // 2
+        other.stride = max(self.stride // 2, 1)
         return other
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":

@@ -85,21 +85,34 @@ def variates(bits, coarse):
 
 
 @forced
-def draw_noise(noise, s0, s1, coarse):
-    """Draw the `variates` of all lanes: into noise, shape (2, lanes)."""
+def draw_noise(noise, s0, s1, doublings):
+    """Draw the `variates` of all lanes: into noise, shape (2, lanes).
+
+    Steps that are doubled once have a draw each, and those doubled twice have two, whose sum they take.
+    """
     for i in range(noise.shape[1]):
         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
-        noise[0, i], noise[1, i] = variates(bits, coarse)
+        noise[0, i], noise[1, i] = variates(bits, doublings > 0)
+    if doublings == 2:
+        for i in range(noise.shape[1]):
+            bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
+            noise[0, i] = (noise[0, i] + variates(bits, True)[0]) * HALF_ROOT
 
 
 @forced
-def draw_two_noises(noise, other, s0, s1, coarse):
-    """The same for two independent noises, from two draws of bits a lane."""
+def draw_two_noises(noise, other, s0, s1, doublings):
+    """The same for two independent noises, from twice as many draws of bits a lane."""
     for i in range(noise.shape[1]):
         bits, a, b = shuffle(s0[i], s1[i])
-        noise[0, i], noise[1, i] = variates(bits, coarse)
+        noise[0, i], noise[1, i] = variates(bits, doublings > 0)
         bits, s0[i], s1[i] = shuffle(a, b)
-        other[0, i], other[1, i] = variates(bits, coarse)
+        other[0, i], other[1, i] = variates(bits, doublings > 0)
+    if doublings == 2:
+        for i in range(noise.shape[1]):
+            bits, a, b = shuffle(s0[i], s1[i])
+            noise[0, i] = (noise[0, i] + variates(bits, True)[0]) * HALF_ROOT
+            bits, s0[i], s1[i] = shuffle(a, b)
+            other[0, i] = (other[0, i] + variates(bits, True)[0]) * HALF_ROOT
 
 
 @kernel

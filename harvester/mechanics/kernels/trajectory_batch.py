@@ -54,13 +54,13 @@ class Batch(NamedTuple):
 class Schedule(NamedTuple):
     """``samples`` times ``stride`` steps.
 
-    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step that is ``coarse``.  By
+    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after ``doublings`` of it.  By
     ngspice's rule the state is that of a sample in mid-drift, where ngspice has ``landed``, and goes on from there.
     """
 
     samples: int
     stride: int
-    coarse: bool
+    doublings: int
     landed: bool = False
 
 
@@ -161,10 +161,10 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     noise, other, kicks = np.zeros((2, BATCH)), np.zeros((2, BATCH)), np.zeros((2, BATCH))
     accelerations, filtered = np.zeros((2, BATCH)), np.zeros((2, BATCH))
     before, mid, did = np.zeros((3, BATCH)), np.zeros((5, BATCH)), np.zeros((4, BATCH))
-    landed, coarse, steps = schedule.landed, schedule.coarse, 1 if schedule.coarse else 2
+    landed, coarse, steps = schedule.landed, schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
-            _draw(b, noise, other, coarse, c, circuit, update)
+            _draw(b, noise, other, schedule.doublings, c, circuit, update)
             _begin_features(b, before, kicks, circuit)
             for k in range(steps):
                 shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
@@ -232,12 +232,12 @@ def _load(c, circuit):
 
 
 @forced
-def _draw(b, noise, other, coarse, c, circuit, update):
-    """Draw the noise of two steps, or of a coarse one; with a resistor one of the stiffness, too."""
+def _draw(b, noise, other, doublings, c, circuit, update):
+    """Draw the noise of two steps, or of a doubled one; with a resistor one of the stiffness, too."""
     if c.n1 is not None and c.n2 is not None and circuit is None and update.weight is None:
-        draw_two_noises(noise, other, b.s0, b.s1, coarse)
+        draw_two_noises(noise, other, b.s0, b.s1, doublings)
     elif c.n1 is not None or c.n2 is not None:
-        draw_noise(noise, b.s0, b.s1, coarse)
+        draw_noise(noise, b.s0, b.s1, doublings)
 
 
 @forced

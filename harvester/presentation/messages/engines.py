@@ -7,7 +7,9 @@ relative error that was asked for.
 import math
 from collections.abc import Callable
 
-from harvester.uncertainty.value import NORMAL_QUANTILE, amount
+from harvester.uncertainty.value import NORMAL_QUANTILE, amount, clock
+
+BESIDE = ", beside what white noise gives"
 
 
 def _s(physical: bool) -> str:
@@ -21,7 +23,7 @@ def _target_missed(within: float, budget: float, error: float | None, more: floa
         return text + "the mean is not known from zero"
     unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
-    return text + f"the error is {error:.2g}; it would take at least {more:.2g} s more: `budget` {rounded}s"
+    return text + f"the error is {error:.2g}; it would take at least {clock(more)} more: `budget` {rounded}s"
 
 
 def _beyond_formula(engine: str, within: float, error: float | None) -> str:
@@ -116,7 +118,7 @@ def _slow_circuit(constant: float, frequency: float | None) -> str:
 
 
 def _unknown_effects(who: str, effects: str, instead: str) -> str:
-    return f"{who} does not know {effects.replace('_', ' ')}: use {instead}"
+    return f"{who} cannot model {effects.replace('_', ' ')}: use {instead}"
 
 
 EXACT = "'exact', which serves all linear scenes"
@@ -128,9 +130,17 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
         f"a mean power below 0, {amount(power, unit)}, is none that a load takes: its runs are too few or too short, or "
         "its error is larger than it says"
     ),
-    "power_above_bound": lambda power, bound, unit: (
+    "power_above_bound": lambda power, bound, unit, why: (
         f"a mean power of {amount(power, unit)} is more than this shaking gives any device, {amount(bound, unit)} "
-        "(mass times one-sided density over 4): its runs are too few or too short, or its error is larger than it says"
+        f"({why}): its runs are too few or too short, or its error is larger than it says"
+    ),
+    "bound_by_white_noise": "mass times one-sided density over 4",
+    "bound_by_damping": lambda white: (
+        f"mean square of mass times acceleration, over 4 times the least damping{BESIDE * white}"
+    ),
+    "bound_by_stroke": lambda white: (
+        f"mass times half of the room between the stops times the mean rate of change of the acceleration"
+        f"{BESIDE * white}"
     ),
     # why an engine cannot serve a scene
     "needs_resistance": "engine {engine!r} must have a load resistance, but the load is netlist {netlist!r}: use "
@@ -139,6 +149,16 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_compiled_circuit": "engine {engine!r} must have a netlist of elements that it knows, but {why}: use engine 'spice'",
     "needs_ideal_circuit": "engine {engine!r} must have one of the netlists {known}, but the load is {netlist!r}: use "
     "engine 'spice'",
+    "needs_a_drive": "engine {engine!r} must have a harmonic drive alone, but the shaking is another: use engine 'spice'",
+    "needs_chip": "engine {engine!r} must have a bridge of diodes at the electrodes and a chip behind it, but has not: "
+    "use engine 'spice'",
+    "slow_circuit_alone": lambda direct, separation: (
+        f"what is behind the rectifier was computed alone, fed by the rectifier's mean current; {direct:.3g} s of mass and "
+        f"circuit together differ by {100.0 * separation:.2g} %, which is corrected and counted as an error"
+    ),
+    "scales_not_apart": "mass and circuit together differ by {separation:.2g} of the mean power: the circuit is not slow "
+    "beside the vibration; use engine 'spice'",
+    "slow_circuit_unsettled": "the mean power still changes by a part of {share:.2g} after {seconds:.3g} s",
     "needs_load": "engine {engine!r} must have a load, but the circuit is open: use engine 'ensemble'",
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
     "'ensemble'",

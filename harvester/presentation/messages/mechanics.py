@@ -17,6 +17,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "coarse_step": "step {step:g} is coarse for a response of frequency {frequency:.3g}",
     "dies_out": "the response dies out: the scene has no noise that keeps it going",
     "burn_in_stopped": _burn_in_stopped,
+    "impacts_accumulate": "below a restitution coefficient of {restitution:.3g} white noise makes impacts accumulate: "
+    "infinitely many end in a finite time (Cornell, Swift and Bray 1998), so that their number is not given",
     # the stability of rest
     "unreliable_restitution": "no averaging is reliable for a restitution coefficient of {restitution:g}, below .5",
     "exponent_doubtful": "averaging is doubtful: coupling and noise put lambda off by about {error:.2g}",

@@ -92,6 +92,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "samples_failed": "{failed} of {count} samples have no answer, the first: {first}",
     "samples_warned": "at {warned} of {count} samples: {first}",
     "no_shares_correlated": "no sensitivity: keys that are correlated have no shares of the variance that add up to it",
+    "no_shares_library": "no sensitivity: SALib, which computes the shares of the variance, is not installed: python -m pip install 'piezo-harvester[tolerance]'",
     "no_shares_constant": "no sensitivity: the power does not change over the spreads",
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",

@@ -14,8 +14,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import invalid
-from harvester.records.profiles.densities import G
 from harvester.records.profiles.profile import Profile
+from harvester.records.profiles.standard_curves import G
 from harvester.records.records import Record
 
 WALKING = (0.5, 0.2, 0.1, 0.05)  # of the weight, at 1 to 4 times the rate of steps

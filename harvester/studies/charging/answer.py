@@ -15,7 +15,7 @@ from harvester.uncertainty.value import Value
 FEW = 20  # runs, of which 5 % are less than one
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Level(Result):
     """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
 
@@ -35,17 +35,53 @@ class Level(Result):
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ChargingResult(TableResult):
     """How a circuit charges from empty, in the scene's units.
 
-    ``time`` is the mean time to the ``target``, None where a run never reaches it within the ``duration``: then
-    ``at_least`` is a lower bound, the mean with such a run counted as the duration.  ``reached`` is the share of
-    ``runs`` that do, ``reached_between`` its 95 % interval; by the times ``low`` and ``high`` 5 and 95 % of them have.
-    The curve has ``voltage``, the mean, its standard error (None for one run), and the 5 and 95 % ``quantiles`` over
-    the runs at the times ``t``, and ``arrived``, the share that has reached the target by then; ``levels`` are voltages
-    up to the target.  ``afterwards`` is the share of the time that the probe is at or above the target once it has been
-    there, and ``rises`` how often a run rises to it; both are None where no ``duration`` was asked for, and by ideal.
+    The curve is in arrays over the times ``t``, of shape (n,).
+
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    probe
+        the quantity of the circuit that is looked at.
+    unit
+        its unit.
+    target
+        what it is to reach.
+    duration
+        how long a run was watched (s, or 1/w0).
+    time
+        a `Value`: the mean time to the target; None where a run never reaches it within the duration.
+    at_least
+        a `Value`: a lower bound of that time, the mean with such a run counted as the duration.
+    low, high
+        the times by which 5 % and 95 % of the runs have arrived; None where fewer have.
+    runs
+        the number of runs.
+    reached, reached_between
+        the share of them that arrive, and its 95 % interval.
+    levels
+        voltages on the way to the target, with time, energy and power of each.
+    t, voltage, stderr
+        times, the mean over the runs and its standard error (None for one run), shape (n,).
+    quantiles, arrived
+        5 and 95 % quantiles over the runs, and the share that has arrived by then.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    seconds
+        the time of computing, without compilation (s).
+    steps
+        steps of all runs.
+    afterwards
+        a `Value`: the share of the time at or above the target after the first arrival; None where it was not asked
+        for.
+    rises
+        how often a run rises to the target; None where it was not asked for.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
 
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")

@@ -2,8 +2,11 @@
 
 The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not reached the voltage when
 the time is over is counted, and told: a mean without it would be too short.
+
+Long because the public function explains its arguments to users.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,10 +19,11 @@ from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.netlists.probes import STORE, Probe, read_probes
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_ideal import charge_ideal
+from harvester.studies.charging.by_slow import charge_slowly
 from harvester.studies.charging.by_spice import charge_in_ngspice
 from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
 from harvester.studies.charging.request import (
@@ -32,6 +36,8 @@ from harvester.studies.charging.request import (
     time_watched,
 )
 from harvester.studies.output_folder import OutputFolder, provenance
+
+LONGER = 2.0  # times the time that a slow charge takes: how long a direct one is watched where it is not slow
 
 
 @names_arguments
@@ -50,18 +56,39 @@ def charge(
 ) -> ChargingResult:
     """The time from empty until ``probe`` reaches ``to``, over many runs or, where nothing is random, of one.
 
-    ``to`` is a number or a text such as "3.3 V" (nondimensional scene: a number, in units of theta l/Cp); ``probe`` is
-    the storage capacitor Csmooth, or as of `harvester.netlists.probes`.  ``engine`` None is `ideal` where that serves,
-    else `spice`.  ``duration`` is how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0);
-    None: until all have arrived, but at most five time constants of store and load; with it, `spice` also says for how
-    much of the time the probe is at or above ``to`` once it has been there.  ``dt`` is the step.  A record, or
-    a harmonic drive, begins at its beginning, or with ``anywhere`` at a random place.  ``notice`` is called before many
-    runs of ngspice that nobody chose, with the reason.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    to
+        a number in the unit of the probe, or a text such as "3.3 V"; of a nondimensional scene a number, in units of
+        theta l/Cp.
+    probe
+        the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
+    engine
+        "slow", "ideal" or "spice"; None: "slow" for a store of 1000 times the piezo's capacitance or more, unless its
+        charge is not slow beside the vibration, else "ideal" where that serves, else "spice".
+    duration
+        how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until all have arrived,
+        but at most five time constants of store and load.  With it, "spice" also says for how much of the time the
+        probe is at or above ``to`` once it has been there.
+    trajectories
+        the number of runs; None: chosen by the engine.
+    seed
+        the same seed, the same noise.
+    dt
+        the step, in seconds or as a text (nondimensional scene: 1/w0).
+    anywhere
+        a record, or a harmonic drive, begins at a random place, not at its beginning.
+    progress
+        is called with the fraction done.
+    notice
+        is called before many runs of ngspice that nobody chose, with the reason.
 
-    >>> import harvester as hv
-    >>> found = hv.charge("examples/plate_bridge.toml", "2 V", engine="ideal", trajectories=256)
-    >>> found.engine, len(found.levels), found.levels[-1].voltage
-    ('ideal', 20, 2.0)
+    Returns
+    -------
+    ChargingResult
+        the mean time and its quantiles (s, or 1/w0), and the levels on the way.
 
     Raises
     ------
@@ -70,8 +97,15 @@ def charge(
         nothing.
     CannotServeError
         for a scene that the engine does not serve.
-    MissingProgramError, CircuitError, UnboundedResponseError
+    MissingProgramError
+        where ngspice is not installed.
+    SimulationError
         of the engine.
+
+    >>> import harvester as hv
+    >>> found = hv.charge("examples/plate_bridge.toml", "2 V", engine="ideal", trajectories=256)
+    >>> found.engine, len(found.levels), found.levels[-1].voltage
+    ('ideal', 20, 2.0)
     """
     problem = Problem.of(scene)
     if problem.circuit is None:
@@ -90,16 +124,24 @@ def charge(
     check_anywhere(anywhere, problem)
     if notice is not None and ENGINES[name].runs_ngspice and reason and count > 1:
         notice(str(note("many_ngspice_runs", why=str(reason), runs=count)))
-    watched, chosen = time_watched(duration, problem)
+    watched, chosen = time_watched(duration, problem, ENGINES[name].by_mean_current)
     h = read_step(dt, problem)
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
-    if not ENGINES[name].runs_ngspice:
-        passages = charge_ideal(problem, levels, real, count, seed, h, progress)
-    else:
-        looked = None if seen.name == STORE else seen
-        whole = duration is not None
-        passages = charge_in_ngspice(problem, looked, levels, real, count, seed, h, anywhere, whole, progress)
+    whole, looked = duration is not None, None if seen.name == STORE else seen
+
+    def passages_by(name: str, count: int, real: float) -> Passages:
+        if ENGINES[name].by_mean_current:
+            return charge_slowly(problem, levels, real, count, seed, h, whole, progress)
+        if not ENGINES[name].runs_ngspice:
+            return charge_ideal(problem, levels, real, count, seed, h, progress)
+        return charge_in_ngspice(problem, looked, levels, real, count, seed, h, anywhere, whole, progress)
+
+    passages = passages_by(name, count, real)
+    if engine is None and has(passages.notes, "charge_not_slow"):
+        reason = dataclasses.replace(passages.notes[-1], severity="note")
+        name = choose_engine(problem, seen, None, slowly=False)[0]
+        passages = passages_by(name, count_of_runs(trajectories, name, steady), min(real, LONGER * passages.at[-1]))
     return _answer(problem, passages, name, seen, target, reason, not chosen)
 
 
@@ -176,6 +218,8 @@ def _answer(
 
 def _known(engine: str, runs: int) -> list[Diagnostic]:
     """What is known of the error."""
+    if ENGINES[engine].by_mean_current:
+        return []
     if not ENGINES[engine].runs_ngspice:
         return [note("error_of_ideal_charging")]
     return [*([note("one_run_is_all")] if runs == 1 else []), note("error_of_charging")]

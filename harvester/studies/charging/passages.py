@@ -39,6 +39,7 @@ class Passages:
     counted: float = 1.0  # times the change at the coarser step that its error is
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
     notes: tuple[Diagnostic, ...] = ()  # of how it was computed
+    model: Floats | None = None  # errors of the mean times that no run shows, at 95 %, one a level
     together: int = 1  # consecutive runs on one record of a density, which are no more than one independent entry
 
     @property
@@ -100,7 +101,8 @@ class Passages:
         if not np.isfinite(times).all():
             return None
         if np.isfinite(coarse).all():
-            return self.mean(times, coarse)
+            model = None if self.model is None else float(self.model[level])
+            return replace(self.mean(times, coarse), model=model)
         times = self.independent(times)
         value, error = mean_and_error(times)
         parts = " and ".join(filter(None, ("the step", self.unknown)))

@@ -2,16 +2,17 @@
 
 import math
 
-from harvester.engines import Ideal, Spice
+from harvester.engines import Ideal, Slow, Spice
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.quantities.kinds import NUMBER_ABOVE_0, TIME, Kind, with_prefix
+from harvester.studies.charging.by_slow import charges_slowly, refusal_of_slow
 
-ENGINES = {engine.NAME: engine for engine in (Ideal, Spice)}
-RUNS = {Ideal.NAME: 2048, Spice.NAME: 16}
+ENGINES = {engine.NAME: engine for engine in (Ideal, Slow, Spice)}
+RUNS = {Ideal.NAME: 2048, Slow.NAME: 2048, Spice.NAME: 16}
 MOST_RUNS = 100_000
 SHORTEST, LONGEST = 120.0 * math.pi, 2e4  # nondimensional: what is watched by default, at least and at most
 CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
@@ -19,10 +20,19 @@ MOST = 1e6  # nondimensional duration
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
 
 
-def choose_engine(problem: Problem, probe: Probe, engine: str | None) -> tuple[str, Diagnostic | None]:
-    """The engine's name, and why it is that one where it was not chosen."""
+def choose_engine(
+    problem: Problem, probe: Probe, engine: str | None, slowly: bool = True
+) -> tuple[str, Diagnostic | None]:
+    """The engine's name, and why it is that one where it was not chosen: not `Slow` unless ``slowly``."""
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    asked = engine is not None and ENGINES[engine].by_mean_current
+    if asked or (engine is None and slowly and charges_slowly(problem)):
+        slow = refusal_of_slow(problem, probe)
+        if slow is None:
+            return Slow.NAME, None
+        if asked:
+            raise CannotServeError(slow)
     if engine is not None:
         served(ENGINES[engine], problem)
         if not ENGINES[engine].runs_ngspice and (why := _refusal_of_ideal(problem, probe)):
@@ -79,16 +89,16 @@ def check_anywhere(anywhere: bool, problem: Problem) -> None:
         raise InputError("`anywhere` must go with a record or a harmonic drive, which noise is not, but is given")
 
 
-def time_watched(duration: str | float | None, problem: Problem) -> tuple[float, bool]:
-    """How long runs are watched at most, in the scene's unit, and whether that was asked for."""
-    unit, least = problem.units.frequency, 1.0
+def time_watched(duration: str | float | None, problem: Problem, slow: bool) -> tuple[float, bool]:
+    """How long runs are watched at most, in the scene's unit, and whether that was asked for; ``slow``: by `Slow`."""
+    unit, least, longest, most = problem.units.frequency, 1.0, math.inf if slow else LONGEST, math.inf if slow else MOST
     if duration is None:
         storage = (problem.circuit.storage if problem.circuit else None) or math.inf
         charged = CHARGED * storage * problem.scales.frequency
-        return min(max(charged, SHORTEST), LONGEST) / unit, False
+        return min(max(charged, SHORTEST), longest) / unit, False
     found = read_time("duration", duration, problem)
-    if not least <= found * unit <= MOST:
-        raise invalid("`duration`", f"be between {least / unit:.3g} and {MOST / unit:.3g}", duration)
+    if not least <= found * unit <= most:
+        raise invalid("`duration`", f"be between {least / unit:.3g} and {most / unit:.3g}", duration)
     return found, True
 
 

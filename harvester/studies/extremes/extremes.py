@@ -1,10 +1,11 @@
 """The largest displacement, voltage and impact over a lifetime, and how that was found."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from harvester.engines.protocol import AnyScene
+from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
 from harvester.machine.execution import as_in_version_0_1
@@ -19,13 +20,24 @@ from harvester.uncertainty.value import Value, amount
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Extremes(TableResult):
-    """The levels that a device's displacement, voltage and impacts stay below over a ``lifetime``, in `unit_names`.
+    """The levels that a device's displacement, voltage and impacts stay below over a lifetime.
 
-    ``levels`` map a quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where the scene has
-    its piezo.strain_per_displacement) to the level for each of `SHARES`;
-    ``impact_rate`` is the mean number of impacts a unit of time, None without a stop; ``method`` says how it was found.
+    Attributes
+    ----------
+    lifetime
+        how long the device is used (s, or 1/w0).
+    levels
+        of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where the scene has its
+        piezo.strain_per_displacement) the level, a `Value`, that a share of devices stays below:
+        ``levels["peak_voltage"][0.95]`` (m, V, m/s).
+    impact_rate
+        a `Value`: the mean number of impacts a unit of time; None without a stop and where impacts accumulate.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -45,6 +57,19 @@ class Extremes(TableResult):
     physical: bool
     diagnostics: tuple[Diagnostic, ...] = ()
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        units = self._units
+        levels = {name: {k: replace(v, unit=units[name]) for k, v in of.items()} for name, of in self.levels.items()}
+        object.__setattr__(self, "levels", levels)
+
+    @property
+    def _units(self) -> dict[str, str]:
+        """The unit of each quantity."""
+        of = self.unit_names
+        known = {"peak_displacement": of.length, "peak_voltage": of.voltage, STRAIN: ""}
+        return {name: known.get(name, of.speed) for name in self.levels}
+
     @property
     def method(self) -> str:
         """How it was found."""
@@ -52,10 +77,8 @@ class Extremes(TableResult):
 
     @property
     def table(self) -> Table:
-        """A row a quantity, and the levels for each of `SHARES`."""
-        of = self.unit_names
-        known = {"peak_displacement": of.length, "peak_voltage": of.voltage, STRAIN: ""}
-        units = [known.get(name, of.speed) for name in self.levels]
+        """A row a quantity, and the level that each share of devices stays below."""
+        of, units = self.unit_names, [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
             levels, label = [one[share] for one in self.levels.values()], f"below this in {share:.0%} of devices"
@@ -72,15 +95,24 @@ class Extremes(TableResult):
 def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: bool = False) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
-    ``lifetime`` is in seconds (nondimensional scene: 1/w0) or a text such as "5 years".  A linear scene under white
-    noise of its base is Gaussian, and Rice's formula holds (`harvester.linear.level_crossings`); else the largest
-    values of blocks of a long path are extrapolated (`harvester.studies.extremes.extreme_value_fit`): everywhere, where
-    ``counted``.
+    A linear scene under white noise of its base is Gaussian, and Rice's formula holds; else the largest values of
+    blocks of a long path are extrapolated.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
-    >>> hv.extremes(scene, lifetime=1e6).impact_rate is None
-    True
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    lifetime
+        in seconds (nondimensional scene: 1/w0), or a text such as "5 years".
+    seed
+        the same seed, the same noise.
+    counted
+        extrapolate from a path also where Rice's formula holds.
+
+    Returns
+    -------
+    Extremes
+        the levels (m, V, m/s; nondimensional scene: without units) that 50 % and 95 % of such devices stay below.
 
     Raises
     ------
@@ -90,6 +122,11 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
         for a netlist, and a scene that is not shaken by white noise alone.
     SimulationError
         where no stationary response exists.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    >>> hv.extremes(scene, lifetime=1e6).impact_rate is None
+    True
     """
     problem = Problem.of(scene)
     span = read_lifetime(lifetime, problem)
@@ -102,6 +139,8 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
     path, many, unit = found.path, len(found.path.x), " s" * problem.physical
     counted_time = path.time / problem.units.frequency
     said = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=found.blocks / many)
+    if (uncounted := accumulation(problem.equations)) is not None:
+        return Extremes(span, found.levels, None, problem.physical, (said, uncounted))
     return Extremes(span, found.levels, found.rate, problem.physical, (said,))
 
 

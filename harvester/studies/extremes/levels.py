@@ -1,20 +1,22 @@
 """The levels that the largest values of a device stay below over a lifetime: by Rice's formula, or counted.
 
 Rice's formula (`harvester.linear.level_crossings`) holds where the response is Gaussian: linear equations under white
-noise of
-the base.  Elsewhere the largest values of blocks of a long path are counted (`harvester.studies.extremes.counted`) and
-extrapolated (`harvester.studies.extremes.extreme_value_fit`).
+noise of the base.  Elsewhere the largest values of blocks of a long path are counted
+(`harvester.studies.extremes.counted`) and extrapolated (`Tail`).
 """
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from harvester.arrays import Floats
 from harvester.engines.exact import Exact
 from harvester.engines.protocol import needs_resistance
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError
 from harvester.studies.extremes.counted import BLOCKS, Counted, count
-from harvester.studies.extremes.extreme_value_fit import fit
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, stderr_of95
 
 SHARES = (0.5, 0.95)  # of devices, whose largest value in a lifetime is below the level
 STRAIN = "peak_strain"  # of the piezo, where the scene has its piezo.strain_per_displacement
@@ -26,7 +28,7 @@ def check_served(problem: Problem) -> None:
     """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other shaking."""
     if reason := needs_resistance(problem, "ensemble"):
         raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
-    if problem.equations.is_shaken_otherwise or not problem.equations.is_random:
+    if not problem.equations.is_shaken_by_white_noise:
         raise CannotServeError(
             "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
         )
@@ -122,3 +124,52 @@ def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int 
     found = counted_levels(problem, lifetime, seed, blocks)
     peaks = {name: of[SHARES[-1]] for name, of in found.levels.items()}
     return peaks if found.rate is None else {**peaks, RATE: found.rate}
+
+
+RESAMPLED = 400
+
+
+@dataclass(frozen=True)
+class Tail:
+    """The largest value over a long time, extrapolated from the largest values of many short blocks.
+
+    The largest of a block of length B has the generalised extreme value distribution
+
+        G(y) = exp(-(1 - k (y - m)/s)^(1/k)),
+
+    fitted by L-moments (Hosking, Wallis and Wood, Technometrics 27, 1985); the largest of a time T = n B stays below y
+    with the probability G(y)^n.  What is fitted are squares, y = a^2: of a narrow-band response they are energies,
+    whose largest values come to such a distribution soonest.  Blocks that are drawn anew give the error of sampling:
+    the parameters have the shape (draws,), of which the first is of all blocks, the others of redraws.
+    """
+
+    place: Floats
+    scale: Floats
+    shape: Floats
+
+    def largest(self, share: float, blocks: float) -> Value:
+        """The level that ``blocks`` blocks stay below with the probability ``share``, with its error of sampling."""
+        x = -math.log(share) / blocks
+        k = np.where(np.abs(self.shape) < 1e-9, 1e-9, self.shape)
+        squares = self.place - self.scale / k * np.expm1(k * math.log(x))
+        levels = np.sqrt(np.maximum(squares, 0.0))
+        low, high = np.quantile(levels[1:], [0.025, 0.975])
+        return Value(float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)))
+
+
+def fit(maxima: Floats, seed: int = 0) -> Tail:
+    """The tail of blocks whose largest values are ``maxima``, shape (blocks,)."""
+    rng, count = np.random.default_rng(seed), len(maxima)
+    drawn = rng.integers(0, count, (RESAMPLED, count))
+    y = np.sort(np.vstack([maxima, maxima[drawn]]) ** 2, axis=1)
+    rank = np.arange(count)
+    b0 = y.mean(axis=1)
+    b1 = (y * rank / (count - 1)).mean(axis=1)
+    b2 = (y * rank * (rank - 1) / ((count - 1) * (count - 2))).mean(axis=1)
+    l2, skewness = 2.0 * b1 - b0, (6.0 * b2 - 6.0 * b1 + b0) / (2.0 * b1 - b0)
+    c = 2.0 / (3.0 + skewness) - math.log(2.0) / math.log(3.0)
+    k = 7.8590 * c + 2.9554 * c * c
+    k = np.where(np.abs(k) < 1e-6, 1e-6, k)
+    gamma = np.array([math.gamma(1.0 + one) for one in k])
+    scale = l2 * k / ((1.0 - 2.0**-k) * gamma)
+    return Tail(b0 - scale * (1.0 - gamma) / k, scale, k)

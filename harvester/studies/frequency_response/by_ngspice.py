@@ -25,7 +25,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.cosimulation.responses import Neighbour
+    from harvester.cosimulation.periodic_responses import Neighbour
 
 FROM_REST = "from rest"
 
@@ -96,8 +96,8 @@ def _neighbour(state: State) -> "Neighbour":
 
     Raises ValueError for what is none.
     """
+    from harvester.cosimulation.periodic_responses import Neighbour
     from harvester.cosimulation.poincare_sections import CoupledState
-    from harvester.cosimulation.responses import Neighbour
     from harvester.mechanics.periodic import MULTIPLES, Secants
 
     numbers = state["section"]["x"], state["section"]["v"], *(state[one] for one in ("phase", "farads", "quiet"))

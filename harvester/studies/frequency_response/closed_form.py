@@ -1,13 +1,18 @@
-"""A linear response, in closed form: one branch, the same up the frequencies and down."""
+"""A linear response, in closed form: one branch, the same up the frequencies and down.
 
-from collections.abc import Sequence
+A point costs next to nothing, so that frequencies are added which resolve the peak.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from harvester.engines import Exact
 from harvester.linear.harmonics import phase_to_base
-from harvester.linear.response import amplitudes
 from harvester.linear.solve import solve
+from harvester.linear.transfer import amplitudes
 from harvester.studies.frequency_response.driven import HarmonicDrive
-from harvester.studies.frequency_response.point import ResponsePoint, root
+from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.uncertainty.value import Value
 
 
@@ -35,6 +40,38 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
             v2, power = answer.mean_square_voltage, answer.mean_power
             square = solve(eqs)
             share = square.error / square.value if square.value else 0.0  # rounding, as that of E[V^2]
-            moved = root(Value(square.x2, bias=share * square.x2, model=0.0).scaled(there.units.length**2))
+            moved = Value(square.x2, bias=share * square.x2, model=0.0).scaled(there.units.length**2).root()
             found.append(ResponsePoint(direction, frequency, v2, power, spread, moved, *phases))
     return found
+
+
+ACROSS = 9  # points from one half-power point to the other, for the curve
+
+
+def resolved(power: Callable[[float], float], frequencies: Sequence[float]) -> list[float]:
+    """The ascending frequencies, and with them that of the largest power, the half-power points, and some between.
+
+    The largest power is sought between the neighbours of the best of ``frequencies``; a half-power point that is
+    beyond them is left out.  ``power`` must be smooth, with one peak between two neighbours at most.
+    """
+    from scipy.optimize import brentq, minimize_scalar
+
+    given = sorted(frequencies)
+    values = [power(f) for f in given]
+    top = int(np.argmax(values))
+    if not values[top] > 0.0:
+        return given
+    ends = given[max(top - 1, 0)], given[min(top + 1, len(given) - 1)]
+    found = minimize_scalar(lambda f: -power(f), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
+    peak = float(found.x) if -found.fun > values[top] else given[top]
+    half = 0.5 * max(-found.fun, values[top])
+    edges = []
+    for side in ([f for f in given[::-1] if f < peak], [f for f in given if f > peak]):
+        inner = peak
+        for outer in side:
+            if power(outer) <= half:
+                edges.append(float(brentq(lambda f: power(f) - half, inner, outer, xtol=1e-12 * peak)))
+                break
+            inner = outer
+    between = np.linspace(edges[0], edges[1], ACROSS).tolist() if len(edges) == 2 else edges
+    return sorted({*given, peak, *between})

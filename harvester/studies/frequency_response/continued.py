@@ -17,7 +17,7 @@ from harvester.engines.sampling import ALIKE, UNLIKE
 from harvester.equations.problem import Problem
 from harvester.linear.harmonics import first_harmonic, phase_to_base
 from harvester.studies.frequency_response.driven import HarmonicDrive
-from harvester.studies.frequency_response.point import ResponsePoint, root
+from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.steps import State, Step, Steps, as_written
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -115,7 +115,7 @@ def _point(
     power = power.scaled(model.factor * units.watts)
     place = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
     about = np.maximum(moments.x2 - place**2, 0.0)
-    moved = root(value(about, *mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2))
+    moved = value(about, *mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2).root()
     phases = _phases(problem, pair, model.circuit) if spread is not None and spread <= UNLIKE else (None, None)
     return ResponsePoint(direction, frequency, v2, power, spread, moved, *phases)
 

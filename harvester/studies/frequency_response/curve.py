@@ -31,7 +31,7 @@ class Failure(NamedTuple):
     error: str
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class DirectionPeak(Result):
     """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
 
@@ -47,14 +47,31 @@ class DirectionPeak(Result):
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class FrequencyResponse(TableResult):
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
-    Engine `spice` goes over those of a linear mass once: the one direction is "from rest".  ``resolved`` says that the
-    peak and its half-power points are among them; else the peak is the best of the points.  ``level`` is the amplitude
-    of the base's acceleration in g, None where there is none; ``varied`` are scene keys that this response has of its
-    own, with their values in SI units; ``failures`` are frequencies without a point, and why.
+    Engine `Spice` goes over those of a linear mass once: the one direction is "from rest".
+
+    Attributes
+    ----------
+    points
+        a point for each frequency and direction, with ``frequency``, ``mean_power``, ``voltage_rms`` and
+        ``displacement_rms``.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    remarks
+        warnings and notes beside those of the curve itself.
+    resolved
+        whether the peak and its half-power points are among the points; else the peak is the best of them.
+    engine
+        the name of the engine that computed it.
+    level
+        the amplitude of the base's acceleration in g; None where there is none.
+    varied
+        scene keys that this response has of its own, with their values in SI units.
+    failures
+        frequencies without a point, and why.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
@@ -174,7 +191,7 @@ class FrequencyResponse(TableResult):
             columns += [column(name, unit, [of_g(p, over) for p in points]) for name, (of_g, unit) in PER_G.items()]
         columns.append(column("spread_of_trajectories", "", [p.spread for p in points]))
         columns.append(Column("error", [None] * len(points) + [one.error for one in self.failures]))
-        return Table(tuple(columns))
+        return Table(tuple(columns), index=() if self.failures else ("direction", "frequency"))
 
     @property
     def differing(self) -> list[ResponsePoint]:

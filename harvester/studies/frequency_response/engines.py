@@ -3,13 +3,12 @@
 import dataclasses
 from collections.abc import Sequence
 
-from harvester.engines import Ensemble, Exact, Ideal, Spice, selection
+from harvester.engines import ENGINES, selection
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, InputError
+from harvester.errors import CannotServeError, InputError, named_once
 
-SERVING = (Exact, Ensemble, Ideal, Spice)
 BUDGET = 20.0  # seconds of a point by ngspice
 UNTOLD = frozenset({"probe", "ledger"})  # what `Spice` could tell of a circuit, and a response has no place for
 USED = frozenset({"seed"})  # of the others: they choose step, time and trajectories at each frequency
@@ -25,29 +24,29 @@ def engines_of(
     Raises InputError for an unknown engine, one named twice, an option that a response does not use, and a budget
     without `Spice`; CannotServeError for an engine that gives no response.
     """
-    problem = Problem.of(scene)
-    names = [selection.default_engine(problem)] if engines is None else list(engines)
-    made = []
-    for one in [names] if isinstance(names, str) else names:
-        found = selection.engine(one)
-        if not isinstance(found, SERVING):
-            raise CannotServeError(
-                f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use "
-                f"{', '.join(repr(kind.NAME) for kind in SERVING)}"
-            )
-        if ignored := _ignored(found):
-            raise InputError(ignored)
-        if isinstance(one, str) and not found.is_exact:
-            own = {"budget": BUDGET if budget is None else budget} if found.runs_ngspice else {}
-            found = selection.engine(found, seed=seed, **own)
-        made.append(found)
-    for engine in made:
-        if sum(other.NAME == engine.NAME for other in made) > 1:
-            raise InputError(f"`engine` must name each only once, but names {engine.NAME!r} twice")
+    named = [selection.default_engine(Problem.of(scene))] if engines is None else engines
+    made = [_responding(one, seed, budget) for one in ([named] if isinstance(named, str) else named)]
+    named_once([engine.NAME for engine in made], "`engine`")
     if budget is not None and not any(engine.runs_ngspice for engine in made):
         ours = " and ".join(repr(engine.NAME) for engine in made)
         raise InputError(f"`budget` must be left out with engine {ours}, but is given: it is an option of 'spice'")
     return made
+
+
+def _responding(one: Named, seed: int, budget: float | None) -> Engine:
+    """The engine that is named, with the seed, and the time of a point by ngspice; refusals as of `engines_of`."""
+    found = selection.engine(one)
+    if not found.has_frequency_response:
+        known = ", ".join(repr(name) for name, kind in ENGINES.items() if kind.has_frequency_response)
+        raise CannotServeError(
+            f"`engine` {found.NAME!r} has no frequency response, as its formulas are for noise: use {known}"
+        )
+    if ignored := _ignored(found):
+        raise InputError(ignored)
+    if not isinstance(one, str) or found.is_exact:
+        return found
+    own = {"budget": BUDGET if budget is None else budget} if found.runs_ngspice else {}
+    return selection.engine(found, seed=seed, **own)
 
 
 def _ignored(engine: Engine) -> str:

@@ -1,6 +1,5 @@
 """One point of a frequency response."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +10,7 @@ from harvester.uncertainty.value import Value
 GRAVITY = USUAL_UNITS["gravity", "m/s^2"]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ResponsePoint(Result):
     """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 
@@ -38,14 +37,4 @@ class ResponsePoint(Result):
     @property
     def voltage_rms(self) -> Value:
         """The square root of E[v^2], with errors to first order."""
-        return root(self.mean_square_voltage)
-
-
-def root(square: Value) -> Value:
-    """The square root of a mean square, with its errors to first order."""
-    size = math.sqrt(square.value)
-    stderr, bias, model = (
-        None if e is None else e / (2.0 * size) if size > 0.0 else 0.0
-        for e in (square.stderr, square.bias, square.model)
-    )
-    return Value(size, stderr, bias, model, square.dof, square.unknown)
+        return self.mean_square_voltage.root()

@@ -3,6 +3,8 @@
 A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the sweep
 (`closed_form`).  Other scenes are followed up the frequencies and down again by engine `ensemble`, or `ideal` with a
 circuit of ideal elements (`continued`); engine `spice` follows the periodic response (`by_ngspice`).
+
+Long because two public functions explain their arguments to users.
 """
 
 import re
@@ -12,7 +14,6 @@ from pathlib import Path
 from typing import cast
 
 from harvester import figures
-from harvester.cosimulation.ngspice.locate_libngspice import library_digest
 from harvester.engines import Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
@@ -20,15 +21,14 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.presentation.diagnostic import without_repeats
 from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
-from harvester.studies.frequency_response.closed_form import closed_form, power_at
+from harvester.studies.frequency_response.closed_form import closed_form, power_at, resolved
 from harvester.studies.frequency_response.continued import continued
 from harvester.studies.frequency_response.curve import Failure, FrequencyResponse
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.engines import engines_of
-from harvester.studies.frequency_response.resolved import resolved
 from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.studies.frequency_response.steps import Diary, Steps, diary
-from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.output_folder import OutputFolder, provenance_with_engines
 from harvester.studies.sweep.points import Points, axis_of, grid, read_axis
 
 LEAST, MOST = 3, 10_000  # frequencies
@@ -51,6 +51,10 @@ def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     if found[0] == found[-1]:
         raise invalid("`sweep`", "be between two different frequencies", text)
     return tuple(found)
+
+
+def _frequencies(problem: Problem, sweep: str | Sequence[float]) -> tuple[float, ...]:
+    return frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
 
 
 def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Points | None:
@@ -76,16 +80,26 @@ def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points
 def response(
     scene: AnyScene, sweep: str | Sequence[float], seed: int = 0, tick: Tick | None = None, engine: Named | None = None
 ) -> FrequencyResponse:
-    """The response of a scene with a harmonic drive at the frequencies ``sweep``.
+    """The response of a scene with a harmonic drive at several frequencies.
 
-    ``sweep`` is in Hz (nondimensional scene: rad), or a text as of `frequencies`, such as "3Hz:9Hz:61".  With a text,
-    a response in closed form has more points than that: its peak, its half-power points and some between (`resolved`).
-    ``engine`` as of `responses`, which has several.
+    Parameters
+    ----------
+    scene
+        a `Scene` with a harmonic drive, or the path of a scene file.
+    sweep
+        frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".  With a text, a
+        response in closed form has more points than that: its peak, its half-power points and some between.
+    seed
+        the same seed, the same noise.
+    tick
+        is called with the engine's name after each frequency.
+    engine
+        an engine or its name, as of `responses`.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
-    >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
-    1.008
+    Returns
+    -------
+    FrequencyResponse
+        a point for each frequency and direction, up and down.
 
     Raises
     ------
@@ -93,8 +107,13 @@ def response(
         for a scene without a harmonic drive.
     CannotServeError
         for an engine that does not serve the scene.
-    UnboundedResponseError
+    SimulationError
         where the response grows without bound.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
+    >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
+    1.008
     """
     return responses(scene, sweep, None, None if engine is None else [engine], seed, tick).curves[0]
 
@@ -110,21 +129,42 @@ def responses(
 ) -> FrequencyResponses:
     """The responses for all combinations of the values that scene keys take, and by each of some engines.
 
-    ``vary`` maps keys to their values, as of `harvester.sweep`: {"load.resistance": "10k:1M:3"}.  ``engines`` are
-    engines or their names: "exact", "ensemble", "ideal" and "spice"; by default "exact" for a linear scene, "spice"
-    for a netlist, else "ensemble".  ``spice`` by name has a budget of `BUDGET` seconds a point.
+    Parameters
+    ----------
+    scene
+        a `Scene` with a harmonic drive, or the path of a scene file.
+    sweep
+        frequencies, as of `response`.
+    vary
+        keys and their values, as of `sweep`: {"load.resistance": "10k:1M:3"}.
+    engines
+        engines or their names: "exact", "ensemble", "ideal" and "spice"; by default "exact" for a linear scene, "spice"
+        for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
+    seed
+        the same seed, the same noise.
+    tick
+        is called with the engine's name after each frequency.
+
+    Returns
+    -------
+    FrequencyResponses
+        a curve for each combination of values and each engine.
+
+    Raises
+    ------
+    InputError
+        for a scene without a harmonic drive, and a key or value that no scene has.
+    CannotServeError
+        for an engine that does not serve the scene.
+    SimulationError
+        where the response grows without bound.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> [curve.engine for curve in hv.responses(scene, [0.9, 1.0], {"nondimensional.mu": [0.5, 2.0]}).curves]
     ['exact', 'exact']
-
-    Raises as `response`, and InputError for a key or value that no scene has.
     """
-    problem = Problem.of(scene)
-    HarmonicDrive(problem)
-    chosen = engines_of(problem, engines, seed)
-    return _responses(problem, sweep, points_of(problem, vary), chosen, tick or _nothing)
+    return draw(scene, sweep, None, seed, tick, vary=vary, engines=engines)
 
 
 def _nothing(_: str) -> None:
@@ -159,7 +199,7 @@ def _curve(
 ) -> FrequencyResponse:
     """One response by one engine."""
     problem, resolving = driven.problem, isinstance(sweep, str)
-    at = frequencies(problem, sweep) if isinstance(sweep, str) else tuple(sweep)
+    at = _frequencies(problem, sweep)
     failures, warnings = list[Failure](), driven.doubts(at)
     if engine.is_exact:
         if reason := Exact.refusal(problem):
@@ -171,8 +211,7 @@ def _curve(
         found, failures, more = by_ngspice(cast(Spice, engine), driven, at, steps)
         warnings = without_repeats([*warnings, *more])
     else:
-        assert isinstance(engine, Ensemble), "engines_of checks this; Ideal is one"
-        found = continued(engine, driven, at, steps)
+        found = continued(cast(Ensemble, engine), driven, at, steps)  # or one that derives from it: engines_of checks
     whole = resolving and engine.is_exact
     known = engine.NAME, driven.level, dict(varied), tuple(failures)
     return FrequencyResponse(tuple(found), problem.physical, tuple(warnings), whole, *known)
@@ -180,18 +219,18 @@ def _curve(
 
 def draw(
     scene: AnyScene,
-    text: str,
+    sweep: str | Sequence[float],
     out: str | Path | None,
     seed: int = 0,
     tick: Tick | None = None,
     vector: Sequence[str] = (),
-    vary: Points | None = None,
+    vary: Mapping[str, Values] | Points | None = None,
     engines: Sequence[Named] | None = None,
     per_g: bool = False,
     resume: bool = False,
     skip: Tick | None = None,
 ) -> FrequencyResponses:
-    """Compute `responses` over the frequencies of a text (`frequencies`), and write their files.
+    """Compute `responses`, and into the folder ``out`` write their files.
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
     and voltage over the base's amplitude.  Each frequency that is done is in response.journal until then; ``resume``
@@ -199,25 +238,20 @@ def draw(
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
-    problem = Problem.of(scene)
-    sweep, folder = frequencies(problem, text), None if out is None else OutputFolder(out, vector)
+    problem, told = Problem.of(scene), tick or _nothing
+    HarmonicDrive(problem)
     if per_g and not problem.physical:
         raise InputError("`per_g` must go with a physical scene, whose base has an acceleration, but is given")
-    chosen, points, told = engines_of(problem, engines, seed), points_of(problem, vary), tick or _nothing
-    about = provenance(
-        problem,
-        sweep=list(sweep),
-        engines={e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in chosen},
-        **({} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}),
-    )
-    if any(engine.runs_ngspice for engine in chosen):
-        about["versions"]["ngspice"] = library_digest()
-    counted = [engine for engine in chosen if not engine.is_exact]  # the closed form takes no time
-    total = sum(rows_of(problem, counted, len(sweep), points).values())
-    if folder is None:
-        return _responses(problem, text, points, chosen, told)
+    chosen, points = engines_of(problem, engines, seed), points_of(problem, vary)
+    if out is None:
+        return _responses(problem, sweep, points, chosen, told)
+    at = _frequencies(problem, sweep)
+    folder, counted = OutputFolder(out, vector), [one for one in chosen if not one.is_exact]  # which takes no time
+    total = sum(rows_of(problem, counted, len(at), points).values())
+    varied = {} if points is None else {"vary": {axis.key: list(axis.values) for axis in points.axes}}
+    about = provenance_with_engines(problem, chosen, sweep=list(at), **varied)
     with diary(folder.path, about, resume, total) as kept:
-        found = _responses(problem, text, points, chosen, told, skip or told, kept)
+        found = _responses(problem, sweep, points, chosen, told, skip or told, kept)
         drawn = figures.response(found.curves, problem.scene.title, per_g)
         folder.save("response", found.table.csv(units=True), drawn, about)
     return found

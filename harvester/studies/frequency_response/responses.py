@@ -16,9 +16,14 @@ ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})  # remark
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class FrequencyResponses(TableResult):
     """Responses over the same frequencies, one for each engine and combination of the varied keys' values.
+
+    Attributes
+    ----------
+    curves
+        a `FrequencyResponse` each.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))

@@ -17,7 +17,7 @@ from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.table import Column, Table
 from harvester.scene.load import Load, is_path
 from harvester.scene.scene import Scene
-from harvester.studies.optimum.answer import Optimum
+from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.race import Race
 from harvester.studies.optimum.ranges import NETLIST, Vary
 from harvester.studies.optimum.search import SearchRequest
@@ -25,14 +25,21 @@ from harvester.studies.output_folder import OutputFolder
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False, kw_only=True)
+@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
 class CircuitChoice(Optimum):
-    """The optimum of the circuit of most power; ``optima`` are those of each circuit, or the error where it has none.
+    """The optimum of the circuit of most power, and those of the other circuits.
 
     ``best`` is the name of that circuit.  It is None where that cannot be said: the budget of a circuit of less power
     ended before its first scan did.  ``alike`` are circuits whose power cannot be told from that of the best: the
     intervals of both overlap.  ``unsound`` are those that cannot be compared, as their power has not settled, was cut
     off or has no known error, while that of another has.  ``table`` has a row for each circuit.
+
+    Attributes
+    ----------
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+        those of the best circuit, as of `Optimum`.
+    optima
+        the `Optimum` of each circuit by its name, or the error where it has none.
 
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")

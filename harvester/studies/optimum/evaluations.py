@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +14,7 @@ from harvester.arrays import Floats
 from harvester.engines.options import number
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, HarvesterError, InputError, SimulationError
+from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.ranges import Range, problem_at
@@ -103,40 +103,28 @@ class Surface:
             self.progress.step(min(1.0 - self.left / self.budget, 1.0))
         return done
 
-    def _answers(self, where: Floats, engine: Engine) -> Sequence[Estimate | HarvesterError]:
-        answers: list[Estimate | HarvesterError] = []
-        scenes: list[Problem] = []
-        places: list[int] = []
+    def _answers(self, where: Floats, engine: Engine) -> list[Estimate | HarvesterError]:
+        problems: list[Problem | HarvesterError] = []
         for u in where:
-            answers.append(HarvesterError())
             try:
-                scenes.append(problem_at(self.scene, self.ranges, u))
-                places.append(len(answers) - 1)
+                problems.append(problem_at(self.scene, self.ranges, u))
             except InputError as error:  # such as stops without room between them, at this place
-                answers[-1] = error
-        many = engine.run_many(scenes) if engine.is_formula else (_run(engine, one) for one in scenes)
-        for place, answer in zip(places, many, strict=True):
-            answers[place] = answer
-        return answers
+                problems.append(error)
+        answers = iter(engine.run_many([one for one in problems if isinstance(one, Problem)]))
+        return [next(answers) if isinstance(one, Problem) else one for one in problems]
 
 
-def _run(engine: Engine, scene: Problem) -> Estimate | HarvesterError:
-    try:
-        return engine.run(scene)
-    except (SimulationError, CannotServeError) as error:
-        return error
-
-
-def served(points: Iterable[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
+def served(points: Sequence[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
     """The places (n, keys), powers (n,) and values of the evaluations that have an answer.
 
-    Those that are not sound are left out, unless there are no others.
+    Those that are not sound are left out, unless there are no others.  Raises the last error where there is no answer.
     """
     known = [p for p in points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known
     good = [(p.u, p.power) for p in sound if p.power is not None]
     if not good:
-        return np.empty((0, 0)), np.empty(0), []
+        last = points[-1].answer if points else None
+        raise last if isinstance(last, HarvesterError) else SimulationError("no place was evaluated")
     return np.array([u for u, _ in good]), np.array([v.value for _, v in good]), [v for _, v in good]
 
 

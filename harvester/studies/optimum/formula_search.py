@@ -14,7 +14,6 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
-from harvester.errors import HarvesterError, SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served
 from harvester.studies.optimum.ranges import spread
@@ -89,11 +88,7 @@ class FormulaSearch:
 
     def served(self) -> tuple[Floats, Floats, list[Value]]:
         """The places, powers and values of the search's own evaluations; raises the last error where all failed."""
-        found = served(self.surface.points[self.begin :])
-        if not found[2]:
-            error = self.surface.points[-1].answer
-            raise error if isinstance(error, HarvesterError) else SimulationError("no place was evaluated")
-        return found
+        return served(self.surface.points[self.begin :])
 
     def highest(self, begin: int | None = None) -> Peak:
         """The best place so far, of the evaluations from ``begin`` on."""

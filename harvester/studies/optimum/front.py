@@ -15,11 +15,12 @@ from harvester.arrays import Floats
 from harvester.errors import HarvesterError, InputError
 from harvester.machine.progress import PartOfProgress, Progress
 from harvester.presentation.diagnostic import Diagnostic, warning
-from harvester.studies.optimum.answer import CUT_SHORT
+from harvester.studies.optimum.optimum_result import CUT_SHORT
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
 from harvester.studies.optimum.ranges import spread
-from harvester.studies.optimum.under_limits import RobustRequest
-from harvester.studies.tolerance.limits import Limit
+from harvester.studies.optimum.search import Search, SearchRequest
+from harvester.studies.optimum.under_limits import robust_of, with_counted_peaks
+from harvester.studies.tolerance.device_limits import Limit
 from harvester.uncertainty.value import Value
 
 SCANNED = 96  # places that are looked at for the best value of the second aim
@@ -27,14 +28,14 @@ TENFOLD = 10.0  # between the ends, from which on the bounds are spread by ratio
 BARELY = 1e-6  # relative difference of the ends that is none
 
 
-def front(request: RobustRequest, points: int, progress: Progress) -> ParetoFront:
+def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFront:
     """The front of the power and of the quantity that the last limit of the request names, of up to ``points`` designs.
 
     Raises HarvesterError where the engine fails everywhere, the last error.
     """
     begin = time.perf_counter()
-    request, progress = request.with_counted_peaks(progress)
-    *bounds, aimed = request.robust.limits
+    request, progress = with_counted_peaks(request, progress)
+    *bounds, aimed = robust_of(request).limits
     quantity, sign = aimed.quantity, aimed.sign
     each = dataclasses.replace(request, budget=request.budget / (points + 1))
     search = _Search(each, progress, points + 1)
@@ -50,7 +51,7 @@ def front(request: RobustRequest, points: int, progress: Progress) -> ParetoFron
     found = _front(designs, sign)
     said = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, found, ())]))
     seconds = time.perf_counter() - begin
-    return ParetoFront(request.robust.engine.NAME, quantity, sign, found, request.problem.physical, seconds, said)
+    return ParetoFront(robust_of(request).engine.NAME, quantity, sign, found, request.scene.physical, seconds, said)
 
 
 def _bounds(best: float, most: float, points: int) -> Floats:
@@ -74,7 +75,7 @@ def _front(designs: Sequence[FrontPoint], sign: int) -> tuple[FrontPoint, ...]:
 class _Search:
     """The searches of one front, each with the budget of the ``request``, which share the progress."""
 
-    request: RobustRequest
+    request: SearchRequest
     progress: Progress
     parts: int
     done: int = 0
@@ -85,15 +86,15 @@ class _Search:
         part = PartOfProgress(self.progress, self.done / self.parts, 1.0 / self.parts)
         request = self.request
         if limits is not None:
-            request = dataclasses.replace(request, robust=dataclasses.replace(request.robust, limits=limits))
-        found = request.search(part)
+            request = dataclasses.replace(request, engine=dataclasses.replace(robust_of(request), limits=limits))
+        found = Search.begin(request, part).finish()
         self.done += 1
         self.warnings += [word for word in found.warnings if word.code in CUT_SHORT]
         return self._design({key.range.key: key.value for key in found.keys})
 
     def _design(self, keys: dict[str, float]) -> FrontPoint:
         """The design at values of the keys."""
-        place = self.request.robust.place(self.request.problem.scene.varied(keys))[1]
+        place = robust_of(self.request).place(self.request.scene.varied(keys))[1]
         error = None if place.off is None else place.off * abs(place.aim)
         return FrontPoint(keys, Value(place.aim, model=error), place.quantities[-1])
 
@@ -101,7 +102,7 @@ class _Search:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
         from scipy.optimize import minimize
 
-        robust, scene, ranges = self.request.robust, self.request.problem.scene, self.request.ranges
+        robust, scene, ranges = robust_of(self.request), self.request.scene, self.request.ranges
 
         def values(u: Floats) -> dict[str, float]:
             return {r.key: r.value(float(np.clip(x, 0.0, 1.0))) for r, x in zip(ranges, u, strict=True)}

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.quantities.units import fraction
-from harvester.studies.tolerance.limits import QUANTITIES, Limit
+from harvester.studies.tolerance.device_limits import QUANTITIES, Limit
 
 POWER = "mean_power"
 WAYS = {"low": -1, "high": 1}

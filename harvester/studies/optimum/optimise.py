@@ -1,7 +1,7 @@
 """The one search for the largest mean power: over loads, circuits and other keys, for most devices, or as a front."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, overload
+from typing import Any, Literal, TypedDict, Unpack, overload
 
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
@@ -10,28 +10,41 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
 from harvester.machine.progress import working
-from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.circuit_choice import best_circuit
 from harvester.studies.optimum.front import front
 from harvester.studies.optimum.objective import Aim, Objective
+from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.pareto_front import ParetoFront
 from harvester.studies.optimum.ranges import Range, Vary, varied
 from harvester.studies.optimum.sampled_front import sampled_front
 from harvester.studies.optimum.search import Search, SearchRequest
-from harvester.studies.optimum.under_limits import RobustRequest, under_limits
+from harvester.studies.optimum.under_limits import robust_request, under_limits
 from harvester.studies.output_folder import OutputFolder, provenance
 
 POINTS, MOST_POINTS = 9, 50  # of a front
 Texts = Mapping[str, str] | Sequence[str]
 
 
+class SearchOptions(TypedDict, total=False):
+    """The options of `optimise` whose types are those of the function below its overloads."""
+
+    constraints: Sequence[str] | str
+    spread: Texts
+    engine: Named | None
+    lifetime: float | str | None
+    within: float | str
+    budget: float | str
+    points: int | None
+    execution: Execution
+
+
 @overload
 def optimise(
-    scene: AnyScene, *, vary: Vary, objective: Literal["mean_power"] = "mean_power", **options: Any
+    scene: AnyScene, *, vary: Vary, objective: Literal["mean_power"] = "mean_power", **options: Unpack[SearchOptions]
 ) -> Optimum: ...
 @overload
-def optimise(scene: AnyScene, *, vary: Vary, objective: Aim, **options: Any) -> Any: ...
-@as_in_version_0_1(  # type: ignore[misc]  # the options of the overloads are those below
+def optimise(scene: AnyScene, *, vary: Vary, objective: Aim, **options: Unpack[SearchOptions]) -> Any: ...
+@as_in_version_0_1(
     *("vary", "engine", "within", "budget", "out", "tick", "vector"), tick=calls_with_fraction, over="vary"
 )
 @names_arguments
@@ -51,30 +64,42 @@ def optimise(
 ) -> Optimum | ParetoFront:
     """Find the values of one or several keys with the largest mean power, or the front of it and a second quantity.
 
-    ``vary`` maps each key to the ends of its range, numbers in SI units or texts with their unit, or to a text such as
-    "1k:10M" or "E24:1k:10M", the values of a series; or it is a list of texts KEY=LOW:HIGH.  Several names of
-    "load.netlist" make it choose between circuits, each with its own best values of the other keys; all have the
-    ``budget`` each.  ``engine`` may be a name, and is by default `Exact` for a linear scene, else `Ensemble`, for a
-    netlist `Spice`.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    vary
+        each key with the ends of its range, numbers in SI units or texts with their unit, or a text such as "1k:10M" or
+        "E24:1k:10M", the values of a series; or a list of texts KEY=LOW:HIGH.  Several names of "load.netlist" make it
+        choose between circuits, each with its own best values of the other keys; all have the ``budget`` each.
+    objective
+        "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less, whose parts scatter
+        by ``spread``; or a second quantity such as "peak_displacement", to be low (with ":high" behind it high), which
+        makes the answer a front; or a list of both.
+    constraints
+        texts such as "voltage_rms < 2 V".  Of a limited quantity the value counts that all but the share keep.
+    spread, lifetime
+        as ``vary`` and ``lifetime`` of `tolerance`; a percentage is of the values of each place.
+    engine
+        an engine or its name, by default `Exact` for a linear scene, else `Ensemble`, for a netlist `Spice`.  With a
+        share, constraints or a spread it is one of formulas, by default `Exact` where it serves, else `Averaged`; for a
+        front without ``spread`` it may sample, too.
+    within
+        the relative error of the power at the optimum (.01 or "1%"); at the ends of the keys' intervals, at most a
+        quarter of it is lost.  Only engines that sample can work towards it.
+    budget
+        seconds, compilation included, or a text such as "30s".
+    points
+        the most designs of a front (default: 9).
+    execution
+        has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of circuits for
+        circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
 
-    ``objective`` is "mean_power", or a share such as "5%": the power of which only 5 % of the devices have less, whose
-    parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be low (with ":high" behind it
-    high), which makes the answer a front of up to ``points`` designs (default: 9); or a list of both.  ``constraints``
-    are texts such as "voltage_rms < 2 V"; they, their ``lifetime`` and ``spread`` are those of `harvester.tolerance`, a
-    percentage being of the values of each place.  Of a limited quantity the value counts that all but the share keep.
-    With any of these ``engine`` is one of formulas, by default `Exact` where it serves, else `Averaged`; for a front
-    without ``spread`` it may sample, too.
-
-    ``within`` is the relative error of the power at the optimum; at the ends of the keys' intervals, at most a quarter
-    of it is lost.  Only engines that sample can work towards it.  ``budget`` is in seconds, compilation included; both
-    may be texts ("1%", "30s").  The ``execution`` has the folder for optimise.csv (all evaluations), optimise.png and
-    provenance.json; of circuits for circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
-
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
-    >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
-    '1.02'
+    Returns
+    -------
+    Optimum
+        with the best values and their intervals; a `CircuitChoice` of circuits, a `RobustOptimum` with a share,
+        constraints or a spread, and a `ParetoFront` with a second quantity.
 
     Raises
     ------
@@ -83,6 +108,12 @@ def optimise(
         out of range, a share without a spread, or a folder that cannot be written.
     HarvesterError
         where the engine fails everywhere, the last error.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
+    >>> f"{best.keys[0].value:.2f}"  # sqrt(1 + beta)
+    '1.02'
     """
     aim, (circuits, found) = Objective.of(objective), varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
@@ -100,7 +131,7 @@ def optimise(
             request = SearchRequest.of(scene, found, engine, within, budget)
             answer = sampled_front(request, aim.aimed, constraints, lifetime, progress)
         else:
-            robust = RobustRequest.of(scene, found, aim, constraints, spread, engine, lifetime, within, budget)
+            robust = robust_request(scene, found, aim, constraints, spread, engine, lifetime, within, budget)
             if aim.aimed is None:
                 return under_limits(robust, progress, folder)
             answer = front(robust, points or POINTS, progress)

@@ -10,7 +10,7 @@ from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
-from harvester.studies.tolerance.limits import QUANTITIES
+from harvester.studies.tolerance.device_limits import QUANTITIES
 from harvester.uncertainty.value import Value
 
 
@@ -28,13 +28,31 @@ class FrontPoint:
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ParetoFront(TableResult):
-    """Designs of which none has both more power and a better ``quantity``, from the best quantity to the most power.
+    """Designs of which none has both more power and a better second quantity, from the best quantity to the most power.
 
-    ``sign`` is -1 where the quantity is to be low, 1 where high.  Peaks are at the unsafe end of their error; a
-    quantity has the relative error of the engine otherwise.  ``alike`` are designs that an engine that samples cannot
-    tell from the front: they are beaten by less than the errors; in the ``table`` they stand behind the front.
+    Peaks are at the unsafe end of their error; a quantity has the relative error of the engine otherwise.
+
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    quantity
+        the name of the second quantity.
+    sign
+        -1 where it is to be low, 1 where high.
+    points
+        the designs, each with its ``keys``, ``mean_power`` and ``quantity``.
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    seconds
+        the time of computing, without compilation (s).
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    alike
+        designs that an engine that samples cannot tell from the front: they are beaten by less than the errors; in
+        the table they stand behind the front.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from harvester.errors import HarvesterError
 from harvester.machine.progress import NO_PROGRESS, NoProgress, Progress
 from harvester.presentation.diagnostic import warning
-from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.evaluations import SHORTEST, SpentError
+from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.ranges import scan
 from harvester.studies.optimum.sampled_search import SCAN, SampledSearch
 from harvester.studies.optimum.search import Search, SearchRequest

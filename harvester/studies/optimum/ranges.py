@@ -9,7 +9,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid
+from harvester.errors import invalid, named_once
 from harvester.quantities.preferred_numbers import SERIES, between
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
@@ -83,10 +83,7 @@ def varied(vary: Vary) -> tuple[tuple[str, ...], tuple[Range, ...]]:
     found = tuple(_range(key, value) for key, value in pairs if key not in (NETLIST, "netlist"))
     if not 1 <= len(found) <= MOST_KEYS:
         raise invalid("`vary`", f"be given for 1 to {MOST_KEYS} keys", len(found))
-    keys = [*(r.key for r in found), *[NETLIST] * len(circuits)]
-    for key in keys:
-        if keys.count(key) > 1:
-            raise InputError(f"`vary` must name each key only once, but names {key!r} twice")
+    named_once([*(r.key for r in found), *[NETLIST] * len(circuits)], "`vary`")
     return (_circuits(circuits[0]) if circuits else ()), found
 
 

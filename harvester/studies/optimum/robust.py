@@ -25,7 +25,7 @@ from harvester.scene.scene import Scene
 from harvester.studies.extremes.levels import linear_peaks
 from harvester.studies.optimum.place_peaks import PlacePeaks
 from harvester.studies.tolerance import design
-from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import spread
 from harvester.studies.tolerance.surface import fit
 from harvester.uncertainty.value import Value
@@ -67,6 +67,11 @@ class Robust(Engine):
 
     NAME: ClassVar[str] = "robust"
     is_formula: ClassVar[bool] = True
+
+    @property
+    def path_seed(self) -> int:
+        """The seed of paths whose peaks are counted."""
+        return int(getattr(self.engine, "seed", 0))
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
         """For each scene the estimate of the device as it stands, with the power of `Place` in place of its own."""

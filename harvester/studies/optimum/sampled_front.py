@@ -21,9 +21,8 @@ from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surfac
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
 from harvester.studies.optimum.ranges import problem_at, scan
 from harvester.studies.optimum.search import Search, SearchRequest
-from harvester.studies.tolerance.limits import PEAKS, Limit, lifetime_of, limits
+from harvester.studies.tolerance.device_limits import PEAKS, Limit, lifetime_of, limits
 from harvester.studies.tolerance.peaks import BLOCKS
-from harvester.uncertainty.value import Value
 
 PLACES = {1: 25, 2: 65, 3: 97, 4: 129}  # by the number of keys
 FEWEST = 3  # places that a front is made of
@@ -123,7 +122,8 @@ def _design(
     """The design at a place; None where it breaks a limit, at the unsafe end of the error."""
     if not isinstance(there.answer, Estimate):
         raise there.answer
-    values = _quantities(there.answer)
+    square = there.answer.mean_square_voltage
+    values = {"mean_power": there.answer.mean_power, "mean_square_voltage": square, "voltage_rms": square.root()}
     if any(one.quantity in PEAKS for one in (*limits, aimed)):
         assert lifetime is not None
         values |= limited_peaks(problem_at(surface.scene, surface.ranges, there.u), lifetime, there.seed or 0, BLOCKS)
@@ -133,11 +133,3 @@ def _design(
             return None
     value = values[aimed.quantity]
     return FrontPoint(surface.values(there.u), there.answer.mean_power, value.value, value.known_error95)
-
-
-def _quantities(answer: Estimate) -> dict[str, Value]:
-    """What an answer says of the quantities that a limit may have."""
-    square = answer.mean_square_voltage
-    root = math.sqrt(max(square.value, 0.0))
-    rms = Value(root, model=square.known_error95 / (2.0 * root) if root else 0.0)
-    return {"mean_power": answer.mean_power, "mean_square_voltage": square, "voltage_rms": rms}

@@ -20,7 +20,7 @@ from harvester.arrays import Floats
 from harvester.engines import ENGINES
 from harvester.engines.cheapest import formula
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, SimulationError
+from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.studies.optimum import formula_search
 from harvester.studies.optimum.box_fit import fit_box, next_box, peak_of_box
@@ -178,8 +178,6 @@ class SampledSearch:
         n, places = self.surface.dimensions, scan(SCAN[self.surface.dimensions], self.surface.dimensions)
         self.surface.evaluate(places[len(self.of_scan) :], self.coarse(self.scan_seed), "scan")
         u, power, _ = served(self.of_scan)
-        if not len(power):
-            self.so_far(self.of_scan)
         width = np.full(n, max(FIRST, SCAN[n] ** (-1.0 / n)))
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
 
@@ -267,9 +265,6 @@ class SampledSearch:
     def so_far(self, points: list[Evaluation]) -> Peak:
         """The best of some places; raises the last error where none has an answer."""
         u, power, values = served(points)
-        if not len(power):
-            error = self.surface.points[-1].answer
-            raise error if isinstance(error, HarvesterError) else SimulationError("no place was evaluated")
         best = int(np.argmax(power))
         return Peak(u[best], values[best], np.zeros(len(u)), why=note("not_narrowed"))
 

@@ -18,8 +18,8 @@ from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.scene import Scene
 from harvester.studies.optimum import formula_search
-from harvester.studies.optimum.answer import OptimalKey, Optimum, PowerPeak, end
 from harvester.studies.optimum.evaluations import Evaluation, Surface, with_options
+from harvester.studies.optimum.optimum_result import OptimalKey, Optimum, PowerPeak, end
 from harvester.studies.optimum.ranges import Range, Vary, problem_at, ranges
 from harvester.studies.optimum.sampled_search import SampledSearch
 from harvester.studies.optimum.search_result import Peak, SearchResult

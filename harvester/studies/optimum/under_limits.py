@@ -1,4 +1,7 @@
-"""The largest power for most of the devices and under limits: the search for an optimum, by the engine `Robust`."""
+"""The largest power for most of the devices and under limits: the search for an optimum, by the engine `Robust`.
+
+Long because the result explains its fields to users.
+"""
 
 import dataclasses
 import time
@@ -7,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from harvester.engines import Averaged, Exact
-from harvester.engines.options import Request, number
+from harvester.engines.cheapest import formula
 from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
@@ -20,15 +22,15 @@ from harvester.presentation.table import Column, Table
 from harvester.scene.scene import Scene
 from harvester.studies.extremes.counted import BLOCKS
 from harvester.studies.extremes.levels import limited_peaks, rice_holds
-from harvester.studies.optimum.answer import Optimum
 from harvester.studies.optimum.evaluations import SHORTEST
 from harvester.studies.optimum.objective import Objective
+from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.place_peaks import SHARE, place_peaks
-from harvester.studies.optimum.ranges import Range, Vary, ranges
+from harvester.studies.optimum.ranges import Vary, ranges
 from harvester.studies.optimum.robust import BINDS, Place, Robust
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.output_folder import OutputFolder
-from harvester.studies.tolerance.limits import PEAKS, QUANTITIES, Limit, lifetime_of, limits
+from harvester.studies.tolerance.device_limits import PEAKS, QUANTITIES, Limit, lifetime_of, limits
 from harvester.studies.tolerance.spreads import spreads
 from harvester.uncertainty.value import Value
 
@@ -36,13 +38,25 @@ LONG = 4  # times the usual blocks, of the path that checks the best design
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False, kw_only=True)
+@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
 class RobustOptimum(Optimum):
     """The best design for most of the devices, and under limits.
 
-    Its power is that of the ``share`` (None: the mean); ``place`` is what the devices give there; ``binds`` are the
-    limits that keep the power from growing.  ``limited_peaks`` are those of a long path of the best design itself,
-    where the scene is not linear and no part scatters.
+    Attributes
+    ----------
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+        as of `Optimum`.
+    share
+        the share of the devices that may have less power; None: the power is the mean.
+    limits
+        the constraints.
+    place
+        what the devices give at the best design.
+    binds
+        the limits that keep the power from growing.
+    limited_peaks
+        those of a long path of the best design itself, where the scene is not linear and no part scatters; each is a
+        `Value`.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
@@ -73,7 +87,7 @@ class RobustOptimum(Optimum):
     @property
     def optimum(self) -> Optimum:
         """The result itself: in version 0.1 it had the search inside."""
-        warnings.warn("RobustOptimum.optimum is the RobustOptimum now", DeprecationWarning, stacklevel=2)
+        warnings.warn("RobustOptimum.optimum is itself from version 0.3 on", DeprecationWarning, stacklevel=2)
         return self
 
     @property
@@ -125,97 +139,71 @@ class RobustOptimum(Optimum):
         return said
 
 
-def default_formula(problem: Problem) -> str:
-    """The engine of formulas where none is named."""
-    return Averaged.NAME if Exact.refusal(problem) else Exact.NAME
+def robust_request(
+    scene: AnyScene,
+    vary: Vary,
+    objective: Objective,
+    constraints: Sequence[str],
+    spread: Mapping[str, str] | Sequence[str],
+    engine: Named | None,
+    lifetime: float | str | None,
+    within: float | str,
+    budget: float | str,
+) -> SearchRequest:
+    """The search by engine `Robust` that the arguments of `harvester.optimise` ask for, checked.
 
-
-@dataclass(frozen=True)
-class RobustRequest:
-    """A search for most of the devices and under limits: what is asked, checked.
-
-    ``robust`` is the engine, with the spreads, the share, the limits and the lifetime of their peaks.
+    The second aim, if there is one, is the last of the limits.  Raises InputError as that does.
     """
-
-    problem: Problem
-    ranges: tuple[Range, ...]
-    robust: Robust
-    within: float | str
-    budget: float
-
-    @classmethod
-    def of(
-        cls,
-        scene: AnyScene,
-        vary: Vary,
-        objective: Objective,
-        constraints: Sequence[str],
-        spread: Mapping[str, str] | Sequence[str],
-        engine: Named | None,
-        lifetime: float | str | None,
-        within: float | str,
-        budget: float | str,
-    ) -> "RobustRequest":
-        """The arguments of `harvester.optimise`, checked; the second aim, if there is one, is the last of the limits.
-
-        Raises InputError as that does.
-        """
-        problem, found = Problem.of(scene), ranges(vary)
-        bounds = limits(constraints, problem.physical)
-        bounds = bounds if objective.aimed is None else (*bounds, objective.aimed)
-        years = lifetime_of(bounds, lifetime, problem)
-        inner = engine_of(default_formula(problem) if engine is None else engine)
-        if not inner.is_formula:
-            raise InputError(
-                "`engine` must be one of formulas, such as 'averaged', where `spread`, `constraints` or a series is "
-                f"given, but is {inner.NAME!r}"
-            )
-        if reason := inner.refusal(problem):
-            raise InputError(reason)
-        start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
-        parts = spreads(spread, start, "spread") if spread else ()
-        if objective.share is not None and not parts:
-            raise InputError(
-                "`objective` of a share must go with `spread`, which makes devices differ, but there is none"
-            )
-        robust = Robust(inner, tuple((one.key, one.written) for one in parts), objective.share, bounds, years)
-        return cls(problem, found, robust, within, number(Request(budget=budget).budget) or 0.0)
-
-    @property
-    def seed(self) -> int:
-        """The seed of paths whose peaks are counted."""
-        return int(getattr(self.robust.engine, "seed", 0))
-
-    def with_counted_peaks(self, progress: Progress) -> tuple["RobustRequest", Progress]:
-        """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
-        robust = self.robust
-        if robust.lifetime is None or rice_holds(self.problem):
-            return self, progress
-        begin, told = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
-        scene, seed = self.problem.scene, self.seed
-        counted = place_peaks(scene, self.ranges, robust.vary, robust.lifetime, self.budget, seed, told)
-        left = max(self.budget - (time.perf_counter() - begin), SHORTEST)
-        robust = dataclasses.replace(robust, counted=counted)
-        return dataclasses.replace(self, robust=robust, budget=left), PartOfProgress(progress, SHARE, 1.0 - SHARE)
-
-    def search(self, progress: Progress, folder: OutputFolder | None = None) -> Optimum:
-        """The design of the largest power, less what broken limits cost it."""
-        request = SearchRequest.of(self.problem, self.ranges, self.robust, self.within, self.budget)
-        return Search.begin(request, progress).finish(folder)
+    problem, found = Problem.of(scene), ranges(vary)
+    bounds = limits(constraints, problem.physical)
+    bounds = bounds if objective.aimed is None else (*bounds, objective.aimed)
+    years = lifetime_of(bounds, lifetime, problem)
+    inner = engine_of(formula(problem).NAME if engine is None else engine)
+    if not inner.is_formula:
+        raise InputError(
+            "`engine` must be one of formulas, such as 'averaged', where `spread`, `constraints` or a series is "
+            f"given, but is {inner.NAME!r}"
+        )
+    if reason := inner.refusal(problem):
+        raise InputError(reason)
+    start = problem.scene.varied({one.key: one.value(0.5) for one in found})  # a key that is searched has a value
+    parts = spreads(spread, start, "spread") if spread else ()
+    if objective.share is not None and not parts:
+        raise InputError("`objective` of a share must go with `spread`, which makes devices differ, but there is none")
+    robust = Robust(inner, tuple((one.key, one.written) for one in parts), objective.share, bounds, years)
+    return SearchRequest.of(problem, found, robust, within, budget)
 
 
-def under_limits(request: RobustRequest, progress: Progress, folder: OutputFolder | None) -> RobustOptimum:
+def with_counted_peaks(request: SearchRequest, progress: Progress) -> tuple[SearchRequest, Progress]:
+    """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
+    robust, scene = robust_of(request), request.scene
+    if robust.lifetime is None or rice_holds(Problem(scene)):
+        return request, progress
+    begin, told = time.perf_counter(), PartOfProgress(progress, 0.0, SHARE)
+    counted = place_peaks(scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, told)
+    left = max(request.budget - (time.perf_counter() - begin), SHORTEST)
+    robust = dataclasses.replace(robust, counted=counted)
+    return dataclasses.replace(request, engine=robust, budget=left), PartOfProgress(progress, SHARE, 1.0 - SHARE)
+
+
+def robust_of(request: SearchRequest) -> Robust:
+    """The engine of a `robust_request`."""
+    assert isinstance(request.engine, Robust), "a robust request asks for it"
+    return request.engine
+
+
+def under_limits(request: SearchRequest, progress: Progress, folder: OutputFolder | None) -> RobustOptimum:
     """The values of keys with the largest power of most devices, under limits.
 
     Raises HarvesterError where the engine fails everywhere, the last error.
     """
-    request, progress = request.with_counted_peaks(progress)
-    robust, best = request.robust, request.search(progress, folder)
-    there = request.problem.scene.varied({key.range.key: key.value for key in best.keys})
+    request, progress = with_counted_peaks(request, progress)
+    robust, best = robust_of(request), Search.begin(request, progress).finish(folder)
+    there = request.scene.varied({key.range.key: key.value for key in best.keys})
     place = robust.place(there)[1]
     own = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
-        own = limited_peaks(Problem(there), robust.lifetime, request.seed + 1, LONG * BLOCKS)
+        own = limited_peaks(Problem(there), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
     aim = Value(place.aim, model=None if place.off is None else place.off * abs(place.aim))  # without the penalty
     fields = {one.name: getattr(best, one.name) for one in dataclasses.fields(best)}
     fields |= {"engine": robust.engine.NAME, "estimate": dataclasses.replace(best.estimate, mean_power=aim)}

@@ -24,15 +24,27 @@ EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
 
 @names_arguments
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Stability(TableResult):
     """The exponent lambda of the growth e^(lambda t) near rest: in 1/s for a physical scene, else nondimensional.
 
-    ``published`` is the paper's Eq. 38 (misprints corrected), ``averaged`` ours, with ``model`` its estimated error
-    (None: unknown), ``ensemble`` by Monte Carlo, ``noiseless`` exact without noise
-    (None: the mass leaves the stop for good).  Where there is a stop and no noise, the step's part in the error of
-    ``ensemble`` is at least its distance from ``noiseless``.  ``region`` is the edge of stability in the plane of the
-    load and the parametric noise, where it was computed.
+    Attributes
+    ----------
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    published
+        by the paper's Eq. 38, misprints corrected.
+    averaged, model
+        by our averaging, and its estimated error (None: unknown).
+    ensemble
+        a `Value`: by Monte Carlo.  Where there is a stop and no noise, the step's part in its error is at least the
+        distance from ``noiseless``.
+    noiseless
+        the exact exponent without noise; None: the mass leaves the stop for good.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    region
+        the edge of stability in the plane of the load and the parametric noise, where it was computed.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
@@ -92,26 +104,40 @@ def stability(
 ) -> Stability:
     """Compute the top Lyapunov exponent of a scene's linearised equations without external noise.
 
-    ``duration`` of the ``trajectories`` is in units of 1/w0.  Into the folder of its `Execution` it writes the region
-    of stability, for which the scene's own mu and D22 do not matter: stability.csv and stability.png.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    seed
+        the same seed, the same noise.
+    trajectories, duration
+        of the Monte Carlo; the duration is in units of 1/w0, also for a physical scene.
+    execution
+        has the folder for the region of stability, for which the scene's own mu and D22 do not matter: stability.csv
+        and stability.png; ``out``, ``formats`` and ``progress`` alone.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
-    >>> found = hv.stability(scene, trajectories=64, duration=50.0)
-    >>> found.verdict, f"{found.averaged:.4f}"
-    ('stable', '-0.0632')
+    Returns
+    -------
+    Stability
+        the exponent (1/s; nondimensional scene: without unit) by the paper's formula, by ours and by Monte Carlo.
 
     Raises
     ------
     InputError
         for a folder that cannot be written, and what `Execution` has for other studies.
     CannotServeError
-        for a netlist load, and where the linearised motion about x = 0 says nothing of rest (`check_rest`).
+        for a netlist load, and where the linearised motion about x = 0 says nothing of rest.
     SimulationError
         where the linearised motion stops dead (restitution 0 without a voltage).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
+    >>> found = hv.stability(scene, trajectories=64, duration=50.0)
+    >>> found.verdict, f"{found.averaged:.4f}"
+    ('stable', '-0.0632')
     """
-    from harvester.averaging.stability import exponent as formula
-    from harvester.averaging.stability.exact import noiseless
+    from harvester.averaging.stability import averaged_exponent as formula
+    from harvester.averaging.stability.exact_exponent import noiseless
     from harvester.mechanics.ensemble import lyapunov
 
     execution.only("stability", "out", "formats", "progress")

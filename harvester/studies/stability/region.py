@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.stability import exponent as stability
+from harvester.averaging.stability import averaged_exponent as stability
 from harvester.engines.protocol import unknown_effects
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import REST, unknown_to

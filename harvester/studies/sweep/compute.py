@@ -15,21 +15,20 @@ from pathlib import Path
 from typing import Any
 
 from harvester import figures
-from harvester.cosimulation.ngspice.locate_libngspice import library_digest
 from harvester.engines.protocol import Engine
-from harvester.errors import HarvesterError, InputError
+from harvester.errors import HarvesterError, InputError, named_once
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.scene.scene import Scene
-from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.output_folder import OutputFolder, provenance_with_engines
 from harvester.studies.sweep.journal import Journal, JournalRow
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, SweepRow, lines, read_cells
 from harvester.studies.sweep.runners import Done, handed_over, here, pool
 from harvester.studies.sweep.same_study import check_same, identity
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.sweep.tasks import Task, tasks
 
 SAVED = 60.0  # seconds between two times that sweep.csv is written on the way
@@ -52,11 +51,10 @@ def compute_table(
     says how to go on; HarvesterError when every point failed, the last error; the table is written all the same.
     """
     names = [engine.NAME for engine in engines]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"`engine` must name each only once, but names {name!r} twice")
+    named_once(names, "`engine`")
     points.check(scene)
-    about = _provenance(scene, points, engines)
+    vary = {axis.key: list(axis.values) for axis in points.axes}
+    about = provenance_with_engines(scene, engines, points="list" if points.listed else "grid", vary=vary)
     folder = OutputFolder.of(execution)
     with (
         contextlib.closing(execution.progress),
@@ -77,20 +75,6 @@ def compute_table(
             ) from None
 
 
-def _provenance(scene: Scene, points: Points, engines: Sequence[Engine]) -> dict[str, Any]:
-    """Where the numbers of a sweep come from."""
-    options = {e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"} for e in engines}
-    about = provenance(
-        scene,
-        points="list" if points.listed else "grid",
-        vary={axis.key: list(axis.values) for axis in points.axes},
-        engines=options,
-    )
-    if any(engine.runs_ngspice or (engine.chooses and about["netlist"] is not None) for engine in engines):
-        about["versions"]["ngspice"] = library_digest()
-    return about
-
-
 def _answers(todo: Iterator[Task], execution: Execution) -> Done:
     """The tasks with their answers, from the executor, this process, or a pool, which loads what draws meanwhile."""
     if execution.executor is not None:
@@ -101,6 +85,12 @@ def _answers(todo: Iterator[Task], execution: Execution) -> Done:
         workers, todo = max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
     meanwhile: Callable[[], object] | None = None if execution.out is None else _load_what_draws
     return here(todo) if workers == 1 else pool(todo, workers, meanwhile)
+
+
+def share_of_budget(budget: float, rows: int, workers: int | None) -> float:
+    """The seconds of each of the rows of engines that sample, so that all of them take the budget."""
+    beside = workers or max(1, min(cores(), rows // 2))
+    return budget * min(beside, max(rows, 1)) / max(rows, 1)
 
 
 def _load_what_draws() -> None:

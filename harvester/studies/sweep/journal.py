@@ -9,7 +9,6 @@ edits by hand; it has no secret, so that it keeps no forger out.
 """
 
 import contextlib
-import fcntl
 import json
 import os
 import sqlite3
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError, shown
+from harvester.machine.system import this_system
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.studies.sweep.same_study import SWEEP, JournalKind, check_same, short_hash
 
@@ -82,15 +82,15 @@ class Journal:
             self._lock(out)
 
     def _lock(self, out: Path) -> None:
-        self._folder = os.open(out, os.O_RDONLY)
+        self._folder = this_system.open_folder_to_lock(out)
         try:
-            fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            free = this_system.lock(self._folder)
+        except OSError:  # a file system without locks
+            free, self._locks = True, False
+        if not free:
             os.close(self._folder)
             busy = f"another {self.kind.name} is writing"
-            raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is") from None
-        except OSError:  # a file system without locks
-            self._locks = False
+            raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is")
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
         """The rows of an earlier run of the same study; None where there is no journal, or it is damaged.

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid, named_once, shown
 from harvester.machine import files
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
@@ -84,9 +84,7 @@ class Points:
     argument: str = ""
 
     def __post_init__(self) -> None:
-        for key in self.keys:
-            if self.keys.count(key) > 1:
-                raise InputError(f"{self.option} must name each only once, but names {key!r} twice")
+        named_once(self.keys, self.option)
         if self.listed and len({len(a.values) for a in self.axes}) != 1:
             raise InputError(f"{self.option} must have as many values of one key as of another")
         if len(self) > MOST_POINTS:

@@ -19,7 +19,7 @@ from harvester.presentation.glossary import term
 from harvester.presentation.sheet import unit_of as unit_of_term
 from harvester.presentation.table import FAILED, PARTS, Cell, Column, Table
 from harvester.scene.keys import unit_of
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, percent
 
 POWER = ("mean_power",)
 QUANTITIES = ("mean_square_voltage", *POWER)
@@ -45,7 +45,7 @@ class SweepRow:
     """What an engine answered at a point of a sweep, where the scene keys are those ``varied``, in SI units.
 
     Without an answer its numbers are None, and ``error`` says why.  ``responses`` is how many a steady drive has, where
-    a search from many starts was made.
+    a search from many starts was made; ``bound`` the most that any device of this mass could take of the shaking.
 
     >>> SweepRow.answered(Estimate("exact", False, Value(0.1), Value(0.2), {}, (), 0.0123, 0)).mean_power
     0.1
@@ -58,6 +58,7 @@ class SweepRow:
     error: str = ""
     warnings: tuple[Diagnostic, ...] = ()
     responses: int | None = None
+    bound: float | None = None
     varied: Mapping[str, float] = field(default_factory=dict)
 
     @staticmethod
@@ -70,6 +71,7 @@ class SweepRow:
             seconds=float(f"{estimate.seconds:.4g}"),
             warnings=estimate.warnings,
             responses=len(estimate.responses) or None,
+            bound=None if estimate.bound is None else float(f"{estimate.bound.value:.9g}"),
         )
 
     @staticmethod
@@ -90,6 +92,12 @@ class SweepRow:
         parts = dataclasses.asdict(self, dict_factory=_what_there_is)
         return json.dumps(parts, default=lambda one: one.item(), separators=(",", ":"))
 
+    def with_units(self, units: Mapping[str, str]) -> "SweepRow":
+        """The row with the units of its values, which a file of an earlier run does not tell."""
+        values = {name: getattr(self, name) for name in units}
+        told = {name: dataclasses.replace(one, unit=units[name]) for name, one in values.items() if one is not None}
+        return dataclasses.replace(self, **told) if any(values[name].unit != units[name] for name in told) else self
+
     def at(self, varied: Mapping[str, float]) -> "SweepRow":
         """The row at values of the varied keys."""
         return dataclasses.replace(self, varied=varied)
@@ -105,9 +113,10 @@ def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits
     columns += [
         Column("seconds", [row.seconds for row in rows], "s"),
         Column("error", [row.error for row in rows]),
-        Column("mean_power_bias", [_bias(row.mean_power) for row in rows], units.power),
+        Column("mean_power_bias", [row.mean_power and row.mean_power.systematic for row in rows], units.power),
         Column("warnings", ["; ".join(map(str, row.warnings)) for row in rows]),
         Column("responses", [row.responses for row in rows]),
+        Column("bound", [row.bound for row in rows], units.power),
     ]
     return Table(tuple(columns), first=(*keys, *COLUMNS))
 
@@ -116,7 +125,9 @@ def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits)
     """The rows as people read them: the powers with their whole errors at 95 %."""
     powers: list[Cell] = [FAILED if row.mean_power is None else row.mean_power for row in rows]
     shown = [one for one in columns_of(keys, rows, units).columns if one.name in (*keys, "engine", *POWER, "seconds")]
-    return Table(tuple(dataclasses.replace(one, cells=powers) if one.name in POWER else one for one in shown))
+    shown = [dataclasses.replace(one, cells=powers) if one.name in POWER else one for one in shown]
+    shares = [percent(row.mean_power.value, row.bound) if row.mean_power and row.bound else None for row in rows]
+    return Table((*shown, *([Column("share_of_possible", shares)] if any(shares) else [])))
 
 
 def lines(keys: Sequence[str], rows: Iterable[SweepRow], units: AnswerUnits) -> Iterator[str]:
@@ -132,6 +143,7 @@ def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
     try:
         voltage, power = (_read_value(cells, name) for name in QUANTITIES)
         responses = int(cells["responses"]) if cells["responses"] else None
+        bound = _number(cells["bound"])
         seconds = float(cells["seconds"])
         if not (0.0 <= seconds < math.inf and (responses or 0) in range(MOST_RESPONSES)):
             return None
@@ -140,7 +152,7 @@ def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
     if cells["error"]:
         return None
     earlier = (warning("said_by_earlier_run", text=cells["warnings"]),) if cells["warnings"] else ()
-    return SweepRow(cells["engine"], voltage, power, seconds, warnings=earlier, responses=responses)
+    return SweepRow(cells["engine"], voltage, power, seconds, warnings=earlier, responses=responses, bound=bound)
 
 
 def _read_value(cells: Mapping[str, str], name: str) -> Value:
@@ -163,9 +175,3 @@ def _nine_digits(value: Value) -> Value:
 
 def _number(text: str) -> float | None:
     return float(text) if text else None
-
-
-def _bias(value: Value | None) -> float | None:
-    """The estimated error of step and model together; None where neither is known."""
-    known = [error for error in (value.bias, value.model) if error is not None] if value is not None else []
-    return sum(known) if known else None

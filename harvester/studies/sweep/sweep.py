@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 from harvester.engines.protocol import AnyScene
@@ -11,15 +10,16 @@ from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_name
-from harvester.studies.sweep.cluster import dask_client
+from harvester.studies.sweep.cluster import by_scheduler
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, axis_of, grid
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 
 Values: TypeAlias = str | Sequence[float | str]  # "1k:10M:25", or numbers in SI units and texts with their unit
 
 
 @as_in_version_0_1("over", "values", "engines", "out", tick=calls_with_name)
+@by_scheduler
 @names_arguments
 def sweep(
     scene: AnyScene,
@@ -29,21 +29,31 @@ def sweep(
     execution: Execution = DEFAULT,
     over: Any = None,
     values: Values | None = None,
-    scheduler: str | None = None,
 ) -> SweepTable:
     """Run every engine at every value of a scene key, or on the grid of several keys.
 
-    ``vary`` maps scene keys to their values: numbers in SI units, texts with their unit ("1 kohm"), or one text
-    FROM:TO:COUNT as on the command line.  ``engines`` are engines or their names, by default `Exact` for a linear
-    scene, `Spice` for a netlist, else all that serve it.  `Execution` says by whom it is computed, who is told, and in
-    which folder sweep.csv, sweep.nc, sweep.png and provenance.json are written; without one nothing is left on the
-    disk.  ``over`` (with ``values``) and ``scheduler`` are the names of version 0.1, and warn.
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    vary
+        scene keys, such as "load.resistance", and their values: numbers in SI units, texts with their unit ("1 kohm"),
+        or one text FROM:TO:COUNT as on the command line, such as "1k:10M:25", whose values each are the same multiple
+        of the one before.
+    engines
+        engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
+        `Ideal`, else all that serve it.
+    execution
+        by whom it is computed, who is told, and in which folder sweep.csv, sweep.nc, sweep.png and provenance.json are
+        written; without a folder nothing is left on the disk.
+    over, values
+        names of version 0.1, which warn.
 
-    >>> import harvester as hv
-    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
-    >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 1.0, 2.0]}, engines=[hv.Averaged()])
-    >>> table.column("mean_power", "averaged").round(5).tolist()
-    [0.00274, 0.00323, 0.0028]
+    Returns
+    -------
+    SweepTable
+        a row for each point and engine, in SI units (nondimensional scene: without units); a point that failed has its
+        reason in place of numbers.
 
     Raises
     ------
@@ -51,6 +61,12 @@ def sweep(
         for a key that no scene has, a value that it cannot take, or a folder that cannot be written.
     HarvesterError
         where every point failed, the last error.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 1.0, 2.0]}, engines=[hv.Averaged()])
+    >>> table.column("mean_power", "averaged").round(5).tolist()
+    [0.00274, 0.00323, 0.0028]
     """
     vary = _varied(vary, over, values)
     if not isinstance(vary, Points) and not vary:
@@ -59,11 +75,7 @@ def sweep(
     problem = Problem.of(scene)
     chosen = engines_of(default_engines(problem) if engines is None else engines)
     points = axes if isinstance(axes, Points) else grid(axes)
-    if scheduler is None:
-        return compute_table(problem.scene, points, chosen, execution)
-    warnings.warn("sweep takes a Dask client as executor of its execution", DeprecationWarning, stacklevel=4)
-    with dask_client(scheduler) as client:
-        return compute_table(problem.scene, points, chosen, replace(execution, executor=client))
+    return compute_table(problem.scene, points, chosen, execution)
 
 
 def _varied(vary: Any, over: Any, values: Values | None) -> Any:
@@ -75,5 +87,6 @@ def _varied(vary: Any, over: Any, values: Values | None) -> Any:
     if isinstance(over, str) != (values is not None):
         said = "is left out" if isinstance(over, str) else "is given"
         raise InputError(f"`values` must go with a single key, but {said}")
-    warnings.warn("sweep takes vary={key: values} in place of over and values", DeprecationWarning, stacklevel=5)
+    text = "sweep takes vary={key: values} in place of over and values from version 0.3 on"
+    warnings.warn(text, DeprecationWarning, stacklevel=6)
     return {over: values} if isinstance(over, str) else over

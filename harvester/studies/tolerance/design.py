@@ -23,6 +23,7 @@ from harvester.studies.tolerance.spreads import PartSpread
 LEAST, MOST = 16, 50_000  # samples
 INSIDE = 1e-12  # how near to 0 and 1 a place may come: a normal number has no end
 LOW, HIGH = 0.05, 0.95  # the places at which a key is shown alone
+ALONG = 200  # places of a key alone
 OUTER = 0.0005  # share of devices below, and above, the outer places that hold a polynomial
 
 
@@ -93,6 +94,13 @@ def one_by_one(dimensions: int) -> Floats:
     found = np.full((1 + 2 * dimensions, dimensions), 0.5)
     for k in range(dimensions):
         found[1 + 2 * k, k], found[2 + 2 * k, k] = LOW, HIGH
+    return found
+
+
+def one_alone(key: int, dimensions: int) -> Floats:
+    """Places of one key evenly over its spread, with the others in the middle, shape (`ALONG`, dimensions)."""
+    found = np.full((ALONG, dimensions), 0.5)
+    found[:, key] = (np.arange(ALONG) + 0.5) / ALONG
     return found
 
 

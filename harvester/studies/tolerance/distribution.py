@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.device_limits import Limit
 from harvester.uncertainty.value import half95
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)

@@ -24,7 +24,7 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError
 from harvester.presentation.diagnostic import Diagnostic, note
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance.surface import fit
 from harvester.uncertainty.value import half95
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid, named_once, shown
 from harvester.quantities.preferred_numbers import SERIES, nearest
 from harvester.quantities.units import fraction
 from harvester.scene.keys import read_value, split_key
@@ -159,8 +159,5 @@ def spreads(some: Mapping[str, str] | Sequence[str], scene: Scene, argument: str
         found = tuple(parse(text, scene, argument) for text in ([some] if isinstance(some, str) else some))
     if not found:
         raise InputError(f"`{argument}` must be given for one key or more, but is left out")
-    keys = [one.key for one in found]
-    for key in keys:
-        if keys.count(key) > 1:
-            raise InputError(f"`{argument}` must name each key only once, but names {key!r} twice")
+    named_once([one.key for one in found], f"`{argument}`")
     return found

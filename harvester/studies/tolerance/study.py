@@ -15,10 +15,10 @@ from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampled
-from harvester.studies.tolerance.limits import Limit
+from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
 

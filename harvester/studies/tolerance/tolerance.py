@@ -15,11 +15,11 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.sweep.cluster import by_scheduler
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
-from harvester.studies.tolerance.answer import ToleranceResult
-from harvester.studies.tolerance.limits import lifetime_of
-from harvester.studies.tolerance.limits import limits as read_limits
+from harvester.studies.tolerance.device_limits import lifetime_of
+from harvester.studies.tolerance.device_limits import limits as read_limits
 from harvester.studies.tolerance.spreads import spreads
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
+from harvester.studies.tolerance.tolerance_result import ToleranceResult
 
 SAMPLES = 10_000
 
@@ -44,18 +44,49 @@ def tolerance(
 ) -> ToleranceResult:
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
-    ``vary`` maps keys to spreads such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
-    "1.1,1.3,1.2" (`harvester.studies.tolerance.spreads`), or is a list of texts KEY=SPREAD.  ``limits`` are texts such
-    as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a scene under white noise
-    peak_displacement, peak_voltage, peak_strain, peak_impact_speed, the level that 95 % of such devices stay below over
-    a ``lifetime``, and impact_rate (`harvester.studies.tolerance.peaks`).  ``engine`` is by default the cheapest whose
-    error is small against the spread.  ``checks`` samples (default: 8, by ngspice 4; 0: none) are computed again by a
-    dearer engine, to the relative error ``within``; ``correlate`` maps pairs of keys to their correlation.
-    Of ``samples`` devices (default: 10,000) the engine computes ``runs`` (default: 512 by a formula, else 24 for each
-    key and 24 more), and a polynomial through them, and through the outer ends of each spread, stands for the others; a
-    formula computes all where it is rough.
-    The ``execution`` has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each sweep, and
-    says who computes.
+    Of all devices the engine computes some, and a polynomial through them, and through the outer ends of each spread,
+    stands for the others; a formula computes all where it is rough.
+
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of a scene file.
+    vary
+        keys and their spreads, such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or a measured list
+        "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
+    limits
+        texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of a scene under white
+        noise peak_displacement, peak_voltage, peak_strain, peak_impact_speed, the level that 95 % of such devices stay
+        below over a ``lifetime``, and impact_rate.
+    correlate
+        pairs of keys and their correlation, from -1 to 1.
+    engine
+        an engine or its name, by default the cheapest whose error is small against the spread.
+    samples, runs
+        how many devices (default: 10,000), and how many of them the engine computes (default: 512 by a formula, else 24
+        for each key and 24 more).
+    checks, within
+        how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none), and to which
+        relative error.
+    lifetime
+        seconds (nondimensional scene: 1/w0), or a text such as "5 years".
+    seed
+        the same seed, the same devices.
+    execution
+        has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each sweep, and says who
+        computes.
+
+    Returns
+    -------
+    ToleranceResult
+        quantiles of power and voltage, the yield within the limits, and each key's share of the variance.
+
+    Raises
+    ------
+    InputError
+        for a key, spread, limit or correlation that cannot be, and a folder that cannot be written.
+    HarvesterError
+        where the engine fails at every sample, the last error.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
@@ -64,13 +95,6 @@ def tolerance(
     ... )
     >>> f"{found.met.value:.2f}"
     '0.42'
-
-    Raises
-    ------
-    InputError
-        for a key, spread, limit or correlation that cannot be, and a folder that cannot be written.
-    HarvesterError
-        where the engine fails at every sample, the last error.
     """
     begin, problem = time.perf_counter(), Problem.of(scene)
     spread = spreads(vary, problem.scene)

@@ -19,16 +19,17 @@ import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import cast
 
-from harvester.engines import Ensemble, Spice
+from harvester.engines import Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
-from harvester.studies.work_precision.measurement import Measurement, Run
 from harvester.studies.work_precision.settings import ALONE, label, setting, whole
+from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
 
 
@@ -93,7 +94,7 @@ def _reference(measurement: Measurement) -> tuple[Value, str]:
     The cheap model's, known from long runs, over 1 + its bias against ngspice: ngspice paired with all of them.
     """
     if measurement.cheap is None or measurement.steps is None:
-        sampled = [run for run in measurement.runs if isinstance(run.engine, Spice)]
+        sampled = [run for run in measurement.runs if run.engine.runs_ngspice]
         if not sampled:
             raise [*measurement.refused.values(), *(error for _, error in measurement.failed)][-1]
         best = min(sampled, key=lambda run: run.answer.mean_power.stderr or 0.0)
@@ -108,11 +109,11 @@ def _reference(measurement: Measurement) -> tuple[Value, str]:
 
 def _step(measurement: Measurement, run: Run) -> Bias | None:
     """The bias of an answer's step, and of ngspice's tolerance."""
-    if measurement.steps is None or not isinstance(run.engine, Ensemble | Spice):
+    if measurement.steps is None or not run.engine.samples:
         return None
     bias = measurement.steps.at(run.answer.details["step"] * measurement.unit)
-    if isinstance(run.engine, Spice) and measurement.ngspice is not None:
-        bias = bias + measurement.ngspice.tolerances.get(run.engine.reltol, NONE)
+    if run.engine.runs_ngspice and measurement.ngspice is not None:
+        bias = bias + measurement.ngspice.tolerances.get(cast(Spice, run.engine).reltol, NONE)
     return bias
 
 
@@ -126,8 +127,7 @@ def model_bias(power: Value, run: Run, step: Bias | None) -> Bias:
 
 def _row(run: Run, step: Bias | None, model: Bias, power: float) -> CostRow:
     engine, answer, details = run.engine, run.answer, run.answer.details
-    sampled = isinstance(engine, Ensemble | Spice)
-    spice = engine if isinstance(engine, Spice) else None
+    sampled, spice = engine.samples, cast(Spice, engine) if engine.runs_ngspice else None
     sampling = answer.mean_power.sampling95 / power
     return CostRow(
         label(engine),

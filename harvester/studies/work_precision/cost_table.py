@@ -9,7 +9,7 @@ from harvester import figures
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, two_digits
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
 
@@ -42,7 +42,7 @@ class CostRow:
     error: str = ""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Cost(TableResult):
     """What accuracy costs: all rows, the reference that they are measured against, and the engines that refused.
 
@@ -94,7 +94,7 @@ class Cost(TableResult):
         columns = [Column("within", [100.0 * target for target in TARGETS], "%")]
         found = {name: [self.needed(name, target) for target in TARGETS] for name in self.engines}
         for name, needed in found.items():
-            told = ["-" if one is None else f"{'' if one[1] else '~'}{one[0]:.2g}" for one in needed]
+            told = ["-" if one is None else f"{'' if one[1] else '~'}{two_digits(one[0])}" for one in needed]
             columns.append(Column(name, told, label=name))
         title = "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller)"
         return Table((*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title)

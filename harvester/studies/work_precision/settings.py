@@ -20,7 +20,7 @@ Kind = TypeVar("Kind", Ensemble, Spice)
 
 def label(engine: Engine) -> str:
     """The name of an engine in the table; ngspice alone has one of its own, and so has an engine that lacks a part."""
-    if isinstance(engine, Spice) and engine.alone:
+    if engine.runs_ngspice and cast(Spice, engine).alone:
         return ALONE
     return ", ".join([engine.NAME, *(said for part, said in PARTS.items() if not getattr(engine, part, True))])
 

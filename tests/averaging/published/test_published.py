@@ -5,14 +5,14 @@ import pytest
 from scipy.integrate import quad
 
 import harvester as hv
-from harvester.averaging.published.densities import (
+from harvester.averaging.published.ito import diffusion, diffusion_slope, drift, noise_drift
+from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2
+from harvester.averaging.published.published_densities import (
     displacement_density,
     state_density,
     transformed_density,
     velocity_density,
 )
-from harvester.averaging.published.ito import diffusion, diffusion_slope, drift, noise_drift
-from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2
 from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
 from harvester.averaging.published.voltage import C, K, amplitude_through, decoupled, dK_dA, omega2
 from harvester.errors import SimulationError, UnboundedResponseError

@@ -9,7 +9,7 @@ from scipy.integrate import quad, solve_ivp
 
 import harvester as hv
 from harvester.averaging.published.ito import diffusion, drift
-from harvester.averaging.stability import exponent as formula
+from harvester.averaging.stability import averaged_exponent as formula
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, SimulationError

@@ -158,14 +158,6 @@ def test_lossless_device_keeps_its_energy():
     assert periods == pytest.approx(periods[0], rel=5e-5)
 
 
-@pytest.mark.parametrize("eqs", [PAPER, PLATE], ids=["paper", "plate"])
-def test_norton_carries_the_same_charge(eqs):
-    """A current theta x' in parallel with Cp that is exact in charge is the voltage theta x/Cp in series with it."""
-    noise = gaussian_grid(SEED, 500)
-    norton = worker.path_in_worker(device(eqs, 0.1, norton=True), noise)
-    assert rms_difference(norton, worker.path_in_worker(device(eqs, 0.1), noise)) < 1e-9
-
-
 @pytest.mark.parametrize("load", ["resistor", "bridge", "parallel_sshi"])
 def test_python_callbacks_are_the_reference(load):
     """The same functions, interpreted, on the same noise, with impacts: the compiled path gives the same to 1e-9."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 import harvester as hv
-from harvester.engines.spice.partial_answer import partial_answer
+from harvester.engines.spice.estimates import partial_answer
 from harvester.engines.spice.setup import SpiceSetup
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
@@ -37,7 +37,13 @@ def test_the_cheap_model_stands_in():
     """E[P] = beta mu E[V^2] of a load resistor, by the long ensemble, and what it leaves out is named."""
     problem = Problem.of(hv.load(PLATE))
     eqs, units = problem.equations, problem.units
-    pair = SimpleNamespace(mean=lambda name: (2.0, 0.02), bias=lambda name: (0.003, 0.0), burn_in=1.0, duration=9.0)
+    pair = SimpleNamespace(
+        mean=lambda name: (2.0, 0.02),
+        bias=lambda name: (0.003, 0.0),
+        largest_bias=lambda name: 0.003,
+        burn_in=1.0,
+        duration=9.0,
+    )
     pair.trajectories, pair.steps = SimpleNamespace(count=256, hopping=None, together=1), 1000
     setup = SpiceSetup(SimpleNamespace(eqs=eqs, h=0.1), 10.0, [warning("dies_out")], pair, 1.0)
     answer = partial_answer("spice", problem, out_of_time((1.0, 1.0, 1.0)), 7.0, setup)

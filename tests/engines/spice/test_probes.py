@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.engines.spice.probes import watch_of, with_sampled_probes
+from harvester.engines.spice.probed_answer import watch_of, with_sampled_probes
 from harvester.equations.problem import Problem
 from tests.support.judge import fault
 

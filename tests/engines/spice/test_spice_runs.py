@@ -38,6 +38,7 @@ def made_up():
     pair = SimpleNamespace(
         mean=lambda name: (1.0, 0.02),
         bias=lambda name: (0.003, 0.0),
+        largest_bias=lambda name: 0.003,
         relative_bias=lambda name: (0.003, 0.0),
         duration=50.0,
         seconds_a_unit=0.02,
@@ -156,7 +157,7 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
     runs = made_up()
     runs.setup.device.reltol = 1e-4
     runs.tolerance = {"V2": tolerance, "load": tolerance}
-    runs.setup.pair.bias = lambda name: (0.5, 0.0)
+    runs.setup.pair.largest_bias = lambda name: 0.5
     assert refine(runs, Target(0.05)).code == code
     assert len(runs.done) == 8
 

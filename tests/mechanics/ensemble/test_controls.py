@@ -116,7 +116,7 @@ def test_intervals_hold(eqs, entries):
 def test_bias_of_the_step_is_cheaper_too():
     """The difference of both steps of a pair has controls of its own at both."""
     pair = RichardsonPair(stationary(PAPER, 1024, 8), 200.0)
-    fine, coarse = pair._moments_of_both
+    fine, coarse = pair._moments_of_all
     plain = mean_and_error(coarse.V2 - fine.V2)
     bias, error = pair.bias("V2")
     assert error < 0.6 * plain[1] / 3.0

@@ -236,7 +236,7 @@ def test_filtered_noise_with_a_stop_closes_its_power_balance():
     "eqs, what", [(DRIVEN, "harmonic drive"), (COLOURED, "coloured noise"), (BAND, "band pass noise")]
 )
 def test_theories_refuse(engine, eqs, what):
-    with pytest.raises(CannotServeError, match=rf"does not know {what}: use engine 'ensemble'"):
+    with pytest.raises(CannotServeError, match=rf"cannot model {what}: use engine 'ensemble'"):
         engine.run(scene(eqs))
 
 

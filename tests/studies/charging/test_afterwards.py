@@ -69,7 +69,7 @@ def test_a_chip_wakes_up_and_runs_for_a_part_of_the_time():
     on = path.probes["v(out,com)"] >= 3.0
     woken = np.flatnonzero(on[1:] & ~on[:-1]) + 1
     assert len(woken) == found.rises > 2
-    assert found.time.value == pytest.approx(path.t[woken[0]], rel=0.02)
+    assert found.time.value == pytest.approx(path.time[woken[0]], rel=0.02)
     share = on[woken[0] : woken[-1]].mean()
     assert found.afterwards.value == pytest.approx(share, rel=0.05)
     assert 0.05 < share < 0.95

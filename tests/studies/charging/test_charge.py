@@ -199,7 +199,7 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
         (["--to", "2V", "--probe", "v(q)"], "unknown node of netlist bridge 'q': it must be one of"),
         (["--to", "2V", "--probe", "p(rlaod)"], "did you mean 'rload'?"),
         (["--to", "2V", "--probe", "v(p)", "--engine", "ideal"], "use engine 'spice'"),
-        (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, spice"),
+        (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, slow, spice"),
         (["--to", "2V", "--anywhere"], "--anywhere must go with a record or a harmonic drive"),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),
         (["--to", "2V", "--duration", "0"], "--duration must be a time (s)"),

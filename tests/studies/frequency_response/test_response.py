@@ -186,7 +186,7 @@ def test_refusals():
         InputError, match="acceleration_amplitude must be given, above 0, for a frequency response, but is left out"
     ):
         response(hv.load("examples/plate.toml"), [1.0, 2.0, 3.0])
-    with pytest.raises(CannotServeError, match="does not know coloured noise: use engine 'ensemble'"):
+    with pytest.raises(CannotServeError, match="cannot model coloured noise: use engine 'ensemble'"):
         response(scene(COLOURED), [1.0, 2.0, 3.0])
     with pytest.raises(CannotServeError, match="is netlist 'bridge': use engine 'spice', or 'ideal'"):
         response(PLATE.with_load(hv.Load(netlist="bridge")), [1.0, 2.0, 3.0], engine="ensemble")

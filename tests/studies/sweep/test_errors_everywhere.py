@@ -16,7 +16,7 @@ from harvester.studies.output_folder import provenance
 from harvester.studies.sweep.dataset import netcdf
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import SweepRow
-from harvester.studies.sweep.table import SweepTable
+from harvester.studies.sweep.sweep_table import SweepTable
 from tests.support.paths import EXAMPLES
 
 R, PLATE = "load.resistance", hv.load(EXAMPLES / "plate.toml")

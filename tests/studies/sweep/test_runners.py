@@ -21,6 +21,7 @@ from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
 from harvester.studies.sweep import compute, runners, tasks
 from harvester.studies.sweep.cluster import dask_client
+from harvester.studies.sweep.compute import share_of_budget
 from harvester.studies.sweep.points import grid, read_axis
 from tests.support.bimorph import bimorph
 from tests.support.paths import EXAMPLES
@@ -246,3 +247,10 @@ def test_cores(monkeypatch):
         assert cores() == expected
     assert limited_environment(2)[THREADS_VARIABLE] == "2"
     assert limited_environment(2)["OPENBLAS_NUM_THREADS"] == "1"
+
+
+def test_a_budget_is_shared_by_the_rows():
+    """One after the other they take the budget; beside each other each may take longer."""
+    assert share_of_budget(30.0, 13, 1) * 13 == pytest.approx(30.0)
+    assert share_of_budget(30.0, 12, 4) * 12 / 4 == pytest.approx(30.0)
+    assert share_of_budget(30.0, 1, 8) == share_of_budget(30.0, 0, None) == 30.0

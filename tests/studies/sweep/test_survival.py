@@ -93,7 +93,7 @@ def test_a_full_disk(tmp_path, harvester):
     """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
 
     def little():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (80_000, 80_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")

@@ -78,7 +78,7 @@ def test_table_and_provenance(tmp_path):
     table = swept(PLATE, [LOADS], engines=[hv.Published()], out=tmp_path, progress=telling(told.append))
     head = (tmp_path / "sweep.csv").read_text().splitlines()[0].split(",")
     parts = [f"{name}_{part}" for name in ("mean_square_voltage", "mean_power") for part in PARTS]
-    assert head == ["load.resistance", *COLUMNS.split(","), *parts]
+    assert head == ["load.resistance", *COLUMNS.split(","), *parts, "bound"]
     assert list(csv.DictReader(table.text().splitlines())) == rows(tmp_path)
     assert told == ["published"] * 3
     for row, value in zip(rows(tmp_path), LOADS.values, strict=True):

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import sys
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import has
 from harvester.studies.sweep.points import Axis, Points
 from harvester.studies.tolerance import samples as sampled
+from harvester.studies.tolerance.device_limits import parse
 from harvester.studies.tolerance.distribution import quantile, share_met, wilson
-from harvester.studies.tolerance.limits import parse
 from tests.support.paths import ROOT
 
 PLATE = ROOT / "examples" / "plate.toml"
@@ -89,6 +90,18 @@ def test_an_engine_that_samples():
     assert "16 runs" in noisy.check and noisy.off < 0.05
     for share in (0.05, 0.5, 0.95):
         assert noisy.quantiles[share].low < exact.quantiles[share].value < noisy.quantiles[share].high
+
+
+def test_without_salib_there_are_no_shares(monkeypatch):
+    """The rest of the answer is the same, and a note has the remedy."""
+    study = {"vary": {"nondimensional.c1": "20%"}, "samples": 256}
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    whole = hv.tolerance(scene, **study)
+    monkeypatch.setitem(sys.modules, "SALib.analyze", None)
+    without = hv.tolerance(scene, **study)
+    assert whole.sensitivity and not without.sensitivity
+    assert without.quantiles == whole.quantiles
+    assert without.why.endswith("is not installed: python -m pip install 'piezo-harvester[tolerance]'")
 
 
 def test_correlated_keys_have_no_shares():

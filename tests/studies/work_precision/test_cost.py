@@ -23,10 +23,10 @@ from harvester.mechanics.kernels.intervals import interval
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.cost import cost, model_bias, table_of
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
-from harvester.studies.work_precision.measurement import Measurement, Run
 from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder, fit_ladder, richardson_ladder
 from harvester.studies.work_precision.settings import label, setting, whole, without_each_part
+from harvester.studies.work_precision.timed_runs import Measurement, Run
 from harvester.uncertainty.value import Value
 from tests.support.paths import EXAMPLES
 from tests.support.systems import linear, linear_v2, scene

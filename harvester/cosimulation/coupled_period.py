@@ -1,0 +1,233 @@
+"""The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
+
+A period is one short run of ngspice that begins with the node voltages and the motion of a `CoupledState`, where the
+last one ended; `harvester.mechanics.periodic` goes from there to the one that comes back.  The coils of the packaged
+netlists carry no current there, as it lies midway between the turns of the motion; for a circuit that remembers more
+than its node voltages the response does not come back in the unbroken run that measures it, and is not taken.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.energy_ledger import ledger_of
+from harvester.cosimulation.periodic_responses import Known, Neighbour, PeriodicResponse, later_half
+from harvester.cosimulation.poincare_sections import (
+    CoupledState,
+    Origin,
+    comes_back_after,
+    flat,
+    quiet_kick,
+    section_of,
+    unkicked,
+)
+from harvester.cosimulation.probe_series import means_of_probes
+from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
+from harvester.equations.bounds import linear_growth
+from harvester.errors import CircuitError
+from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
+
+FIRST = 4  # oscillations from rest before the way is shortened
+LONGEST, WANDERS = 60, 5  # the same of a mass that is not linear; times so many at most, until it is near a response
+MEASURED = 1  # periods that are averaged, after one that is not
+ROUGHLY = 0.03  # of the state's size: so near a response, the way there is taken to be a straight one
+COMES_BACK = 3e-3  # of the state's size, in the unbroken run
+SURE = 2.0  # times what is left as the last periods say it
+QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
+AWAY, TRIED = 0.02, 32  # a part of the motion by which it is pushed aside, and oscillations in which it must come back
+
+
+class _Path:
+    """Runs of one device through periods of its drive, from section to section, at one ``phase``.
+
+    What is left of the way to a response must be below ``enough`` of its size.
+    """
+
+    def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
+        self.device, self.deadline, self.enough, self.steps, self.kicks = device, deadline, enough, 0, 0
+        self.farads = 0.0  # of Csmooth
+        self.known: list[Known] = []  # of the runs that ended
+        period = device.eqs.shaking_period
+        assert period is not None, "the engine asks for a steady drive"
+        self.size = round(period / device.h)  # kicks in a period
+        self.phase = round(phase * self.size) / self.size
+        self.shaking = forcing(device.eqs, device.h, self.size)
+
+    def run(
+        self, section: CoupledState, kicks: int, since: int = 0, stride: int | None = None
+    ) -> tuple[CoupledState, Drive]:
+        """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive."""
+        device, s = self.device, self.device.scales
+        assert self.shaking is not None
+        at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + kicks + 1)
+        voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
+        start = section.x, section.v, voltage / s.volts, stored / s.volts
+        grid, covered = (device.h, stride or kicks), (since - 0.5) * device.h
+        shaking = self.shaking[at % self.size]
+        smooth = device.eqs.stop_stiffness is None
+        given = s.volts, s.frequency, np.zeros(kicks), *grid, start, not device.load.linear, covered, shaking, smooth
+        try:
+            drive = run_in_this_process(device, Drive(device.eqs, *given), self.deadline, section.nodes)
+        except CircuitError as error:
+            error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
+            raise
+        self.steps, self.kicks = self.steps + int(drive.state[0].accepted), self.kicks + kicks
+        self.farads = drive.smoothing
+        (power, square, _), state = self.means(drive), drive.state[0]
+        self.known.append((float(power), float(square), float(state.end - state.begin)))
+        return CoupledState(float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes), drive
+
+    def means(self, drive: Drive) -> Floats:
+        """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
+        s, moved = drive.state[0], (drive.kicked[-self.size :, :2] ** 2).sum(axis=1).mean()
+        return np.append(np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved)
+
+    def settling(
+        self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
+    ) -> Settling:
+        """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
+        names, s, load = list(section.nodes), self.device.scales, self.device.load
+
+        def turn(y: Floats) -> tuple[Floats, Floats]:
+            after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
+            return flat(after, s.volts), self.means(drive)
+
+        outer = dict(zip(load.terminals, ("p", ""), strict=True)) | {"0": "", "gnd": ""}
+        slow = np.zeros((4, 2 + len(names)))
+        slow[0, 0] = slow[1, 1] = slow[2, 2 + names.index("p")] = 1.0
+        for node, sign in zip(load.smoothing_nodes, (1.0, -1.0), strict=False):
+            if (name := outer.get(node, f"xload.{node}")) in names:
+                slow[3, 2 + names.index(name)] += sign
+        stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
+        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * 2)
+        return Settling(turn, slow, np.array([0, 0, 1, 1]), flat(section, s.volts), known, stored, stale, swing=swing)
+
+    def periods(self, oscillations: float, least: int = 1) -> int:
+        """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
+        natural = 2.0 * math.pi / (self.size * self.device.h)
+        return max(math.ceil(oscillations * min(natural, 1.0)), least)
+
+    @property
+    def longest(self) -> int:
+        """Periods of a run of a mass that is not linear, until it may be near a response."""
+        return self.periods(LONGEST, 2 * MULTIPLES)
+
+    def unbroken(self, section: CoupledState, turns: int, times: int) -> tuple[Floats, CoupledState, Drive]:
+        """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
+
+        The means of the drive leave out the first turn.
+        """
+        size = turns * self.size
+        end, drive = self.run(section, times * size, size, size)
+        x, v = drive.samples[:, 0], drive.samples[:, 3]
+        return np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]), end, drive
+
+    def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
+        """After how many periods a run of so many comes back at its end, 0 for none, and where it ends."""
+        sections, end, drive = self.unbroken(section, 1, times)
+        return comes_back_after(sections[:, :2], math.sqrt(self.means(drive)[2])), end
+
+    def measured(
+        self, settled: Settling, names: list[str], turns: int, most: float = COMES_BACK
+    ) -> PeriodicResponse | None:
+        """The means of an unbroken run from where the map has settled; None where that does not come back.
+
+        With ``most``, of the state's size, it must come that near, with all that is left of the way.
+        """
+        scales = self.device.scales
+        sections, section, drive = self.unbroken(section_of(settled.state, names, scales.volts), turns, 1 + MEASURED)
+        residual = sections[-1] - sections[-2]
+        way, less = settled.left(residual)
+        if settled.residual_norm(residual) + settled.size(settled.slow @ way) > most:
+            settled.state = flat(section, scales.volts)
+            return None
+        power, square, _ = means = self.means(drive)
+        left = SURE * np.abs(less) / np.maximum(means, 1e-300)
+        ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
+        probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
+        wave = drive.kicked[-turns * self.size :, [0, 2]]
+        quiet = quiet_kick(np.diff(wave[:, 0], append=wave[0, 0]))[1] / self.size
+        there = section, self.phase, turns, settled.secants(WORTH), self.farads, quiet
+        return PeriodicResponse(*there, power, square, ledger, left, self.kicks / self.size, self.steps, wave, probed)
+
+    def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
+        """Whether a motion that is pushed aside comes nearer again."""
+        begin = section_of(settled.state, names, self.device.scales.volts)
+        way = max(AWAY * math.hypot(begin.x, begin.v), 2.0 * NOISY * math.sqrt(settled.means[2]))
+        aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
+        (there, *_), *_ = self.unbroken(begin, turns, 1)  # its velocity is that of half a step later, as below
+        sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
+        return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
+
+
+def periodic_response(
+    device: CoupledDevice, origin: Origin, deadline: float, enough: float = REACHED, near: Neighbour | None = None
+) -> PeriodicResponse | None:
+    """The response from ``origin``, or from ``near``, that of a drive a little different.
+
+    None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
+    """
+    path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
+    own = device.load.topology is None and not device.load.linear  # which may feed what grows
+    linear = linear_growth(device.eqs) is not None and not own
+    section, known = (origin.section, None) if near is None else (near.section, near.secants)
+    path.farads = 0.0 if near is None else near.farads
+    stays = near is not None and (not linear or near.quiet > QUIET)  # on its branch, as long as that is there
+    if near and stays and (found := _settled(path, section, near.turns, linear, known, linear)):
+        return found
+    section, moved = _to_a_quiet_phase(path, section, near is None)
+    known = None if moved else known
+    section = section if linear else _near_a_response(path, section)
+    if (found := _settled(path, section, origin.turns, linear, known, linear)) is not None:
+        return found
+    again, section = path.wander(section, 2 * path.longest)
+    return _settled(path, section, again, False) if again else None
+
+
+def _near_a_response(path: _Path, section: CoupledState) -> CoupledState:
+    """Where the motion comes back: a leap from farther away would lead to any response."""
+    for _ in range(WANDERS):
+        again, section = path.wander(section, path.longest)
+        if again:
+            break
+    return section
+
+
+def _to_a_quiet_phase(path: _Path, section: CoupledState, from_rest: bool) -> tuple[CoupledState, bool]:
+    """Go on to a phase of the drive at which the motion is quiet: the section there, and whether it moved."""
+    section, drive = path.run(section, path.periods(FIRST if from_rest else 1) * path.size, stride=1)
+    quiet, away = quiet_kick(drive.samples[-path.size :, 3])
+    if not from_rest and away >= QUIET * path.size:
+        return section, False
+    section, _ = path.run(section, quiet)
+    path.phase = (path.phase + quiet / path.size) % 1.0
+    return section, True
+
+
+def same_response(
+    device: CoupledDevice, near: Neighbour, deadline: float, enough: float = REACHED
+) -> PeriodicResponse | None:
+    """The same response at another step or tolerance; None where it is no longer there."""
+    path = _Path(device, near.phase, deadline, enough)
+    path.farads = near.farads
+    return _settled(path, near.section, near.turns, True, near.secants)
+
+
+def _settled(
+    path: _Path, section: CoupledState, turns: int, surely: bool, known: Secants | None = None, fresh: bool = False
+) -> PeriodicResponse | None:
+    """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
+    names = list(section.nodes)
+    settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
+    if fresh and settled.reach(ROUGHLY):
+        settled.probe()
+    guessed = surely and settled.reach(path.enough, guess=True)
+    if guessed and (found := path.measured(settled, names, turns, path.enough)):
+        return found
+    if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
+        return None
+    return path.measured(settled, names, turns)

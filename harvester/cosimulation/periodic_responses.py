@@ -1,0 +1,81 @@
+"""What is known of a periodic response of a mass and a load circuit: its means, and where another one begins."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
+from harvester.cosimulation.poincare_sections import CoupledState
+from harvester.linear.harmonics import first_harmonic
+from harvester.mechanics.periodic import Secants
+
+Known = tuple[float, float, float]
+"""Mean power of Rload (W), mean square of the terminals' voltage (V^2), and the seconds that they cover."""
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """All of a periodic response that the way to one of a drive a little different begins with.
+
+    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase`` of a period;
+    ``secants`` are what the way there says of the ways to neighbouring responses, ``farads`` the load's Csmooth, and
+    ``quiet`` how far the section is from turns of the motion, as a part of a period.
+    """
+
+    section: CoupledState
+    phase: float
+    turns: int
+    secants: Secants | None
+    farads: float
+    quiet: float
+
+
+@dataclass(frozen=True)
+class PeriodicResponse(Neighbour):
+    """A response that comes back, and what it does on average.
+
+    ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole periods; ``left`` is
+    the part of power and square that settling further may change; ``periods`` and ``steps`` are those of all ngspice
+    runs on the way.  ``wave``, shape (steps, 2), has x and V (nondimensional) at each kick from the section on, until
+    it comes back.  ``probed`` is as of `harvester.cosimulation.runs.TrajectoryMeans`, None where the device has no
+    probes.
+    """
+
+    power: float
+    square: float
+    ledger: EnergyLedger
+    left: Floats
+    periods: float
+    steps: int
+    wave: Floats
+    probed: Floats | None = None
+
+    @property
+    def displacement(self) -> float:
+        """The RMS of x about its mean, nondimensional."""
+        return float(np.std(self.wave[:, 0]))
+
+    @property
+    def harmonics(self) -> tuple[complex, complex]:
+        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
+        turn = len(self.wave) // self.turns  # kicks in a period; the first is one after the section
+        angles = 2.0 * math.pi * (self.phase + np.arange(1, len(self.wave) + 1) / turn)
+        return first_harmonic(self.wave[:, 0], angles), first_harmonic(self.wave[:, 1], angles)
+
+
+def later_half(runs: Sequence[Known]) -> Known | None:
+    """The means over the last runs that make half of the time of all; None where nothing was covered.
+
+    The first half is the way from rest.  A response that settles is near its end in the second; one that never does,
+    such as a chip's that goes on and off, has both in it.
+    """
+    half, covered, sums = sum(seconds for *_, seconds in runs) / 2.0, 0.0, [0.0, 0.0]
+    for power, square, seconds in reversed(runs):
+        if covered >= half:
+            break
+        sums = [sums[0] + power * seconds, sums[1] + square * seconds]
+        covered += seconds
+    return (sums[0] / covered, sums[1] / covered, covered) if covered > 0.0 else None

@@ -1,0 +1,107 @@
+"""Engine `slow`: the mean power of a chip behind a rectifier, from the rectifier's mean current at a held voltage."""
+
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.options import Request, number
+from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, served
+from harvester.equations.bounds import check_bounded
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
+from harvester.presentation.engine_look import EngineLook
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.uncertainty.value import Value
+
+APART = 0.05  # of the mean power: a difference from the direct run that is told
+SETTLED = 0.02  # of the mean power: a change from part to part that is told
+
+
+@names_arguments
+@dataclass(frozen=True, kw_only=True)
+class Slow(Request, Engine):
+    """The circuit behind the rectifier over minutes, fed by the rectifier's mean current (``harvester.storage``).
+
+    Parameters
+    ----------
+    within, budget, seed
+        the options of `run`.
+
+    >>> import harvester as hv
+    >>> hv.Slow().NAME
+    'slow'
+
+    Raises
+    ------
+    CannotServeError
+        for a load without a bridge of diodes at the electrodes, elements that no compiled circuit has, and shaking
+        other than a harmonic drive.
+    UnboundedResponseError
+        where the response grows without bound.
+    """
+
+    NAME: ClassVar[str] = "slow"
+    LOOK: ClassVar[EngineLook] = EngineLook(
+        "slow circuit, mean current of the rectifier", "#8C6D31", "p", (0, (5, 1)), order=2.5, trust=2
+    )
+    takes_netlists: ClassVar[bool] = True
+    needs_netlist: ClassVar[bool] = True
+    by_mean_current: ClassVar[bool] = True
+    next_fidelity: ClassVar[str | None] = "spice"
+
+    @classmethod
+    def refusal(cls, problem: Problem) -> Diagnostic | None:
+        """Why the engine cannot serve a problem; None where it can."""
+        from harvester.circuits.compiled_circuit import compiled_circuit
+        from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
+
+        if problem.netlist is None:
+            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
+        if problem.equations.drive is None or problem.equations.is_random:
+            return refusal("needs_a_drive", cls.NAME, engine=cls.NAME)
+        assert problem.circuit is not None
+        try:
+            compiled_circuit(problem.circuit, problem.scales)
+        except InputError as error:
+            return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
+        if cut_behind_rectifier(problem.circuit) is None or is_plain_store(problem.circuit):
+            return refusal("needs_chip", cls.NAME, engine=cls.NAME)
+        return None
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+        """The mean power over the time of the slow run but for its first quarter, in which it settles."""
+        from harvester.mechanics.kernels.compiled import compilation
+        from harvester.storage.rectifier_cut import cut_behind_rectifier
+        from harvester.storage.steady_power import slow_power
+
+        problem = served(type(self), scene)
+        assert problem.circuit is not None, "refusal checks this"
+        check_bounded(problem.equations, driven=True)
+        cut = cut_behind_rectifier(problem.circuit)
+        assert cut is not None, "refusal checks this"
+        begin = time.perf_counter()
+        with compilation():
+            found = slow_power(problem, cut)
+        scales, power = problem.scales, found.power
+        told = [note("slow_circuit_alone", direct=found.direct, separation=found.separation / max(power, 1e-30))]
+        if found.separation > APART * power:
+            told.append(warning("scales_not_apart", separation=found.separation / max(power, 1e-30)))
+        if found.changed > SETTLED * power:
+            told.append(warning("slow_circuit_unsettled", seconds=found.duration, share=found.changed / power))
+        if (within := number(self.within)) is not None:
+            told.append(warning("unknown_error", within=within, unknown=COMPILED_CIRCUIT))
+        model = found.separation + found.interpolation + found.changed
+        value = Value(power, bias=found.step, model=model, unknown=COMPILED_CIRCUIT)
+        details = {"duration": found.duration, "step": found.slow_step}
+        return estimate(
+            self.NAME,
+            problem,
+            Value(found.square / scales.volts**2, unknown=COMPILED_CIRCUIT),
+            value.scaled(1.0 / scales.watts),
+            told,
+            time.perf_counter() - begin,
+            found.steps,
+            details,
+        )

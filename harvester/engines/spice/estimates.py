@@ -1,0 +1,138 @@
+"""What engine `spice` answers: from runs on noise, from a periodic response, or where its time was over before.
+
+Means, with what is known of their errors, the power balance or the energy ledger, and under a steady drive the motion.
+"""
+
+import dataclasses
+
+from harvester.answers.estimate import DISPLACEMENT, PHASES, Estimate
+from harvester.engines.moment_existence import MomentExistence
+from harvester.engines.options import MonteCarloOptions, number
+from harvester.engines.protocol import estimate
+from harvester.engines.sampling import agreement, mean_with_errors, power_balance
+from harvester.engines.spice.ledger import gives_power, ledger_doubts, ledger_entries
+from harvester.engines.spice.probed_answer import Watch, with_sampled_probes
+from harvester.engines.spice.runs import Runs
+from harvester.engines.spice.setup import SpiceSetup, stand_in
+from harvester.engines.spice.steady import Steady
+from harvester.equations.problem import Problem
+from harvester.errors import OutOfTimeError
+from harvester.linear.harmonics import phase_to_base
+from harvester.linear.record_doubts import record_doubts
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
+from harvester.uncertainty.value import Value
+
+
+def sampled_estimate(
+    name: str, problem: Problem, runs: Runs, exists: MomentExistence, watch: Watch, said: list[Diagnostic | None]
+) -> Estimate:
+    """The answer that runs give; ``said`` is what their sampling has to say."""
+    setup, eqs, unit = runs.setup, problem.equations, problem.units.frequency
+    step, burn_in = setup.device.h / unit, setup.settling / unit
+    details = {"step": step, "burn_in": burn_in, "duration": runs.n_steps * step - burn_in}
+    details |= {"trajectories": len(runs.done)} | runs.details() | {"warm_up_seconds": runs.warm_up_seconds}
+    doubts, moments = runs.doubts(), runs.moments()
+    if setup.resistive and eqs.stop_stiffness is None:  # the balance holds for a load resistor and rigid stops only
+        details["power_balance"], details["power_balance_stderr"] = power_balance(moments, eqs)
+    else:
+        details |= ledger_entries([one.ledger for one in runs.done], problem.scales.watts / problem.units.watts)
+    agreed = agreement(moments) if eqs.is_steady else None
+    exact = agreed is not None and agreed.severity == "note"
+    v2, power = (
+        dataclasses.replace(one.value, stderr=None)
+        if exact
+        else one.value.with_unknown(exists.unknown).with_unknown(setup.unknown)
+        for one in (runs.mean_square_voltage(), runs.power())
+    )
+    known = setup.biases(runs.tolerance is not None, runs.followed)
+    diagnostics = [*setup.diagnostics, *said, exists.warning, *doubts, known, agreed, stand_in(problem)]
+    seconds, steps = setup.seconds + runs.seconds, sum(one.steps for one in (*runs.done, *runs.coarse))
+    answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
+    return _with_netlist(with_sampled_probes(answer, problem, watch, runs) if watch.all else answer, problem)
+
+
+def _with_netlist(answer: Estimate, problem: Problem) -> Estimate:
+    """The answer, with a netlist among the effects where there is one."""
+    return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+
+
+def steady_estimate(
+    options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
+) -> Estimate:
+    """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
+    units, last, within = problem.units, steady.last, number(options.within)
+    watts, everything = units.watts / problem.scales.watts, steady.found.values()
+    power, square = steady.value("power"), steady.value("square")
+    if power.value + power.known_error95 < 0.0:
+        raise gives_power(-power.value)
+    details = {"step": steady.first.h / 2**steady.finest / units.frequency}
+    details |= _motion(problem, steady) | {
+        "response_periods": last.turns,
+        "ngspice_periods": sum(one.periods for one in everything),
+    }
+    if steady.unknown is None:
+        parts = ("step_error", "tolerance_error", "settling_error")
+        details |= {part: error * watts for part, error in zip(parts, steady.errors("power")[1], strict=True)}
+    details |= {"warm_up_seconds": steady.warm_up_seconds} | ledger_entries([last.ledger], 1.0 / watts)
+    diagnostics = [
+        *ledger_doubts(2 * [last.ledger]),
+        *record_doubts(problem.equations),
+        None if within is None else _missed(within, power, steady),
+        note("comes_back", periods=last.turns, from_before=steady.continued),
+        steady.unknown or note("steady_errors"),
+        note("tolerance_reused") if steady.unknown is None and steady.reused is not None else None,
+        stand_in(problem),
+    ]
+    v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
+    seconds, steps = seconds - steady.warm_up_seconds, sum(one.steps for one in everything)
+    return _with_netlist(estimate(name, problem, v2, power, diagnostics, seconds, steps, details), problem)
+
+
+def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
+    """The warning that an error ``within`` was not reached."""
+    if steady.unknown is not None:
+        return warning("steady_within", within=within, error=None)
+    if power.known_error95 <= within * abs(power.value):
+        return None
+    return warning("steady_within", within=within, error=power.known_error95 / abs(power.value))
+
+
+def _motion(problem: Problem, steady: Steady) -> dict[str, float]:
+    """The RMS displacement about its mean, with its error where that is known, and phases to the base in degrees."""
+    moved = steady.value("displacement").scaled(problem.units.length)
+    found = {DISPLACEMENT: moved.value} | ({} if moved.bias is None else {f"{DISPLACEMENT}_bias": moved.bias})
+    phases = (phase_to_base(one, problem.equations, problem.physical) for one in steady.last.harmonics)
+    return found | dict(zip(PHASES, phases, strict=True))
+
+
+def partial_answer(
+    name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup | None = None
+) -> Estimate:
+    """What the cheap model of a ``setup`` knows, or else the means that one run of ngspice had come to.
+
+    Either comes with a warning, and without a whole error.  Where there is neither, the error is raised.
+    """
+    if setup is not None and setup.pair is not None:
+        answer = _by_cheap_model(name, problem, error, seconds, setup)
+    elif error.so_far is None:
+        raise error
+    else:
+        watts, square, covered = error.so_far
+        said = warning("mean_while_settling", covered=covered, why=str(error), steady=problem.equations.is_steady)
+        v2, power = square / problem.scales.volts**2, watts / problem.scales.watts
+        answer = estimate(name, problem, Value(v2, unknown=CUT_SHORT), Value(power, unknown=CUT_SHORT), [said], seconds)
+    return _with_netlist(answer, problem)
+
+
+def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup) -> Estimate:
+    """The means of the long ensemble that the runs of ngspice were to be paired with."""
+    pair, eqs, unit = setup.pair, problem.equations, problem.units.frequency
+    assert pair is not None
+    factor = (eqs.beta or 0.0) * ((eqs.mu or 0.0) if setup.resistive else 1.0)
+    v2, power = mean_with_errors(pair, "V2"), mean_with_errors(pair, setup.quantity).scaled(factor)
+    details = {"step": setup.device.h / unit, "burn_in": pair.burn_in / unit, "duration": pair.duration / unit}
+    details["trajectories"] = pair.trajectories.count
+    said = warning("ngspice_left_out", resistive=setup.resistive, why=str(error))
+    known = v2.with_unknown(WITHOUT_NGSPICE), power.with_unknown(WITHOUT_NGSPICE)
+    return estimate(name, problem, *known, [*setup.diagnostics, said], seconds, pair.steps, details)

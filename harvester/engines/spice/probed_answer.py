@@ -1,0 +1,135 @@
+"""Other quantities of the circuit beside the power: probes that a user names, and what each element takes."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.answers.probe_means import ProbeMeans
+from harvester.equations.impact_order import step_order
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.netlists.probes import Probe, element_powers, read_probes
+from harvester.presentation.glossary import LEDGER
+from harvester.presentation.messages.unknown_parts import STEP, STEP_AND_TOLERANCE, TOLERANCE
+from harvester.presentation.sheet import ERROR_OF
+from harvester.uncertainty.richardson import limit
+from harvester.uncertainty.value import Value, mean_and_error
+
+if TYPE_CHECKING:
+    from harvester.engines.spice.runs import Runs
+    from harvester.engines.spice.steady import Steady
+
+PART = f"{LEDGER}circuit_"
+MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is looked at: the ``probes`` that were asked for, and for the ledger the circuit's ``parts`` by name."""
+
+    probes: tuple[Probe, ...] = ()
+    parts: tuple[tuple[str, tuple[Probe, ...]], ...] = ()
+
+    @property
+    def all(self) -> tuple[Probe, ...]:
+        """Every probe, in the order in which the runs hand back their means."""
+        return (*self.probes, *(probe for _, some in self.parts for probe in some))
+
+
+def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watch:
+    """What is to be looked at in the circuit of a problem; InputError for what is not there."""
+    if ledger and problem.netlist is None:
+        raise InputError("`ledger` must go with a netlist, whose elements it tells, but the load is a resistance")
+    assert problem.circuit is not None, "the engine refuses an open circuit"
+    parts = element_powers(problem.circuit) if ledger else {}
+    found = tuple((name, tuple(some)) for name, some in parts.items())
+    names = [probe] if isinstance(probe, str) else probe
+    return Watch(read_probes(names, problem.circuit), found)
+
+
+def _with_probes(
+    answer: Estimate, problem: Problem, watch: Watch, columns: list[list[Value]], window: float
+) -> Estimate:
+    """An answer with what the probes say; ``columns`` has mean, mean square, least and largest of each, in SI units.
+
+    ``window`` is the time that they cover, in the scene's unit.
+    """
+    probes, details, places = {}, dict(answer.details), iter(columns)
+    for probe in watch.probes:
+        scale, found = 1.0 / problem.in_circuit(probe.unit), next(places)
+        unit = probe.unit if problem.physical else ""
+        mean, least, largest = (found[column].scaled(scale) for column in (MEAN, LEAST, LARGEST))
+        probes[probe.name] = ProbeMeans(unit, window, mean, found[SQUARE].root().scaled(scale), least, largest)
+    watts, taken = problem.in_circuit("W"), 0.0
+    for name, some in watch.parts:
+        means = [next(places)[MEAN] for _ in some]
+        value = sum(mean.value for mean in means) / watts
+        details[f"{PART}{name}"] = value
+        if all(mean.error95 is not None for mean in means):  # errors of several may be of one sign
+            details[f"{ERROR_OF}{PART}{name}"] = sum(mean.known_error95 for mean in means) / watts
+        taken += value
+    if watch.parts and "ledger_circuit" in details:
+        details["ledger_circuit_rest"] = details["ledger_circuit"] - taken
+    return dataclasses.replace(answer, details=details, probes=probes)
+
+
+def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: "Runs") -> Estimate:
+    """An answer with the means over independent runs, and their errors.
+
+    The error of the step is the most that runs of ngspice and those of twice the step on the same noise leave at 95 %:
+    of a mean a third of their difference, of an extreme, which is of no order, the whole.  That of ngspice's tolerance
+    is measured as that of the power.
+    """
+    from scipy.special import stdtrit
+
+    from harvester.cosimulation.same_motion import sizes_of_probes
+
+    rows = np.array([one.probed for one in runs.done])
+    mean, bias = rows.mean(axis=0), np.zeros((len(watch.all), 4))
+    unknown = " and ".join([STEP] * (not runs.followed) + [TOLERANCE] * (runs.probed_tolerance is None))
+    if not unknown:
+        assert runs.probed_tolerance is not None, "it is known"
+        coarse = np.array([one.probed for one in runs.coarse])
+        low = 1.0 / (2.0 ** step_order(problem.equations) - 1.0)
+        change = (coarse - rows[: len(coarse)]) * np.array([low, low, 1.0, 1.0])
+        spread = stdtrit(len(coarse) - 1.0, 0.975) * change.std(axis=0, ddof=1) / math.sqrt(len(coarse))
+        bias = np.abs(change.mean(axis=0)) + spread + runs.probed_tolerance * sizes_of_probes(mean)
+
+    def value(probe: int, column: int) -> Value:
+        known = *mean_and_error(rows[:, probe, column]), None if unknown else float(bias[probe, column])
+        return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
+
+    columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
+    return _with_probes(answer, problem, watch, columns, answer.details["duration"])
+
+
+def with_steady_probes(answer: Estimate, problem: Problem, watch: Watch, steady: "Steady") -> Estimate:
+    """An answer with the means of a periodic response, and errors of step, tolerance and settling where known."""
+    from harvester.cosimulation.coupled_period import MEASURED
+
+    columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]
+    period = (problem.equations.shaking_period or 0.0) / problem.units.frequency
+    return _with_probes(answer, problem, watch, columns, MEASURED * steady.last.turns * period)
+
+
+def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
+    """One number of a periodic response; see `harvester.engines.spice.steady.Steady.errors`."""
+
+    def at(halvings: int, tenths: int) -> float | None:
+        found = steady.found.get((halvings, tenths))
+        return None if found is None or found.probed is None else float(found.probed[probe, column])
+
+    finest, tenths = steady.finest, steady.tenths
+    values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]
+    if steady.unknown or len(values) < 3:
+        return Value(values[-1], unknown=STEP_AND_TOLERANCE)
+    value, step = limit(values)
+    tighter = at(finest, tenths + 1)
+    change = 0.0 if tighter is None else tighter - values[-1]
+    settling = float(np.max(steady.last.left)) * abs(values[-1])
+    return Value(value + change, bias=step + abs(change) + settling)

@@ -1,0 +1,67 @@
+"""The most that any device of the scene's mass could take of its shaking, whatever its spring, stops and circuit.
+
+White noise of the base gives N1 = m G/4 however the mass moves (Ito's formula).  Of a finite acceleration a the rest of
+the device takes E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the least friction, and between two rigid stops with the
+room 2 D no more than D E|a'|, because E[a x'] = -E[a' x].  Derived in docs/theory.md.  (Langley, J. Sound Vib. 333,
+6521, 2014.)
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from harvester.equations.bounds import least_friction
+from harvester.equations.coefficients import Equations
+from harvester.equations.problem import Problem
+from harvester.presentation.diagnostic import Diagnostic, note
+
+
+class PowerBound(NamedTuple):
+    """A bound of the mean power in the scene's unit, and ``why`` no device takes more."""
+
+    value: float
+    why: Diagnostic
+
+
+def power_bound(problem: Problem) -> PowerBound | None:
+    """The least bound that applies to a problem; None where none does.
+
+    None applies to noise of the stiffness, to friction that feeds energy, to a circuit with supplies, and to an
+    acceleration that no friction and no pair of stops limits.
+    """
+    eqs, load, least = problem.equations, problem.scene.load, least_friction(problem.equations)
+    gives = least < 0.0 or eqs.n2 is not None or eqs.n12 is not None or (load is not None and load.supplies)
+    if gives or not eqs.is_shaken:
+        return None
+    white, unit = eqs.n1 or 0.0, problem.units.watts
+    if not eqs.is_shaken_otherwise:
+        return PowerBound(white * unit, note("bound_by_white_noise"))
+    others = {"bound_by_damping": _mean_square(eqs) / (4.0 * least) if least else math.inf}
+    others["bound_by_stroke"] = 0.5 * float(np.subtract(*eqs.rigid_stops[::-1])) * _mean_jerk(eqs)
+    name = min(others, key=lambda one: others[one])
+    if not others[name] < math.inf:
+        return None
+    return PowerBound((white + others[name]) * unit, note(name, white=bool(white)))
+
+
+def _mean_square(eqs: Equations) -> float:
+    """E[a^2] of the shaking beside white noise."""
+    if eqs.drive is not None:
+        return 0.5 * eqs.drive**2
+    recorded = eqs.record or eqs.density
+    if recorded is not None:
+        return recorded.rms**2
+    assert eqs.coloured is not None, "one of them shakes"
+    return eqs.coloured * eqs.bandwidth if eqs.bandwidth is not None else eqs.coloured / (eqs.correlation_time or 0.0)
+
+
+def _mean_jerk(eqs: Equations) -> float:
+    """E|a'| of a drive or a record, whose Fourier series is looked at 8 times a sample; infinite for noise."""
+    if eqs.drive is not None:
+        assert eqs.drive_frequency is not None, "Scene checks this"
+        return 2.0 / math.pi * eqs.drive * eqs.drive_frequency
+    if eqs.record is None:
+        return math.inf
+    fine = eqs.record.sampled(8 * len(eqs.record.values))
+    return float(np.abs(np.diff(fine, append=fine[0])).sum()) / eqs.record.period

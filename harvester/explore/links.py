@@ -1,0 +1,31 @@
+"""A design in the address of its page: the text of the scene file, compressed."""
+
+import base64
+import tempfile
+import zlib
+from pathlib import Path
+
+from harvester.errors import InputError
+from harvester.explore.draft import Draft
+
+MOST_LETTERS = 20_000  # of the scene in a link
+
+
+def held(draft: Draft) -> str | None:
+    """What a link holds of a design; None where it needs files of its own, which no link has."""
+    if draft.files or "/" in (draft.netlist or ""):
+        return None
+    return base64.urlsafe_b64encode(zlib.compress(draft.toml().encode(), 9)).decode()
+
+
+def opened(text: str) -> Draft:
+    """The draft that a link holds.
+
+    Raises InputError for what is no such link, and as `harvester.scene.toml.loads`, also for files of its own.
+    """
+    try:
+        scene = zlib.decompressobj().decompress(base64.urlsafe_b64decode(text), MOST_LETTERS).decode()
+    except (ValueError, zlib.error):
+        raise InputError("the link must hold a scene, but was cut off or changed") from None
+    with tempfile.TemporaryDirectory() as empty:
+        return Draft.of_text(scene, Path(empty))

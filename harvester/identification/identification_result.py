@@ -1,0 +1,192 @@
+"""The answer of `identify`: the parameters with their intervals, what is not determined, and how well the fit fits."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from harvester import figures
+from harvester.arrays import Floats
+from harvester.errors import names_arguments, unknown
+from harvester.identification.fit import Channel, DeviceFit
+from harvester.identification.measurement import Impedance
+from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
+from harvester.quantities.units import SYMBOLS
+
+_NUMBERS = ("value", "low", "high")
+PREFIXED = ("kg", "N/m", "Hz", "F", "m", "N/V")  # units that are printed with a prefix
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of the device with its 95 % interval, in the unit."""
+
+    key: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    what: str
+
+
+@names_arguments
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationResult(TableResult):
+    """What measurements say of a device.
+
+    Attributes
+    ----------
+    parameters
+        each with its ``key``, ``value`` and 95 % interval ``low`` to ``high``, in its ``unit``.
+    missing
+        keys that the data do not determine, with what would.
+    residual_rms
+        that of the logarithms of sizes, of angles in rad, and of ring-downs over their size.
+    names, correlations
+        the fitted parameters, and their correlations, shape (m, m).
+    points, left_out
+        the number of measured points, and of those left out as outliers.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    fit
+        the model that was fitted.
+
+    >>> import harvester as hv
+    >>> found = hv.identify("examples/bench_impedance.csv")
+    >>> 40e-9 < found["piezo.capacitance"].value < 42e-9
+    True
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ("table",)
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"names", "missing", "correlations", "fit"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"parameters"})
+    SHORT: ClassVar[tuple[str, ...]] = ("parameters", "points", "residual_rms")
+
+    parameters: tuple[Parameter, ...]
+    missing: tuple[tuple[str, str], ...]
+    residual_rms: float
+    names: tuple[str, ...]
+    correlations: Floats
+    points: int
+    left_out: int
+    diagnostics: tuple[Diagnostic, ...]
+    fit: DeviceFit
+
+    @property
+    def table(self) -> Table:
+        """A row for each parameter, with the ends of its 95 % interval."""
+        units = [one.unit for one in self.parameters]
+        columns = [Column("key", [one.key for one in self.parameters])]
+        columns += [Column(name, [getattr(one, name) for one in self.parameters], units=units) for name in _NUMBERS]
+        columns.append(Column("unit", units))
+        return Table(tuple(columns), index=("key",))
+
+    @property
+    def _remarks(self) -> list[str]:
+        """Its notes and warnings, each with the word for it."""
+        return [f"{one.severity}: {one}" for one in self.diagnostics]
+
+    def __getitem__(self, key: str) -> Parameter:
+        for one in self.parameters:
+            if one.key == key:
+                return one
+        raise unknown("parameter", key, [one.key for one in self.parameters])
+
+    def curves(self) -> "list[FittedCurve]":
+        """Each measured curve with its fit, for a figure."""
+        return fitted_curves(self.fit)
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The measurements and the fit as a matplotlib figure."""
+        return figures.identification(self, title)
+
+    def as_json(self) -> dict[str, object]:
+        """The answer as ``--json`` prints it."""
+        return {
+            "parameters": {one.key: {"value": one.value, "low": one.low, "high": one.high} for one in self.parameters},
+            "residual_rms": self.residual_rms,
+            "not_determined": dict(self.missing),
+            "points": self.points,
+            "outliers": self.left_out,
+            "correlations": {"names": list(self.names), "matrix": np.round(self.correlations, 4).tolist()},
+            "notes": self._remarks,
+        }
+
+    def __str__(self) -> str:
+        rows = [(one.key, *number_words(one), one.what) for one in self.parameters]
+        lines = columns([("parameter", "value", "95 % interval", ""), *rows], "  ")
+        for reason in dict.fromkeys(why for _, why in self.missing):
+            keys = ", ".join(key for key, why in self.missing if why == reason)
+            lines.append(f"not determined: {keys}: {reason}")
+        lines.append(f"residual: {100.0 * self.residual_rms:.2g} % rms, {self.points} points{self._outliers()}")
+        lines += [self._strongest()] if len(self.names) > 1 else []
+        return "\n".join([*lines, *self._remarks])
+
+    def _outliers(self) -> str:
+        return f", {self.left_out} of them left out as outliers" if self.left_out else ", none of them an outlier"
+
+    def _strongest(self) -> str:
+        """The strongest correlation in words."""
+        off = np.abs(self.correlations - np.diag(np.diag(self.correlations)))
+        i, j = np.unravel_index(int(off.argmax()), off.shape)
+        return f"strongest correlation: {self.correlations[i, j]:+.2f} of {self.names[i]} and {self.names[j]}"
+
+
+def number_words(one: Parameter) -> tuple[str, str]:
+    """A parameter's value and its interval in words, with as many digits as the interval is worth."""
+    half = max(one.high - one.low, 1e-12 * abs(one.value), 1e-300) / 2.0  # a known number has no width
+    digits = min(max(3, 2 + math.ceil(math.log10(max(abs(one.value), 1e-300) / half))), 9)
+    scale, unit = 1.0, one.unit
+    if one.unit in PREFIXED and one.value:
+        gram = 1e-3 if one.unit == "kg" else 1.0
+        power = min(max(3 * math.floor(math.log10(abs(one.value) / gram) / 3.0), -15), 6)
+        scale, unit = gram * 10.0**power, SYMBOLS[power] + ("g" if one.unit == "kg" else one.unit)
+    shown = f"{one.value / scale:.{digits}g} {unit}".rstrip()
+    return shown, f"{one.low / scale:.{digits}g} to {one.high / scale:.{digits}g}"
+
+
+_LABELS = {"voltage": "voltage (V)", "displacement": "displacement (m)", "speed": "speed (m/s)"}
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCurve:
+    """One curve; arrays of shape (n,)."""
+
+    name: str
+    label: str
+    x_label: str
+    x: Floats
+    measured: Floats
+    fitted: Floats
+    residual: Floats
+    kept: Floats
+    logarithmic: bool
+
+
+def fitted_curves(fit: DeviceFit) -> list[FittedCurve]:
+    """The curves of all channels of a fit."""
+    values = fit.values()
+    return [
+        _curve(channel, channel.residuals(values, kept), kept, noise)
+        for channel, kept, noise in zip(fit.channels, fit.kept, fit.noise, strict=True)
+    ]
+
+
+def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedCurve:
+    of = getattr(channel.source, "of", "")
+    name = f"{channel.source.name}, {channel.source.state}"
+    fitted, measured = channel.values - off, channel.values
+    if channel.name == "ring-down":
+        return FittedCurve(name, _LABELS[of], "time (s)", channel.x, measured, fitted, off / noise, kept, False)
+    if channel.name == "phase":
+        turn = np.degrees
+        label = "phase (degrees)"
+        shown = turn(measured), turn(fitted)
+        return FittedCurve(name, label, "frequency (Hz)", channel.x, *shown, off / noise, kept, False)
+    label = "|Z| (ohm)" if isinstance(channel.source, Impedance) else _LABELS[of].replace(")", " per m/s²)")
+    shown = np.exp(measured), np.exp(fitted)
+    return FittedCurve(name, label, "frequency (Hz)", channel.x, *shown, off / noise, kept, True)

@@ -1,0 +1,69 @@
+"""The scene file of an identified device: values with their intervals as comments, and what is still missing."""
+
+from pathlib import Path
+
+from harvester.devices import scene_file
+from harvester.devices.device import Entry, Tables
+from harvester.identification.identification_result import IdentificationResult, Parameter
+from harvester.identification.quantities import NEEDED
+from harvester.machine import files
+from harvester.scene.schema import write_beside
+from harvester.scene.toml import loads
+
+OWN = ("oscillator", "piezo", "stop")
+_FORMULAS = {
+    "oscillator.mass": "",
+    "oscillator.stiffness": "(2 pi f_sc)^2 mass",
+    "piezo.coupling": "sqrt(theta^2/M mass)",
+    "piezo.capacitance": "",
+}
+
+
+_SHORT = dict.fromkeys(NEEDED, "not determined: give it as --known mass=...")
+_SHORT["piezo.capacitance"] = "not determined: measure an impedance"
+
+
+def text(found: IdentificationResult, title: str) -> str:
+    """The text of the scene file; keys that are not determined stand in it as comments."""
+    tables: Tables = {"": [Entry("title", title, "")], "excitation": [], "load": []}
+    tables |= {name: [] for name in OWN}
+    for one in found.parameters:
+        table, _, key = one.key.partition(".")
+        if table in OWN:
+            tables[table].append(Entry(key, float(f"{one.value:.9g}"), comment(one)))
+    lines = scene_file.text({name: tables[name] for name in ("", *scene_file.TABLES)}).splitlines()
+    known = {one.key for one in found.parameters}
+    for key in reversed(NEEDED):
+        if key not in known:
+            table, _, name = key.partition(".")
+            heads = [k for k, line in enumerate(lines) if line.startswith((f"[{table}]", f"# [{table}]"))]
+            formula = f" = {_FORMULAS[key]}" if _FORMULAS[key] else " = ?"
+            lines.insert(heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}")
+    rest = [f"#   {one.key} = {one.value:.7g} ({comment(one)})" for one in found.parameters if "." not in one.key]
+    return "\n".join([*lines, "", "# Measured too:", *rest]) + "\n"
+
+
+def comment(one: Parameter) -> str:
+    """The interval of a parameter in words, in the unit of the scene file."""
+    if one.low == one.high:
+        return f"{one.unit}, given as known".lstrip(", ")
+    unit = f"{one.unit}, " if one.unit else ""
+    return f"{unit}95 %: {one.low:.7g} to {one.high:.7g}"
+
+
+def is_whole(found: IdentificationResult) -> bool:
+    """Whether the scene has all that a scene needs."""
+    return set(NEEDED) <= {one.key for one in found.parameters}
+
+
+def write(path: Path, found: IdentificationResult, title: str, force: bool) -> None:
+    """Write the scene file, whole or not at all.
+
+    Raises InputError where the file is there and not to be overwritten, or cannot be written.
+    """
+    scene_file.check(path, force)
+    content = text(found, title)
+    if is_whole(found):
+        loads(content, path.parent)  # refuses numbers that no scene has
+    files.write(path, content, "out")
+    write_beside(path)

@@ -1,0 +1,14 @@
+"""What each operating system has in a way of its own: `this_system`, chosen here, so that no other file asks for it."""
+
+import sys
+
+from harvester.machine.system.operating_system import OperatingSystem
+
+if sys.platform == "win32":
+    from harvester.machine.system.windows import Windows as _ThisSystem
+elif sys.platform == "darwin":
+    from harvester.machine.system.posix import MacOS as _ThisSystem
+else:
+    from harvester.machine.system.posix import Linux as _ThisSystem
+
+this_system: OperatingSystem = _ThisSystem()

@@ -1,0 +1,18 @@
+"""What the study of sensor nodes says."""
+
+from harvester.uncertainty.value import amount
+
+MESSAGES = {
+    "node_never_wakes": "it never begins: the rectifier charges the store to {highest:.3g} V, below the wake voltage, "
+    "{wake:.3g} V",
+    "node_not_yet_awake": "it has not begun: the store takes longer than {seconds:.3g} s to the wake voltage, {wake:.3g} V",
+    "node_browns_out": "most packets are cut off: one takes the store from its wake voltage, {wake:.3g} V, below the stop "
+    "voltage, {stop:.3g} V; a larger capacitance or a lower ESR helps",
+    "node_lacks_energy": lambda given, needed: (
+        f"energy limits it: the rectifier gives {amount(given, 'W')} on average, and the node takes "
+        f"{amount(needed, 'W')} while it runs"
+    ),
+    "node_has_more": lambda lost: f"its interval limits it: {amount(lost, 'W')} more come in, which the clamp takes",
+    "node_keeps_its_interval": "its interval limits it, {interval:.3g} s: the store lasts",
+    "node_of_mean_current": "the mean current counts; how the noise makes it fluctuate is left out",
+}

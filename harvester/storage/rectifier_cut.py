@@ -1,0 +1,89 @@
+"""A load circuit cut in two behind its rectifier, or with its store held at a voltage.
+
+The rectifier is what touches the piezo's electrodes: diodes that lead to two nodes, the rails.  What is behind them
+sees the vibration through the rectifier's current alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from harvester.circuits.parts import CircuitPart, parts_of
+from harvester.netlists.load_circuit import LoadCircuit
+
+STORE, LOAD = "csmooth", "rload"
+NO_LOAD = "1e15"  # ohm
+ELECTRODES = frozenset({"p", "0"})
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A circuit with its ``rectifier`` and what is ``behind`` its rails, the positive one first."""
+
+    rectifier: tuple[CircuitPart, ...]
+    behind: tuple[CircuitPart, ...]
+    rails: tuple[str, str]
+
+    def held(self, farads: float) -> list[CircuitPart]:
+        """The rectifier with a capacitance between its rails that hardly changes its voltage."""
+        return [*self.rectifier, _element(STORE, self.rails, repr(farads)), _element(LOAD, self.rails, NO_LOAD)]
+
+    def slow(self) -> list[CircuitPart]:
+        """What is behind the rails, with the rails in place of the electrodes."""
+        names = dict(zip(self.rails, ("p", "0"), strict=True))
+        return [_renamed(one, names) for one in self.behind]
+
+
+def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
+    """The circuit cut behind its rectifier; None where what touches the electrodes is no bridge of diodes."""
+    parts = parts_of(load)
+    rectifier = tuple(one for one in parts if ELECTRODES & set(one.nodes))
+    behind = tuple(one for one in parts if one not in rectifier)
+    if [one.kind for one in rectifier] != 4 * ["d"]:
+        return None
+    positive, negative = _far_nodes(rectifier, 1), _far_nodes(rectifier, 0)  # at cathodes, and at anodes
+    seen = {one.node(name) for one in behind for name in _read(one)}
+    if (len(positive), len(negative)) != (1, 1) or ELECTRODES & (positive | negative | seen) or positive == negative:
+        return None
+    return Cut(rectifier, behind, (positive.pop(), negative.pop()))
+
+
+def _far_nodes(diodes: Sequence[CircuitPart], place: int) -> set[str]:
+    """The nodes at one end of the diodes whose other end is at an electrode."""
+    return {one.nodes[place] for one in diodes if one.nodes[1 - place] in ELECTRODES}
+
+
+def with_held_store(load: LoadCircuit, farads: float) -> list[CircuitPart]:
+    """All elements, with a store that hardly changes its voltage, and no load."""
+    return with_store(parts_of(load), farads)
+
+
+def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
+    """The elements with another store, and no load."""
+    new = {STORE: repr(farads), LOAD: NO_LOAD}
+    return [_element(one.name, one.nodes, new[one.name]) if one.name in new else one for one in parts]
+
+
+def is_plain_store(load: LoadCircuit) -> bool:
+    """Whether the load resistor is across the store: then the store's voltage alone is slow."""
+    nodes = {one.name: set(one.nodes[:2]) for one in parts_of(load) if one.name in (STORE, LOAD)}
+    return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
+
+
+def _element(name: str, nodes: Sequence[str], value: str) -> CircuitPart:
+    return CircuitPart(name, (nodes[0], nodes[1]), value, {}, {}, "", {})
+
+
+def _renamed(part: CircuitPart, names: Mapping[str, str]) -> CircuitPart:
+    """The element with other names of some nodes, also where its expressions name them."""
+    outer = {inside: names.get(node, node) for inside, node in part.outer.items()}
+    local = {node.removeprefix(part.path): new for node, new in names.items() if node.startswith(part.path)}
+    return replace(part, nodes=tuple(names.get(node, node) for node in part.nodes), outer={**local, **outer})
+
+
+def _read(part: CircuitPart) -> set[str]:
+    """The names of nodes in an element's expressions."""
+    import re
+
+    if part.kind not in "be":
+        return set()
+    return {name for pair in re.findall(r"v\(([^()]*)\)", part.rest) for name in re.split(r"[\s,]+", pair) if name}

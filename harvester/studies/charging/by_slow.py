@@ -1,0 +1,213 @@
+"""Charging by the rectifier's mean current: hours of a store in the time that measuring the current takes."""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines import Slow
+from harvester.engines.protocol import Progress
+from harvester.equations.problem import Problem
+from harvester.errors import InputError
+from harvester.netlists.probes import STORE, Probe
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEAL_ELEMENTS, TIME_SCALES
+from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.studies.charging.afterwards import afterwards
+from harvester.studies.charging.by_ideal import charge_ideal
+from harvester.studies.charging.passages import SAMPLES, Passages
+from harvester.uncertainty.value import bound95
+
+RUNS = 512  # direct ones under noise
+APART = 30.0  # time constants of the mass: a charge that takes less is not slow
+DIRECT = 25.0  # time constants of the mass of the direct run, at most
+LARGE = 1000.0  # times the piezo's capacitance: a store that is charged slowly without being asked for
+
+
+def refusal_of_slow(problem: Problem, probe: Probe) -> Diagnostic | None:
+    """Why a charge cannot be computed from the rectifier's mean current; None where it can."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.storage.rectifier_cut import is_plain_store
+
+    eqs, circuit = problem.equations, problem.circuit
+    if circuit is None or circuit.smoothing is None or probe.name != STORE:
+        return refusal("slow_probe", probe=probe.name)
+    if eqs.record is not None or not eqs.is_shaken or (eqs.drive is not None and eqs.is_random):
+        return refusal("slow_shaking")
+    try:
+        compiled_circuit(circuit, problem.scales)
+    except InputError as error:
+        return refusal("needs_compiled_circuit", Slow.NAME, engine=Slow.NAME, why=str(error))
+    return None if is_plain_store(circuit) else Slow.refusal(problem)
+
+
+def charges_slowly(problem: Problem) -> bool:
+    """Whether its store is so large that a direct run would take long."""
+    store = None if problem.circuit is None else problem.circuit.smoothing
+    return store is not None and store >= LARGE * problem.scales.capacitance
+
+
+def charge_slowly(
+    problem: Problem,
+    levels: Floats,
+    duration: float,
+    count: int,
+    seed: int,
+    h: float | None,
+    whole: bool,
+    progress: Progress | None = None,
+) -> Passages:
+    """The passages of the store through ``levels`` (V) within the ``duration`` (s).
+
+    ``whole`` is as of `charge_in_ngspice`, the others as of `charge_ideal`.
+
+    Raises UnboundedResponseError where the motion grows without bound.
+    """
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.rectifier_cut import is_plain_store
+
+    assert problem.circuit is not None, "the refusal checks this"
+    begin = time.perf_counter()
+    with compilation():
+        if not is_plain_store(problem.circuit):
+            found = _behind_a_rectifier(problem, levels, duration, whole)
+        elif problem.equations.is_steady:
+            found = _steady(problem, levels, duration, h)
+        else:
+            found = _random(problem, levels, duration, count, seed, h)
+    if progress is not None:
+        progress(1.0)
+    found["seconds"] = time.perf_counter() - begin
+    return Passages(levels=levels, end=duration, capacitance=problem.circuit.smoothing or 0.0, **found)
+
+
+def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) -> dict[str, Any]:
+    """One run under a drive."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.storage.current_with_errors import measured
+    from harvester.storage.direct_check import direct_check
+    from harvester.storage.measured_current import HELD, time_constant
+    from harvester.storage.plain_store import FINE, times_to
+    from harvester.storage.rectifier_cut import with_held_store
+
+    circuit, top = problem.circuit, float(levels[-1])
+    assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
+    elements = with_held_store(circuit, HELD * problem.scales.capacitance)
+    table, rough, steps = measured(problem, elements, top=top, h=h)
+    both = compiled_circuit(circuit, problem.scales)
+    store = circuit.smoothing, both.resistance
+    volts = np.linspace(0.0, top, FINE)
+    curve = times_to(volts, table, *store)
+    reached = np.isfinite(curve)
+    volts, curve = volts[reached], curve[reached]
+    check = direct_check(problem, both, volts, curve, duration, h)
+
+    def at(one: RectifiedCurrent) -> Floats:
+        found = times_to(levels, one, *store) + check.late
+        return np.where(found > duration, math.inf, found)
+
+    times = at(table)
+    at_times = np.linspace(0.0, min(duration, 1.05 * float(curve[-1])), SAMPLES)
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    return {
+        "times": times[None],
+        "coarse": at(rough)[None],
+        "at": at_times,
+        "curves": np.interp(at_times, curve + check.late, volts, left=0.0)[None],
+        "steps": steps + check.steps,
+        "unknown": COMPILED_CIRCUIT,
+        "notes": (note("slow_charge", direct=check.seconds, change=check.late), *_not_apart(float(times[-1]), unit)),
+        "model": _finite(at(table.halved()) - times) + check.error,
+    }
+
+
+def _random(
+    problem: Problem, levels: Floats, duration: float, count: int, seed: int, h: float | None
+) -> dict[str, Any]:
+    """Many runs under noise."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.charging import first_passages
+    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.storage.current_with_errors import measured
+    from harvester.storage.measured_current import HELD, time_constant
+    from harvester.storage.plain_store import LONGER, error_of_times, random_paths, times_to
+    from harvester.storage.rectifier_cut import with_held_store
+
+    scales, circuit = problem.scales, problem.circuit
+    assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
+    ideal, top = ideal_circuit(circuit, scales), float(levels[-1])
+    store = circuit.smoothing, compiled_circuit(circuit, scales).resistance
+    elements = with_held_store(circuit, HELD * scales.capacitance)
+    table, _, steps = measured(problem, elements, ideal, top, h, seed)
+    mean = times_to(levels, table, *store)
+    end = min(duration, LONGER * float(mean[-1]))
+    found = [random_paths(table, *store, top, end, count, seed, coarse) for coarse in (False, True)]
+    times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in found)
+    at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
+    sampling = np.array([bound95(0.0, one) for one in error_of_times(levels, table, *store)])
+    model = sampling + _finite(times_to(levels, table.halved(), *store) - mean)
+    unknown, remarks = COMPILED_CIRCUIT, _not_apart(float(mean[-1]), unit)
+    if ideal is not None and not remarks:
+        level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
+        direct = charge_ideal(problem, levels[: level + 1], LONGER * float(mean[level]), RUNS, seed, h)
+        both, slow = direct.time_to(level), times[:, level]
+        if both is not None:
+            late = both.value - float(slow.mean())
+            times, coarse, model = times + late, coarse + late, model + both.known_error95
+            remarks.append(note("slow_charge", direct=both.value, change=late))
+        unknown = IDEAL_ELEMENTS
+    return {
+        "times": times,
+        "coarse": coarse,
+        "at": at,
+        "curves": np.array([np.interp(at, found[0][0], v) for v in found[0][1]]),
+        "steps": steps,
+        "unknown": unknown,
+        "counted": 1.0 / (math.sqrt(2.0) - 1.0),
+        "notes": tuple(remarks),
+        "model": model,
+    }
+
+
+def _behind_a_rectifier(problem: Problem, levels: Floats, duration: float, whole: bool) -> dict[str, Any]:
+    """One run of a chip under a drive."""
+    from harvester.cosimulation.charging import first_passages
+    from harvester.storage.current_with_errors import measured
+    from harvester.storage.measured_current import HELD, time_constant
+    from harvester.storage.rectifier_cut import cut_behind_rectifier
+    from harvester.storage.slow_circuit import SlowCircuit
+    from harvester.storage.steady_power import FINER
+
+    scales, circuit = problem.scales, problem.circuit
+    assert circuit is not None, "the refusal checks this"
+    cut = cut_behind_rectifier(circuit)
+    assert cut is not None, "the refusal checks this"
+    table, rough, steps = measured(problem, cut.held(HELD * scales.capacitance))
+    slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
+    runs = [slow.run(one, duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
+    times, coarse, other = (first_passages(one.t, one.store, levels) for one in runs)
+    found = [afterwards(one.t, one.store, float(levels[-1])) for one in runs[:2]]
+    at = np.linspace(0.0, duration, SAMPLES)
+    return {
+        "times": times[None],
+        "coarse": coarse[None],
+        "at": at,
+        "curves": np.interp(at, runs[0].t, runs[0].store)[None],
+        "steps": steps + sum(one.steps for one in runs),
+        "unknown": f"{COMPILED_CIRCUIT} and {TIME_SCALES}",
+        "notes": tuple(_not_apart(float(times[-1]), unit)),
+        "model": _finite(other - times),
+        "after": ([found[0]], [found[1]]) if whole else None,
+    }
+
+
+def _finite(changes: Floats) -> Floats:
+    """Sizes of changes, 0 where a level is not reached."""
+    return np.nan_to_num(np.abs(changes), nan=0.0, posinf=0.0)
+
+
+def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
+    """A warning where charging does not take long beside the mass' own transients."""
+    return [warning("charge_not_slow", seconds=seconds, transients=unit)] if seconds < APART * unit else []

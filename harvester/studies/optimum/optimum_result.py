@@ -1,0 +1,213 @@
+"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+from harvester import figures
+from harvester.answers.estimate import Estimate
+from harvester.errors import HarvesterError, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, has
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.table import Column, Table
+from harvester.scene.keys import unit_of
+from harvester.studies.optimum.evaluations import Evaluation
+from harvester.studies.optimum.ranges import Range
+from harvester.uncertainty.value import Value
+
+_ENDS = {-1: "low", 1: "high"}
+# Why no place of the ranges is better than another, and why the best has no interval.
+FLAT = (
+    *("no_power", "no_power_anywhere", "same_power_everywhere"),
+    *("flat_within_model", "no_place_better", "power_changes_little"),
+)
+NO_INTERVAL = ("no_model_error", "curvature_in_noise", "not_narrowed", "search_cut_short")
+CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget ended before the search did
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class OptimalKey(Result):
+    """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
+
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"range"})
+    SHORT: ClassVar[tuple[str, ...]] = ("key", "value", "low95", "high95")
+
+    range: Range
+    value: float
+    low95: float | None
+    high95: float | None
+    boundary: str | None
+
+    @property
+    def key(self) -> str:
+        """The key itself."""
+        return self.range.key
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return unit_of(self.range.key)
+
+
+class PowerPeak(NamedTuple):
+    """A place where the power is larger than at all places near it."""
+
+    keys: dict[str, float]
+    mean_power: Value
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, kw_only=True, eq=False)
+class Optimum(TableResult):
+    """The largest mean power over ranges of keys.
+
+    The interval of each key is where the optimum lies: at 95 % for an engine that samples (sampling, shape of the
+    surface and bias of the step), within the model's stated error for a formula; ``why`` says why there is none.
+
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    keys
+        of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI units).
+    estimate
+        the engine's `Estimate` at the best place; of an engine that samples with noise that had no part in finding
+        the place, for the highest power of many is too high.
+    peaks
+        all places of a largest power, the best first, each with its keys and power.
+    points
+        all evaluations, in their order.
+    seconds
+        the time of computing, without compilation (s).
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+    scanned
+        False where the budget ended before the whole range was looked at: more power may lie anywhere in it.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
+    >>> best
+    Optimum(engine='averaged', mean_power=0.0032265 +- 2.2e-05 (model, estimated))
+    """
+
+    FILE: ClassVar[str] = "optimise"  # the name of its files
+    DERIVED: ClassVar[tuple[str, ...]] = (
+        *("mean_power", "evaluation_count", "evaluations", "failed", "key_table", "other_peaks", "flat", "no_interval"),
+    )
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"estimate", "points", "keys"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+        {"peaks", "scanned", "evaluations", "failed", "flat", "no_interval"}
+    )
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"key_table", "other_peaks"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"evaluation_count": "evaluations", "evaluations": "evaluations_by_engine"}
+
+    engine: str
+    keys: tuple[OptimalKey, ...]
+    estimate: Estimate
+    peaks: tuple[PowerPeak, ...]
+    points: tuple[Evaluation, ...]
+    seconds: float
+    diagnostics: tuple[Diagnostic, ...] = ()
+    scanned: bool = True
+
+    @property
+    def physical(self) -> bool:
+        """Whether its numbers are in SI units."""
+        return self.estimate.physical
+
+    @property
+    def mean_power(self) -> Value:
+        """The mean power at the best place."""
+        return self.estimate.mean_power
+
+    @property
+    def flat(self) -> str:
+        """Why no place is better than another; empty where one is."""
+        return self._sentence(FLAT)
+
+    @property
+    def why(self) -> str:
+        """Why the best values of the keys have no interval; empty where they have."""
+        return self._sentence(NO_INTERVAL)
+
+    no_interval = why
+
+    def _sentence(self, codes: tuple[str, ...]) -> str:
+        return next((str(one) for one in self.diagnostics if one.code in codes), "")
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether the budget ended before the search did."""
+        return has(self.diagnostics, *CUT_SHORT)
+
+    @property
+    def evaluation_count(self) -> int:
+        """The number of evaluations."""
+        return len(self.points)
+
+    @property
+    def evaluations(self) -> dict[str, int]:
+        """The number of evaluations by each engine."""
+        return dict(Counter(p.engine for p in self.points))
+
+    @property
+    def own_points(self) -> list[Evaluation]:
+        """The evaluations by the engine itself, which makes the last one; the others are those of a scout."""
+        return [p for p in self.points if p.engine == self.points[-1].engine]
+
+    @property
+    def failed(self) -> int:
+        """The number of evaluations by the engine itself that failed."""
+        return sum(isinstance(p.answer, HarvesterError) for p in self.own_points)
+
+    @property
+    def key_table(self) -> Table:
+        """The best value of each key, and the ends of its interval."""
+        rows, units = self.keys, [key.unit for key in self.keys]
+        made = [Column("key", [one.key for one in rows])]
+        for name in ("value", "low95", "high95", "boundary"):
+            cells = [getattr(one, name) for one in rows]
+            made += [Column(name, cells, units=units)] if any(cell is not None for cell in cells) else []
+        return Table(tuple(made), "the largest power is at")
+
+    @property
+    def other_peaks(self) -> Table | None:
+        """The peaks that are lower; None where there is one alone."""
+        if len(self.peaks) < 2:
+            return None
+        rows = self.peaks[1:]
+        columns = [Column(one.key, [peak.keys[one.key] for peak in rows], one.unit) for one in self.keys]
+        power = Column("mean_power", [peak.mean_power for peak in rows], self.unit_names.power)
+        return Table((power, *columns), "another peak" if len(rows) == 1 else "other peaks")
+
+    @property
+    def table(self) -> Table:
+        """All evaluations, in the order that they were made."""
+        found, of = self.points, self.unit_names
+        powers = [one.power for one in found]
+        places = zip(
+            *([key.range.value(float(u)) for key, u in zip(self.keys, p.u, strict=True)] for p in found), strict=True
+        )
+        columns = [Column(key.key, cells, key.unit, exact=True) for key, cells in zip(self.keys, places, strict=True)]
+        columns += [Column(name, [getattr(one, name) for one in found]) for name in ("engine", "stage", "seed")]
+        columns.append(Column("mean_power", powers, of.power))
+        columns.append(Column("mean_power_bias", [None if one is None else one.systematic for one in powers], of.power))
+        answers = [one.answer for one in found]
+        columns.append(Column("seconds", [one.seconds if isinstance(one, Estimate) else None for one in answers], "s"))
+        columns.append(Column("is_sound", [one.is_sound for one in found]))
+        columns.append(Column("error", ["" if isinstance(one, Estimate) else str(one) for one in answers]))
+        return Table(tuple(columns), "evaluations")
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that ``--json`` prints: its fields, with the keys by their names."""
+        return super().as_json() | {"keys": {one.key: one.as_json() for one in self.keys}}
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The evaluations and the optimum as a matplotlib figure."""
+        return figures.optimum(self, title)
+
+
+def end(face: float) -> str | None:
+    """The name of the end of a range, from a face of the unit cube: -1 low, 1 high."""
+    return _ENDS.get(int(face))

@@ -1,0 +1,144 @@
+"""The table that a sweep makes: rows of values with all their errors, as labelled data, a text and a figure."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from harvester import figures
+from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.glossary import term
+from harvester.presentation.result import TableResult
+from harvester.presentation.sheet import unit_of
+from harvester.presentation.table import Table
+from harvester.studies.sweep.points import Axis
+from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, powers_of
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, eq=False)
+class SweepTable(TableResult):
+    """The rows of a sweep: a row for each point and engine.
+
+    Attributes
+    ----------
+    axes
+        the varied keys with their values.
+    rows
+        a row for each point and engine: ``varied`` (keys in SI units), ``engine``, ``mean_power``,
+        ``mean_square_voltage``, ``seconds``, ``error``, ``warnings``.
+    points
+        the number of each row's point, in the order of the grid (the last key fastest) or of the list.
+    listed
+        whether the points are no grid: each takes the n-th value of every axis.
+    about
+        the provenance: versions, scene, seed, machine.
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
+    >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 2.0]}, engines=[hv.Averaged()])
+    >>> table.column("nondimensional.mu", "averaged").tolist(), table.to_xarray().sizes["nondimensional.mu"]
+    ([0.5, 2.0], 2)
+    >>> table.to_pandas()["engine"].tolist()
+    ['averaged', 'averaged']
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ("engines", "vary", "table", "powers")
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"axes", "rows", "points", "listed", "about"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"engines", "vary", "table"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"powers"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"table": "rows"}
+    SHORT: ClassVar[tuple[str, ...]] = ("vary", "engines", "rows")
+
+    axes: tuple[Axis, ...]
+    rows: tuple[SweepRow, ...] = ()
+    points: Sequence[int] = ()
+    listed: bool = False
+    about: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        units = {name: unit_of(term(name), self.unit_names) for name in QUANTITIES}
+        object.__setattr__(self, "rows", tuple(row.with_units(units) for row in self.rows))
+
+    @property
+    def physical(self) -> bool:
+        """Whether its numbers have SI units."""
+        return "nondimensional" not in self.about.get("scene", {})
+
+    @property
+    def keys(self) -> list[str]:
+        """The varied scene keys."""
+        return [axis.key for axis in self.axes]
+
+    @property
+    def vary(self) -> dict[str, list[float]]:
+        """The varied scene keys and the values that each takes."""
+        return {axis.key: list(axis.values) for axis in self.axes}
+
+    @property
+    def engines(self) -> list[str]:
+        """The engines that answered."""
+        return list(dict.fromkeys(row.engine for row in self.rows))
+
+    @property
+    def along(self) -> Axis:
+        """The axis that curves are drawn along: that of the most values, the first of equals; of a list the first."""
+        return self.axes[0] if self.listed else max(self.axes, key=lambda axis: len(axis.values))
+
+    @property
+    def table(self) -> Table:
+        """All that sweep.csv says."""
+        return columns_of(self.keys, self.rows, self.unit_names)
+
+    @property
+    def powers(self) -> Table:
+        """The mean powers, with their whole errors."""
+        return powers_of(self.keys, self.rows, self.unit_names)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Of each engine the first warning, how many points have several responses, and why the first point failed."""
+        return tuple(one for name in self.engines for one in _remarks(name, self.of(name)))
+
+    def of(self, engine: str) -> list[SweepRow]:
+        """The rows of an engine."""
+        return [row for row in self.rows if row.engine == engine]
+
+    def column(self, name: str, engine: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
+        """One column of sweep.csv of one engine's rows as numbers; nan where there is none, as where a point failed."""
+        cells = columns_of(self.keys, self.of(engine), self.unit_names).plain()[name]
+        return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
+
+    def text(self) -> str:
+        """The CSV file."""
+        return self.table.csv()
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The table as a dataset with labels and units, over engine and varied keys."""
+        from harvester.studies.sweep.dataset import dataset
+
+        return dataset(self)
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
+        scene = self.about.get("scene", {})
+        return figures.sweep(self, scene.get("title", "") if title == "" else title)
+
+
+def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:
+    """What an engine's rows have to say: the first of each kind, and how many have it."""
+    warned = [row.warnings[0] for row in rows if row.warnings]
+    several = [row.responses for row in rows if row.responses is not None]
+    failed = [row.error for row in rows if row.error]
+    if warned:
+        first = str(warned[0])
+        yield warning("warned_at_points", engine, count=len(warned), total=len(rows), first=first)
+    if more := [count for count in several if count > 1]:
+        yield warning("several_responses_at_points", engine, count=len(more), total=len(several), most=max(more))
+    if failed:
+        yield warning("failed_at_points", engine, count=len(failed), total=len(rows), first=failed[0])

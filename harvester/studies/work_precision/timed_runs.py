@@ -1,0 +1,197 @@
+"""The runs that show what accuracy costs: engines at as many settings as a budget allows."""
+
+import contextlib
+import dataclasses
+import math
+import statistics
+import time
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+from harvester.answers.estimate import Estimate
+from harvester.engines import Ensemble, Spice
+from harvester.engines.formula import Formula
+from harvester.engines.options import MonteCarloOptions, number
+from harvester.engines.protocol import Engine
+from harvester.engines.selection import ENGINES, refusals
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, HarvesterError, SimulationError
+from harvester.machine.progress import NO_PROGRESS, Progress
+from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
+from harvester.studies.work_precision.richardson_ladder import STEP_FACTORS, RichardsonLadder, richardson_ladder
+from harvester.studies.work_precision.settings import (
+    Sampler,
+    alone,
+    ensembles,
+    first_alone,
+    label,
+    paired,
+    setting,
+    whole,
+    without_each_part,
+)
+
+CALLS = 5  # of a formula after its first
+FEWEST = 256  # trajectories that measure a bias
+
+
+@dataclass(frozen=True)
+class Run:
+    """An engine's answer at one setting; ``warm_up`` is what it took beside the answer's ``seconds``."""
+
+    engine: Engine
+    answer: Estimate
+    warm_up: float
+
+    @property
+    def work(self) -> float:
+        """The trajectory-steps of the run, burn-in included."""
+        d = self.answer.details
+        return d["trajectories"] * (d["burn_in"] + d["duration"]) / d["step"]
+
+    @property
+    def sampling(self) -> float:
+        """The half-width of the 95 % interval, relative to the answer."""
+        return self.answer.mean_power.sampling95 / abs(self.answer.mean_power.value)
+
+
+@dataclass
+class Measurement:
+    """The runs of one scene's engines at many settings, while there is time; warming up does not count.
+
+    ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot serve the scene;
+    ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the biases, None where nothing is known.
+    """
+
+    problem: Problem
+    seed: int = 0
+    budget: float = 60.0
+    progress: Progress = NO_PROGRESS
+    begin: float = field(default_factory=time.perf_counter)  # later by what warming up takes
+    fraction: float = 0.0  # of the budget, as told: it never goes back
+    runs: list[Run] = field(default_factory=list)
+    failed: list[tuple[Engine, HarvesterError]] = field(default_factory=list)
+    refused: dict[str, CannotServeError] = field(default_factory=dict)
+    cheap: Run | None = None
+    steps: RichardsonLadder | None = None
+    ngspice: NgspiceBias | None = None
+
+    def measure(self) -> None:
+        """Run the engines from the fastest to the slowest, and the biases as soon as the default step is known.
+
+        Raises SimulationError where the load takes no power.
+        """
+        for kind in (ENGINES[name] for name in refusals(self.problem)):
+            if not kind.runs_ngspice:
+                self.run(kind())
+        self.cheap = next((run for run in self.runs if run.engine.samples), None)
+        steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
+        sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
+        with_control = self.run(sampled) if self.cheap is not None else None
+        spice_alone = self.run(first_alone(self.cheap.answer.details["burn_in"] if self.cheap is not None else None))
+        if self.cheap is not None:
+            self.measure_biases(self.cheap, with_control is not None)
+            kind, step = type(self.cheap_model), self.cheap.answer.details["step"]
+            self.fill(ensembles(kind, step), 0.25)
+            if with_control is not None:
+                self.fill(paired(step, self.netlist), 0.4)
+            self.fill(without_each_part(kind, with_control is not None, self.problem), 0.5)
+        if spice_alone is not None:
+            d = spice_alone.answer.details
+            self.fill(alone(d["step"], d["duration"], self.netlist and self.cheap is not None), 1.0)
+
+    @property
+    def netlist(self) -> bool:
+        """Whether the load is a netlist, so that ngspice's tolerance counts."""
+        return self.problem.netlist is not None
+
+    @property
+    def unit(self) -> float:
+        """The nondimensional time in one unit of the scene's time."""
+        return self.problem.units.frequency
+
+    @property
+    def power_unit(self) -> float:
+        """The power, in the scene's unit, of one unit of the moment that the cheap model's power is made of."""
+        return self.cheap_model.model(self.problem).factor * self.problem.units.watts
+
+    @property
+    def cheap_model(self) -> Ensemble:
+        """The engine of the cheap run, which is `Ensemble` or derives from it."""
+        assert self.cheap is not None
+        return cast(Ensemble, self.cheap.engine)
+
+    def left(self, share: float) -> float:
+        """The seconds that a share of the remaining budget is."""
+        return max(share * (self.begin + self.budget - time.perf_counter()), 0.0)
+
+    def run(self, engine: Engine) -> Run | None:
+        """Run an engine, with noise of its own, and keep its answer or error; None for an error."""
+        self._report(label(engine))
+        if isinstance(engine, MonteCarloOptions):
+            own = zlib.crc32(f"{label(engine)} {setting(engine)}".encode())
+            engine = dataclasses.replace(engine, seed=self.seed + own)
+        begin = time.perf_counter()
+        try:
+            answer = engine.run(self.problem, lambda _: self._report(label(engine)))
+        except CannotServeError as error:
+            self.refused[label(engine)] = error
+            return None
+        except HarvesterError as error:
+            self.failed.append((engine, error))
+            return None
+        took = time.perf_counter() - begin
+        if isinstance(engine, Formula):
+            later = [engine.run(self.problem).seconds for _ in range(CALLS)]
+            answer = dataclasses.replace(answer, seconds=statistics.median(later))
+        if answer.mean_power.value <= 0.0:
+            raise SimulationError("nothing to measure: the load takes no power")
+        self.runs.append(Run(engine, answer, max(took - answer.seconds, 0.0)))
+        self.begin += self.runs[-1].warm_up
+        return self.runs[-1]
+
+    def fill(self, engines: "Sequence[Sampler]", share: float) -> None:
+        """Run those settings that should end within a share of the remaining budget."""
+        end = time.perf_counter() + self.left(share)
+        for engine in engines:
+            left = end - time.perf_counter()
+            if self.predicted(engine) < left:
+                self.run(dataclasses.replace(engine, budget=left if engine.within else None))
+
+    def predicted(self, engine: Sampler) -> float:
+        """The seconds of a setting, predicted from what the same engine took at others."""
+        known = {label(run.engine) for run in self.runs}
+        name = label(engine) if label(engine) in known else whole(label(engine))
+        before = [run for run in self.runs if label(run.engine) == name]
+        within = number(engine.within)
+        if within is not None:
+            return min(run.answer.seconds * max((run.sampling / within) ** 2, 1.0) for run in before)
+        first = before[0]
+        d = first.answer.details
+        trajectories = engine.trajectories or d["trajectories"]
+        work = (
+            trajectories
+            * (d["burn_in"] + (number(engine.duration) or d["duration"]))
+            / (number(engine.dt) or d["step"])
+        )
+        return first.answer.seconds * work / first.work
+
+    def measure_biases(self, cheap: Run, ngspice: bool) -> None:
+        """Measure the bias of the step, and those of model and tolerance where ngspice does not fail."""
+        h = cheap.answer.details["step"] * self.unit
+        model = self.cheap_model.model(self.problem)
+        self._report("biases")
+        seconds = self.left(0.15)
+        share = seconds / len(STEP_FACTORS) * STEP_FACTORS[0] / cheap.answer.seconds  # of that run's trajectories
+        trajectories = math.ceil(min(max(share * Ensemble.TRAJECTORIES, FEWEST), Ensemble.TRAJECTORIES))
+        self.steps = richardson_ladder(model, h, trajectories, self.seed, seconds)
+        self._report("biases")
+        with contextlib.suppress(SimulationError):  # of a finer tolerance than engine spice's
+            if ngspice:
+                self.ngspice = ngspice_bias(self.problem, model, self.steps, h, self.seed, self.left(0.3))
+
+    def _report(self, what: str) -> None:
+        self.fraction = max(self.fraction, min((time.perf_counter() - self.begin) / self.budget, 1.0))
+        self.progress.step(self.fraction, what)

@@ -1,0 +1,42 @@
+"""Engine `slow` beside ngspice alone, whose results are kept: the device is a mesh of ngspice's own elements there.
+
+    python benchmarks/slow_circuits.py examples/bimorph_ltc3588.toml 20 2e-5
+    python benchmarks/slow_circuits.py examples/bimorph_bq25570.toml 20 2e-5 1e-5
+
+with ngspice 39.3 on 23 November 2026; minutes each.
+"""
+
+import pytest
+
+import harvester as hv
+from harvester.engines.selection import default_engine
+from harvester.presentation.diagnostic import has
+from tests.support.paths import EXAMPLES
+
+# Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us, or by its reltol.
+NGSPICE = {"ltc3588": (183.465e-6, 0.3e-6), "bq25570": (71.053e-6, 1.3e-6)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NGSPICE)
+def test_a_chip_takes_what_it_takes_in_ngspice(name):
+    found, (power, change) = hv.run(EXAMPLES / f"bimorph_{name}.toml", "slow"), NGSPICE[name]
+    assert abs(found.mean_power.value - power) < found.mean_power.known_error95 + change
+    assert found.mean_power.known_error95 < 0.01 * power
+    assert has(found.diagnostics, "slow_circuit_alone") and not found.warnings
+    assert found.mean_power.error95 is None  # what ngspice differs by is not known from within
+
+
+def test_a_node_behind_a_chip_is_always_on():
+    """Its resistor of 1 Mohm takes 3.3 V squared over that."""
+    found = hv.run(EXAMPLES / "bimorph_node.toml")
+    assert found.engine == "slow"
+    assert found.mean_power.value == pytest.approx(3.3**2 / 1e6, rel=2e-3)
+
+
+def test_it_is_for_chips_under_a_drive():
+    assert default_engine(EXAMPLES / "bimorph_bq25570.toml") == "slow"
+    assert default_engine(EXAMPLES / "bimorph_bq25570.toml", probe=["store"]) == "spice"
+    for name in ("plate_bridge", "bimorph_self_powered_sshi", "plate"):
+        with pytest.raises(hv.CannotServeError):
+            hv.run(EXAMPLES / f"{name}.toml", "slow")

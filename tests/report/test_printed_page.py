@@ -1,0 +1,72 @@
+"""The pages in Chromium: nothing is wider than a phone, a desktop or A4, and the answer stands in the first screen."""
+
+import pytest
+
+import harvester as hv
+from harvester import report
+from harvester.presentation.table import Column, Table
+from harvester.report.result import text_table
+from tests.support.browser import CHROMIUM, DESKTOP, PHONE, chromium
+
+PLATE = "examples/plate_with_stop.toml"
+DRIVEN = "examples/plate_harmonic.toml"
+A4 = {"width": 703, "height": 1000}  # CSS pixels between margins of 12 mm
+WIDER = """() => [...document.querySelectorAll("table, pre, img, p, li")].filter(
+    (one) => one.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
+    .map((one) => one.innerText)"""
+CUT = """() => [...document.querySelectorAll(".wide, pre")].filter((one) => one.scrollWidth > one.clientWidth + 1)
+    .map((one) => one.innerText)"""
+
+
+@pytest.fixture(scope="module")
+def pages():
+    """Three pages: of many columns, of a study of tolerances, and of several engines."""
+    response = hv.responses(DRIVEN, [3.0, 4.0, 4.5, 5.0, 6.0])
+    scattered = hv.tolerance(PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged")
+    compared = hv.compare(PLATE, engines=["published", "averaged"])
+    return {
+        "response": report.html(report.of_response(hv.load(DRIVEN), response, 1)),
+        "tolerance": report.html(report.of_tolerance(hv.load(PLATE), scattered, 1)),
+        "compare": report.html(report.of_comparison(hv.load(PLATE), compared, 1)),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CHROMIUM, reason="needs Chromium")
+def test_nothing_is_wider_than_the_page(pages):
+    with chromium() as browser:
+        for text in pages.values():
+            for size, medium in ((DESKTOP, "screen"), (PHONE, "screen"), (A4, "print")):
+                page = browser.new_page(viewport=size)
+                page.set_content(text)
+                page.emulate_media(media=medium)
+                assert page.evaluate(WIDER) == [] and page.evaluate(CUT) == []
+                verdict = page.locator(".verdict").bounding_box()
+                assert medium == "print" or verdict["y"] + verdict["height"] < size["height"]
+                page.close()
+            page = browser.new_page()
+            page.set_content(text)
+            assert page.pdf(prefer_css_page_size=True).startswith(b"%PDF")
+
+
+@pytest.mark.slow
+def test_the_answer_leads_the_page(pages):
+    assert "largest mean power" in pages["response"].partition("<nav")[0]
+    assert "Median mean power" in pages["tolerance"].partition("<nav")[0]
+    assert "Against published: averaged differs by 5.8 %" in pages["compare"].partition("<nav")[0]
+    assert "1 warning below: read before use." in pages["compare"]
+
+
+def test_a_sentence_of_many_cells_is_said_once():
+    why = "engine 'averaged' must have a load resistance, but the load is a bridge"
+    rows = 20
+    columns = (
+        Column("load.resistance", [1e3 * (k + 1) for k in range(rows)], "ohm"),
+        Column("engine", ["averaged"] * rows),
+        Column("error", [why] * (rows - 1) + [""]),
+        Column("seconds", [None] * rows),
+    )
+    shown = text_table(Table(columns, "points"))
+    assert shown.heads == ["load.resistance", "error"]
+    assert [row[1] for row in shown.rows] == ["[2]"] * (rows - 1) + [""]
+    assert shown.note == f"In every row: engine averaged. [2] {why}."

@@ -1,0 +1,74 @@
+"""`harvester node`: what limits a sensor node, and its packets against the charge that the rectifier gives."""
+
+import dataclasses
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import harvester as hv
+from harvester.cli import cli
+from tests.support.paths import EXAMPLES
+
+SCENE = EXAMPLES / "bimorph_packets.toml"
+
+
+def changed(**keys):
+    scene = hv.load(SCENE)
+    tables = {}
+    for key, value in keys.items():
+        table, _, name = key.partition("__")
+        tables.setdefault(table, {})[name] = value
+    return dataclasses.replace(
+        scene, **{name: dataclasses.replace(getattr(scene, name), **values) for name, values in tables.items()}
+    )
+
+
+def test_a_node_with_enough_sends_every_interval():
+    found = hv.node(SCENE, days=0.1)
+    assert found.limit == "interval"
+    assert found.packets_per_hour.value == pytest.approx(360.0, rel=0.02)
+    assert found.share_running.value == pytest.approx(1.0, abs=1e-6)
+    charge = hv.charge(
+        dataclasses.replace(hv.load(SCENE), load=hv.Netlist("bridge", R="5 Mohm", C="470 uF")), to="4.2 V"
+    )
+    packet = 0.015
+    assert abs(found.first_packet.value - packet - charge.time.value) < 2 * found.first_packet.known_error95 + 0.05
+
+
+def test_energy_limits_one_that_sends_too_often():
+    """Packets an hour are then what is harvested over what each takes at the store, less those that are cut off."""
+    found = hv.node(changed(node__interval=0.2, node__sleep_current=0.0), days=0.2)
+    assert found.limit == "energy"
+    packet = (4e-3 * 0.01 + 20e-3 * 0.005) * 2.2 / 0.85
+    most = found.harvested.value / packet * 3600.0
+    assert most - found.brown_outs - 0.01 * most < found.packets_per_hour.value < 1.001 * most
+    assert 0.0 < found.share_running.value < 1.0
+
+
+def test_a_weak_vibration_never_wakes_it():
+    found = hv.node(changed(excitation__acceleration_amplitude=0.4), days=0.1)
+    assert found.limit == "wake_voltage" and found.first_packet is None and found.packets_per_hour.value == 0.0
+    assert "below the wake voltage" in str(found)
+
+
+def test_a_store_too_small_for_a_packet():
+    found = hv.node(changed(storage__capacitance=22e-6), days=0.1)
+    assert found.limit == "store" and found.packets_per_hour.value == 0.0 and found.brown_outs > 0.0
+
+
+def test_the_command_prints_one_object():
+    done = CliRunner().invoke(cli, ["node", str(SCENE), "--days", "0.05", "--json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["limit"] == "interval" and found["bound"]["value"] > found["harvested"]["value"]
+
+
+def test_what_is_missing_is_said():
+    scene = hv.load(SCENE)
+    with pytest.raises(hv.InputError, match=r"\[storage\] must be given with \[node\]"):
+        dataclasses.replace(scene, storage=None)
+    with pytest.raises(hv.InputError, match=r"must have the tables \[storage\] and \[node\]"):
+        hv.node(dataclasses.replace(scene, node=None))
+    with pytest.raises(hv.InputError, match="`days` must be above 0"):
+        hv.node(scene, days=-1.0)
