@@ -15,6 +15,7 @@ from .errors import HarvesterError as HarvesterError
 from .errors import InputError as InputError
 from .errors import MissingProgramError as MissingProgramError
 from .errors import SimulationError as SimulationError
+from .errors import UnknownArgumentError as UnknownArgumentError
 from .identification.identification_result import IdentificationResult as IdentificationResult
 from .identification.identify import identify as identify
 from .machine.execution import Execution as Execution

@@ -22,8 +22,10 @@ class HarvesterError(Exception):
     exit_status = 3
 
 
-class InputError(HarvesterError):
+class InputError(HarvesterError, ValueError):
     """What the user gave cannot be used: one line with the argument, what it must be, what it was.
+
+    It is a ValueError as well, so that code which knows nothing of this package catches it.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 kg")
@@ -32,6 +34,16 @@ class InputError(HarvesterError):
     """
 
     exit_status = 2
+
+
+class UnknownArgumentError(InputError, TypeError):
+    """A function was called with a keyword that it does not take; it is a TypeError, as Python's own answer would be.
+
+    >>> import harvester as hv
+    >>> hv.sweep("scene.toml", vari={"load.resistance": [1e3]})
+    Traceback (most recent call last):
+    harvester.errors.UnknownArgumentError: unknown argument of sweep 'vari': did you mean 'vary'?
+    """
 
 
 class MissingProgramError(InputError):
@@ -136,16 +148,18 @@ def invalid(argument: str, must: str, was: object) -> InputError:
 
 def refused(argument: str, error: ValueError, was: object) -> InputError:
     """The `InputError` of a reader's ValueError ("must ..."), with the part that was not understood."""
+    if isinstance(error, InputError):  # it says all of that already
+        return error
     why = getattr(error, "why", "")
     return InputError(f"{argument} {error}, but is {shown(was)}" + (f": {why}" if why else ""))
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> InputError:
+def unknown(kind: str, name: str, known: Iterable[str], error: type[InputError] = InputError) -> InputError:
     """An unknown name, with its nearest match or, failing that, every name there is."""
     names = {one.lower(): one for one in known}
     near = difflib.get_close_matches(name[:120].lower(), names, n=1)
     hint = f"did you mean {names[near[0]]!r}?" if near else f"it must be one of {', '.join(names.values())}"
-    return InputError(f"unknown {kind} {shown(name)}: {hint}")
+    return error(f"unknown {kind} {shown(name)}: {hint}")
 
 
 def named_once(names: Sequence[str], argument: str) -> None:
@@ -164,7 +178,7 @@ def names_arguments(target: T) -> T:
     def checked(*arguments: Any, **options: Any) -> Any:
         for name in options:
             if name not in known:
-                raise unknown(f"argument of {target.__name__}", name, known)
+                raise unknown(f"argument of {target.__name__}", name, known, UnknownArgumentError)
         return function(*arguments, **options)
 
     if isinstance(target, type):

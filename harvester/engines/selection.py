@@ -18,7 +18,7 @@ from harvester.engines.published import Published
 from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, unknown
+from harvester.errors import HarvesterError, InputError, UnknownArgumentError, unknown
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.engine_look import LOOKS
 
@@ -226,7 +226,7 @@ def _check_option(name: str, kinds: Sequence[type[Engine]]) -> None:
     """Refuse an option that no engine has, or none of these ``kinds``, which would ignore it."""
     everybody = {option for kind in (*ENGINES.values(), Cheapest) for option in _options(kind)}
     if name not in everybody:
-        raise unknown("option of an engine", name, everybody)
+        raise unknown("option of an engine", name, everybody, UnknownArgumentError)
     if not any(name in _options(kind) for kind in kinds):
         those = ", ".join(repr(known) for known, kind in ENGINES.items() if name in _options(kind))
         ours = " and ".join(repr(kind.NAME) for kind in kinds)

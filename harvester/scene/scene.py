@@ -17,7 +17,7 @@ from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
 from harvester.scene.physical import FILES, Excitation, OppositeStop, Oscillator, Piezo, Stop
 from harvester.scene.sensor_node import SensorNode, Storage, check_node
-from harvester.scene.table import SceneTable
+from harvester.scene.table import SceneTable, one_line_errors
 
 
 class SceneTables(TypedDict, total=False):
@@ -35,6 +35,7 @@ class SceneTables(TypedDict, total=False):
     nondimensional: Nondimensional | None
 
 
+@one_line_errors
 @checked_dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))
 class Scene(SceneTable):
     """One device with its shaking and its load: physical (oscillator, piezo, ...) or nondimensional, never both.

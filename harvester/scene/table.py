@@ -1,6 +1,7 @@
 """The base of all tables of a scene: what pydantic finds wrong becomes one line that names the table and the key."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, Self, TypeAlias, TypeVar, dataclass_transform
 
@@ -16,6 +17,7 @@ NONE: Any = None  # the default of a key that may be left out
 Kept = TypeVar("Kept")
 Given = TypeVar("Given")
 Table = TypeVar("Table", bound="SceneTable")
+Made = TypeVar("Made", bound=type)
 
 
 class Read(Generic[Kept, Given]):
@@ -119,9 +121,26 @@ class SceneKey:
 def scene_table(table: type[Table]) -> type[Table]:
     """Make a class of annotated keys a table that checks them, and explain the keys in its docstring."""
     made: Any = dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))(table)
+    made = one_line_errors(made)
     told = [f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit) for key in keys_of(made)]
     made.__doc__ = "\n".join([(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *told])
     return made  # type: ignore[no-any-return]
+
+
+def one_line_errors(table: Made) -> Made:
+    """The same table, whose checks of several keys (``__post_init__``) are told as those of one key are."""
+    made: Any = table
+    init = made.__init__
+
+    @functools.wraps(init)
+    def checked(self: Any, *arguments: Any, **keys: Any) -> None:
+        try:
+            init(self, *arguments, **keys)
+        except pydantic.ValidationError as error:
+            raise _in_one_line(error, made) from None
+
+    made.__init__ = checked
+    return table
 
 
 def keys_of(table: type[SceneTable]) -> list[SceneKey]:

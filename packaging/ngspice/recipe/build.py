@@ -9,6 +9,7 @@ import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from recipe.apt import with_m4
 from recipe.automake import sources
 from recipe.targets import Target, config
 
@@ -33,24 +34,25 @@ def build(source: Path, work: Path, target: Target) -> list[Path]:
     (work / "include/ngspice/config.h").write_text(config(target))
     src = source / "src"
     library = work / target.library
-    objects = _compiled([(_parsed(one), ()) for one in sources(src)], src, work, target)
+    parsers = with_m4(work)
+    objects = _compiled([(_parsed(one, parsers), ()) for one in sources(src)], src, work, target)
     name = () if "macos" not in target.triple else (f"-Wl,-install_name,@rpath/{target.library}",)
     _zig("c++", target, "-shared", "-s", *name, *objects, "-o", library, *target.links)
-    return [library, *_code_models(src, work, target)]
+    return [library, *_code_models(src, work, target, parsers)]
 
 
-def _parsed(path: Path) -> Path:
+def _parsed(path: Path, env: dict[str, str]) -> Path:
     """The C file of a source; that of a grammar is made by Bison, with its header."""
     if path.suffix != ".y":
         return path
     made = path.with_suffix(".c")
-    _run(_tool("bison"), "-d", "-o", made, path)
+    _run(_tool("bison"), "-d", "-o", made, path, env=env)
     return made
 
 
-def _code_models(src: Path, work: Path, target: Target) -> list[Path]:
+def _code_models(src: Path, work: Path, target: Target, parsers: dict[str, str]) -> list[Path]:
     """Build ngspice's code models: its own preprocessor makes C of them, and runs on this machine."""
-    icm, cmpp = src / "xspice/icm", _preprocessor(src / "xspice/cmpp", work)
+    icm, cmpp = src / "xspice/icm", _preprocessor(src / "xspice/cmpp", work, parsers)
     tasks: list[tuple[Path, tuple[Path, ...]]] = [(src / "misc/dstring.c", ())]
     members: dict[str, list[int]] = {}
     for name in _CODE_MODELS:
@@ -75,12 +77,12 @@ def _code_models(src: Path, work: Path, target: Target) -> list[Path]:
     return made
 
 
-def _preprocessor(cmpp: Path, work: Path) -> Path:
+def _preprocessor(cmpp: Path, work: Path, env: dict[str, str]) -> Path:
     """Build ngspice's preprocessor of code models for the machine that builds."""
     program = work / ("cmpp.exe" if os.name == "nt" else "cmpp")
     for name in ("ifs", "mod"):
-        _run(_tool("bison"), "-d", "-o", cmpp / f"{name}_yacc.c", cmpp / f"{name}_yacc.y")
-        _run(_tool("flex"), "-o", cmpp / f"{name}_lex.c", cmpp / f"{name}_lex.l")
+        _run(_tool("bison"), "-d", "-o", cmpp / f"{name}_yacc.c", cmpp / f"{name}_yacc.y", env=env)
+        _run(_tool("flex"), "-o", cmpp / f"{name}_lex.c", cmpp / f"{name}_lex.l", env=env)
     links = ("-lshlwapi",) if os.name == "nt" else ()
     flags = ("-O1", "-w", "-fno-sanitize=undefined", "-std=gnu11", f"-I{cmpp}")
     _run(*_ZIG, "cc", *flags, *cmpp.glob("*.c"), "-o", program, *links)

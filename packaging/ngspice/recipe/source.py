@@ -3,10 +3,10 @@
 import hashlib
 import os
 import shutil
-import subprocess
 import tarfile
-import tempfile
 from pathlib import Path
+
+from recipe import apt
 
 ARCHIVE = "ngspice_39.3+ds.orig.tar.gz"
 SHA256 = "d2a934d057c66364d96f451dd7845e38109dde0e0d57287a6b33a525c7289647"
@@ -25,7 +25,7 @@ def archive(root: Path) -> Path:
     named = os.environ.get(VARIABLE)
     found = Path(named) if named else root / ARCHIVE
     if not found.is_file() and not named:
-        _download(root)
+        apt.download(ARCHIVE, "source", "-qq", "--download-only", "ngspice=39.3+ds-1", to=root, source_lines=True)
     if not found.is_file():
         raise NoSourceError(f"the source of ngspice must be a file, but {found} is none: {_how()}")
     digest = hashlib.sha256(found.read_bytes()).hexdigest()
@@ -45,34 +45,3 @@ def unpacked(path: Path, folder: Path) -> Path:
 
 def _how() -> str:
     return f"get {ARCHIVE} of Debian's source package ngspice 39.3+ds-1, and set {VARIABLE} to its path"
-
-
-def _download(root: Path) -> None:
-    """Have apt download the source from where this machine gets its packages; needs no root, changes nothing of it."""
-    if shutil.which("apt-get") is None:
-        return
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for one in ("lists/partial", "cache/archives/partial"):
-            (folder / one).mkdir(parents=True)
-        (folder / "sources.list").write_text("\n".join(_sources()) + "\n")
-        options = {
-            "Dir::Etc::sourcelist": folder / "sources.list",
-            "Dir::Etc::sourceparts": "/dev/null",
-            "Dir::State::lists": folder / "lists",
-            "Dir::Cache": folder / "cache",
-            "APT::Sandbox::User": "root",
-        }
-        given = [f"-o{name}={value}" for name, value in options.items()]
-        for command in (["update", "-qq"], ["source", "-qq", "--download-only", "ngspice=39.3+ds-1"]):
-            subprocess.run(["apt-get", *given, *command], cwd=folder, check=False, capture_output=True, timeout=300)
-        if (folder / ARCHIVE).is_file():
-            shutil.copy(folder / ARCHIVE, root / ARCHIVE)
-
-
-def _sources() -> list[str]:
-    """Lines for the sources of the packages that this machine knows."""
-    command = ["apt-get", "indextargets", "--no-release-info", "--format", "$(SITE) $(RELEASE) $(COMPONENT)"]
-    command += ["Created-By: Packages"]
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
-    return [f"deb-src {line}" for line in dict.fromkeys(done.stdout.splitlines()) if line.startswith("http")]
