@@ -292,5 +292,5 @@ def test_interrupted(served):
     begin = time.monotonic()
     os.kill(program.pid, signal.SIGINT)
     _, error = program.communicate(timeout=20)
-    assert time.monotonic() - begin < 10.0
+    assert time.monotonic() - begin < 18.0  # beside other tests: 10.5 were seen; alone it takes 1
     assert (program.returncode, error) == (0, "")
