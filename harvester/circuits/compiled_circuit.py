@@ -138,10 +138,11 @@ class CompiledCircuit:
         start: tuple[float, float] = (0.0, 0.0),
         state: Floats | None = None,
         shaking: Floats | None = None,
+        kicked: bool = False,
     ) -> CircuitPath:
         """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`."""
         state = self.rest if state is None else state
-        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking)
+        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked)
 
     def path_moments(
         self,
