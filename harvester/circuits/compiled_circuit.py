@@ -127,7 +127,7 @@ class CompiledCircuit:
 
     def __reduce__(self):
         """Another process compiles, or reads from the cache, what it needs: addresses are of this one only."""
-        return compiled_circuit, (self.load, self.scales)
+        return compiled_circuit, (self.load, self.scales, self.tolerance)
 
     def trace(
         self,
@@ -235,13 +235,13 @@ def resistance_of(part: CircuitPart) -> float:
     return given[0] if given else part.number(part.words[0])
 
 
-def compiled_circuit(load: LoadCircuit, scales: Scales) -> CompiledCircuit:
+def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
-    key = repr((load, scales))
+    key = repr((load, scales, tolerance))
     if key not in _MADE:
         if len(_MADE) >= MOST_KEPT:
             _MADE.clear()
-        _MADE[key] = CompiledCircuit(load, scales)
+        _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
     return _MADE[key]
 
 

@@ -23,7 +23,8 @@ from harvester.mechanics.periodic import MULTIPLES, Settling
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
-SURE = 2.0  # times what is left as the last periods say it
+SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
+MEASURED = 4  # times that the response is gone through: switches may act a little sooner or later
 
 
 @dataclass(frozen=True)
@@ -161,13 +162,16 @@ def periodic_response(
         way.turn(settled.state, turns)
     except CircuitError:
         return None
-    begin = way.y
-    path = way.run(turns, 1)
-    residual = settled.slow @ (way.y - begin)
+    ends, means = [way.y], list[Floats]()
+    for _ in range(MEASURED):
+        path = way.run(turns, 1)
+        ends.append(way.y)
+        means.append(way.means(path))
+    residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
     left, less = settled.left(residual)
     if settled.residual_norm(residual) + settled.size(settled.slow @ left) > COMES_BACK:
         return None
-    power, square, _ = means = way.means(path)
-    parts = SURE * np.abs(less) / np.maximum(means, 1e-300)
-    there = way.x, way.v, way.state, turns, float(power), float(square), (float(parts[0]), float(parts[1]))
+    mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
+    parts = SURE * (np.abs(less) + scatter) / np.maximum(mean, 1e-300)
+    there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
     return CircuitPeriod(*there, path, way.steps)
