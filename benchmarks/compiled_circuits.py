@@ -74,6 +74,7 @@ SCENES = {
     "bridge": "plate_bridge", "doubler": "plate_doubler", "parallel_sshi": "plate_parallel_sshi",
     "series_sshi": "plate_series_sshi", "sece": "plate_sece", "sshc": "bimorph_sshc", "ltc3588": "bimorph_ltc3588",
     "bq25570": "bimorph_bq25570", "node": "bimorph_node", "self_powered_sshi": "bimorph_self_powered_sshi",
+    "board from KiCad": "bimorph_board",
 }  # fmt: skip
 
 

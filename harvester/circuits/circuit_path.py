@@ -22,7 +22,7 @@ class CircuitPath(Path):
 
     ``told`` has the voltages (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
     integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
-    many of them did not converge; ``state`` its last state.
+    many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick.
     """
 
     told: Floats = field(default_factory=lambda: np.empty((0, TOLD)))
@@ -30,17 +30,18 @@ class CircuitPath(Path):
     steps: int = 0
     failed: int = 0
     state: Floats = field(default_factory=lambda: np.empty(0))
+    speed: float = 0.0
 
 
 @kernel
-def _trace(noise, shaking, s, state, own, h, stride, found, c):
+def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked):
     samples, told, square, counts, impacts = found
     count, total = 0, 0.0
     room, other, last = np.empty((ROOMS, own.length)), state.copy(), len(state) - DID
     at, volts = own.told, own.volts
-    # From a start other than rest half a kick comes first: the force of the first half step.
-    _, a = between_kicks(shaking, 0)
-    s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
+    if not kicked:  # from a start other than rest half a kick comes first: the force of the first half step
+        _, a = between_kicks(shaking, 0)
+        s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
     for k in range(1, len(samples) * stride + 1):
         mean, a = between_kicks(shaking, k)
         s1, wall, first, did = drifted(s, h, h, c, mean)
@@ -63,6 +64,7 @@ def _trace(noise, shaking, s, state, own, h, stride, found, c):
             for i in range(TOLD):
                 told[k // stride - 1, i] = state[at + i]
             square[k // stride - 1] = total
+    counts[2] = s.v
     return count
 
 
@@ -75,21 +77,22 @@ def trace_circuit(
     stride: int = 1,
     start: tuple[float, float] = (0.0, 0.0),
     shaking: Floats | None = None,
+    kicked: bool = False,
 ) -> CircuitPath:
     """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
 
     ``own`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.kernels.path.trace`.
+    `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick.
 
     Raises InputError for a start behind a stop, and random shaking without ``shaking``.
     """
     check_start(eqs.rigid_stops, start[0], start[0])
     rows = len(noise) // stride
     samples, told, square = np.empty((rows, len(COLUMNS))), np.empty((rows, TOLD)), np.empty(rows)
-    impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(2), state.copy()
+    impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(3), state.copy()
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
     found = samples, told, square, counts, impacts
     begin = State(float(start[0]), float(start[1]), float(state[own.told]) / own.volts)
-    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs))
-    steps, failed = int(counts[0]), int(counts[1])
-    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, told, square, steps, failed, state)
+    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs), kicked)
+    done = int(counts[0]), int(counts[1]), state, float(counts[2])
+    return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, told, square, *done)

@@ -127,7 +127,7 @@ class CompiledCircuit:
 
     def __reduce__(self):
         """Another process compiles, or reads from the cache, what it needs: addresses are of this one only."""
-        return compiled_circuit, (self.load, self.scales)
+        return compiled_circuit, (self.load, self.scales, self.tolerance)
 
     def trace(
         self,
@@ -138,10 +138,11 @@ class CompiledCircuit:
         start: tuple[float, float] = (0.0, 0.0),
         state: Floats | None = None,
         shaking: Floats | None = None,
+        kicked: bool = False,
     ) -> CircuitPath:
         """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`."""
         state = self.rest if state is None else state
-        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking)
+        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked)
 
     def path_moments(
         self,
@@ -234,13 +235,13 @@ def resistance_of(part: CircuitPart) -> float:
     return given[0] if given else part.number(part.words[0])
 
 
-def compiled_circuit(load: LoadCircuit, scales: Scales) -> CompiledCircuit:
+def compiled_circuit(load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE) -> CompiledCircuit:
     """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
-    key = repr((load, scales))
+    key = repr((load, scales, tolerance))
     if key not in _MADE:
         if len(_MADE) >= MOST_KEPT:
             _MADE.clear()
-        _MADE[key] = CompiledCircuit(load, scales)
+        _MADE[key] = CompiledCircuit(load, scales, tolerance=tolerance)
     return _MADE[key]
 
 

@@ -15,7 +15,6 @@ Left out: temperatures other than 27 degrees, currents of the side wall, of reco
 
 import math
 
-from harvester.circuits.parts import ModelCard
 from harvester.mechanics.kernels.compiled import inlined
 
 THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V
@@ -73,8 +72,3 @@ def breakdown_voltage(saturation: float, thermal: float, bv: float, ibv: float, 
         if abs(reached - current) <= tolerance * current:
             break
     return found
-
-
-def value(model: ModelCard, names: tuple[str, ...], default: float) -> float:
-    """A parameter of a model that has several names."""
-    return next((model.values[name] for name in names if name in model.values), default)

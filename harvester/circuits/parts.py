@@ -1,7 +1,7 @@
 """The elements of a load circuit with the values of their subcircuit's parameters: all subcircuits written out."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 
 from harvester.circuits.expression import number
@@ -11,6 +11,9 @@ from harvester.netlists.read_lines import Line
 from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
 from harvester.netlists.syntax import GROUND, NODES
 
+ROOM = 27.0  # degrees Celsius, of the circuit
+# parameters of models that do nothing at 27 degrees, but for noise and the ratings of the part
+_NO_EFFECT = {"level", "tnom", "eg", "xti", "xtb", "kf", "af", "iave", "vpk", "vceo", "icrating", "mfg", "type"}
 _PAIR = re.compile(r"(\w+)=(\{[^}]*\}|'[^']*'|[^\s()]+)")
 
 
@@ -21,6 +24,10 @@ class ModelCard:
     name: str
     kind: str
     values: dict[str, float]
+
+    def value(self, *names: str, default: float = 0.0) -> float:
+        """A parameter that has several names."""
+        return next((self.values[name] for name in names if name in self.values), default)
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,25 @@ class CircuitPart:
     def node(self, name: str) -> str:
         """The node of the whole circuit that a name in an expression of the element means."""
         return "0" if name in GROUND else self.outer.get(name, self.path + name)
+
+    def model(self, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:
+        """Its model: of one of the ``kinds``, with parameters that are ``known``.
+
+        Raises UnservedError for another, InputError where the netlist has none.
+        """
+        words = self.words
+        name = next((word for word in words if word in self.models), words[0] if words else "")
+        if name not in self.models:
+            raise InputError(f"{self.where} must name a model of the netlist, but {name!r} is none")
+        found = self.models[name]
+        if found.kind not in kinds:
+            raise unserved(self, f"has a model of the type {found.kind}")
+        for key in found.values:
+            if key not in known | _NO_EFFECT:
+                raise unserved(self, f"has a model with the parameter {key}")
+        if found.value("tnom", default=ROOM) != ROOM or found.value("level", default=1.0) != 1.0:
+            raise unserved(self, f"has a model of another level than 1, or of another tnom than {ROOM:g}")
+        return found
 
 
 class UnservedError(CannotServeError):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 from harvester.circuits import junctions
 from harvester.circuits.expression import Node, constant, operation
-from harvester.circuits.parts import CircuitPart, ModelCard, unserved
+from harvester.circuits.parts import CircuitPart, unserved
 from harvester.circuits.source_stamps import (
     behavioural,
     controlled_current,
@@ -18,14 +18,12 @@ from harvester.circuits.source_stamps import (
     current_source,
     voltage_source,
 )
-from harvester.circuits.system import GMIN, Diode, Function, Junction, Row, Switch, System
+from harvester.circuits.system import GMIN, Function, Junction, Row, Switch, System
+from harvester.circuits.transistors import Layer, add_junction, behind, bipolar, jfet, mosfet
 from harvester.errors import InputError
 
 LEAST_RESISTANCE = 1e-3  # ohm, which ngspice takes for 0
-_DIODE = {  # parameters of a model that are served, or that do nothing at 27 degrees Celsius
-    *("is", "js", "n", "rs", "cjo", "cj0", "cj", "vj", "pb", "m", "mj", "tt", "bv", "ibv", "fc", "nbv", "eg", "xti"),
-    *("tnom", "level", "kf", "af", "iave", "vpk", "mfg", "type"),
-}
+_DIODE = {"is", "js", "n", "rs", "cjo", "cj0", "cj", "vj", "pb", "m", "mj", "tt", "bv", "ibv", "fc", "nbv"}
 
 
 def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -111,13 +109,8 @@ def _coupling(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart
 
 
 def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    words = part.words
-    by_current = part.kind == "w"
-    name = next((word for word in words if word in part.models), words[-1])
-    model = _model(part, name, ("csw",) if by_current else ("sw",))
-    for key in model.values:
-        if key not in ("ron", "roff", "vt", "vh", "it", "ih"):
-            raise unserved(part, f"has a model with the parameter {key}")
+    words, by_current = part.words, part.kind == "w"
+    model = part.model(("csw",) if by_current else ("sw",), {"ron", "roff", "vt", "vh", "it", "ih"})
     control = current_of(part, words[0], system, parts) if by_current else system.across(*map(part.node, words[:2]))
     threshold, width = (model.values.get(key, 0.0) for key in (("it", "ih") if by_current else ("vt", "vh")))
     if width < 0.0:
@@ -131,48 +124,22 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         system.functions.append(Function(operation("*", share, system.input(row)), row))
 
 
-def _model(part: CircuitPart, name: str, kinds: tuple[str, ...]) -> ModelCard:
-    if name not in part.models:
-        raise InputError(f"{part.where} must name a model of the netlist, but {name!r} is none")
-    model = part.models[name]
-    if model.kind not in kinds:
-        raise unserved(part, f"has a model of the type {model.kind}")
-    return model
-
-
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    words = part.words
-    model = _model(part, words[0], ("d",))
-    for key in model.values:
-        if key not in _DIODE:
-            raise unserved(part, f"has a model with the parameter {key}")
-    number = [part.number(word) for word in words[1:] if word != "off"]
+    known = (model := part.model(("d",), _DIODE)).value
+    number = [part.number(word) for word in part.words[1:] if word != "off"]
     area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
-
-    def known(*names: str, default: float = 0.0) -> float:
-        return junctions.value(model, names, default)
-
     anode, cathode = part.nodes[:2]
-    if (series := known("rs")) > 0.0:
-        inner = f"{part.name}#internal"
-        row = system.across(anode, inner)
-        system.add(row, row, area / series)
-        anode = inner
+    anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, thermal = known("is", "js", default=1e-14) * area, known("n", default=1.0) * junctions.THERMAL
-    breakdown, reverse = None, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
+    breakdown, reverse = math.inf, known("nbv", default=known("n", default=1.0)) * junctions.THERMAL
     if "bv" in model.values:
         ibv = known("ibv", default=1e-3) * area
         breakdown = junctions.breakdown_voltage(saturation, reverse, model.values["bv"], ibv)
-    limits = Junction(thermal, saturation, math.inf if breakdown is None else breakdown, reverse)
-    row = system.across(anode, cathode)
-    if not row:
-        return
-    system.add(row, row, GMIN)
-    v = system.input(row, limits)
-    layer = known("cjo", "cj0", "cj") * area, known("vj", "pb", default=1.0), known("m", "mj", default=0.5)
-    bends = min(known("fc", default=0.5), 0.95), known("tt")
-    beyond = math.inf if breakdown is None else breakdown
-    system.diodes.append(Diode(v.index, (saturation, thermal, beyond, reverse, *layer, *bends), row))
+    layer = Layer(
+        known("cjo", "cj0", "cj") * area, known("vj", "pb", default=1.0), known("m", "mj", default=0.5),
+        min(known("fc", default=0.5), 0.95), known("tt"),
+    )  # fmt: skip
+    add_junction(system, system.across(anode, cathode), Junction(thermal, saturation, breakdown, reverse), layer)
 
 
 _STAMPS: dict[str, Callable[[CircuitPart, System, Mapping[str, CircuitPart]], None]] = {
@@ -190,4 +157,7 @@ _STAMPS: dict[str, Callable[[CircuitPart, System, Mapping[str, CircuitPart]], No
     "s": _switch,
     "w": _switch,
     "d": _diode,
+    "q": bipolar,
+    "m": mosfet,
+    "j": jfet,
 }

@@ -168,7 +168,11 @@ def _measure(
 
 def nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
     """The voltages of ngspice's nodes (V) in a state of the compiled circuit; those of junctions find themselves."""
-    voltages = device.ideal.voltages(start[4])  # type: ignore[union-attr]
+    return in_ngspice(device.ideal.voltages(start[4]))  # type: ignore[union-attr]
+
+
+def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
+    """Voltages of a compiled circuit's nodes by the names that ngspice has for them; it finds those of junctions."""
     return {name if name == "p" else f"xload.{name}": value for name, value in voltages.items() if "#" not in name}
 
 

@@ -1,13 +1,17 @@
 """Engine `compiled`: Monte Carlo with the netlist as a compiled circuit."""
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
+from harvester.engines.moment_existence import existence
+from harvester.engines.protocol import AnyScene, Progress, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.presentation.diagnostic import Diagnostic, refusal, warning
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
@@ -47,6 +51,7 @@ class Compiled(Ensemble):
     needs_netlist: ClassVar[bool] = True
     next_fidelity: ClassVar[str | None] = "spice"
     MODEL_NOTE: ClassVar[str] = "compiled_circuit"
+    SEARCHES: ClassVar[bool] = False
     UNKNOWN: ClassVar[str] = COMPILED_CIRCUIT
 
     @classmethod
@@ -62,6 +67,21 @@ class Compiled(Ensemble):
         except InputError as error:
             return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
         return None
+
+    def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+        """As `Ensemble.run`; under a steady drive the periodic response, unless trajectories or a time are given."""
+        from harvester.engines.compiled_steady import steady_answer
+
+        problem = served(type(self), scene)
+        self.check_times(problem.physical)
+        if not problem.equations.is_steady or (self.trajectories, self.duration) != (None, None):
+            return super().run(problem, progress)
+        existence(problem)
+        answer, _ = steady_answer(self, self.NAME, problem)
+        if answer is not None:
+            return answer
+        answer = super().run(problem, progress)
+        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic")))
 
     def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under white noise, where it is measured."""

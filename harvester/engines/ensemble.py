@@ -91,6 +91,7 @@ class Ensemble(MonteCarloOptions, Engine):
     samples: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
+    SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a note why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
 
@@ -121,7 +122,11 @@ class Ensemble(MonteCarloOptions, Engine):
         if progress is not None:
             progress(0.0)  # here the clock begins: what compiling and the burn-in took says nothing of the rest
         sampler = self._first_samples(setup, progress)
-        searched = may_have_several(problem) and (self.budget, self.trajectories, self.duration) == (None, None, None)
+        searched = (
+            self.SEARCHES
+            and may_have_several(problem)
+            and (self.budget, self.trajectories, self.duration) == (None, None, None)
+        )
         found = steady_responses(problem, setup.model, self.seed, self.NAME, self.UNKNOWN) if searched else ()
         responses = tuple(one.response for one in found)
         steady, moments = problem.equations.is_steady, sampler.pair.moments

@@ -149,7 +149,7 @@ def estimate(
         mean_square_voltage=v2.scaled(units.volts**2),
         mean_power=power.scaled(units.watts),
         nondimensional={"mean_square_voltage": v2.value, "mean_power": power.value, "beta": eqs.beta, "mu": eqs.mu},
-        effects=problem.effects,
+        effects=problem.effects if problem.netlist is None else (*problem.effects, "netlist"),
         seconds=seconds,
         steps=steps,
         diagnostics=(*of_scene, *told),

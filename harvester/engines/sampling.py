@@ -29,6 +29,7 @@ FINE = 1e-3
 DRAWN, FEWEST_DRAWN = 1024, 128  # trajectories on records of tabulated noise: 64 of them are one independent entry
 LOOSE, LEAST = 0.01, 128  # target from which on so few trajectories do: their burn-in is most of what it costs
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
+FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady drive
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 ALIKE, UNLIKE = 1e-3, 0.05  # relative differences of trajectories that are: between them, of impacts' places in a step
@@ -76,13 +77,14 @@ def affordable(steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within
     Few where nothing is random, where each must wait long for a large capacitor, and where no more are needed for an
     error of ``within``: `PURSUING` with controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+
+    own = circuit is not None and not isinstance(circuit, IdealCircuit)
     if steady or (within is not None and within >= LOOSE):
-        return FEWEST if steady else LEAST
+        return (FEW_OWN if own else FEWEST) if steady else LEAST
     share = 1.0
     if circuit is not None:
-        from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-
-        share = min(CHARGING / circuit.memory, 1.0) / (1.0 if isinstance(circuit, IdealCircuit) else SLOWER)
+        share = min(CHARGING / circuit.memory, 1.0) / (SLOWER if own else 1.0)
     if within is not None:
         share *= min(PURSUING / TRAJECTORIES * max(FINE / within, 1.0) ** 2, 1.0)
     return max(round(share * TRAJECTORIES), FEWEST)

@@ -49,12 +49,7 @@ def sampled_estimate(
     diagnostics = [*setup.diagnostics, *said, exists.warning, *doubts, known, agreed, stand_in(problem)]
     seconds, steps = setup.seconds + runs.seconds, sum(one.steps for one in (*runs.done, *runs.coarse))
     answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
-    return _with_netlist(with_sampled_probes(answer, problem, watch, runs) if watch.all else answer, problem)
-
-
-def _with_netlist(answer: Estimate, problem: Problem) -> Estimate:
-    """The answer, with a netlist among the effects where there is one."""
-    return answer if problem.netlist is None else dataclasses.replace(answer, effects=(*problem.effects, "netlist"))
+    return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
 
 def steady_estimate(
@@ -67,7 +62,7 @@ def steady_estimate(
     if power.value + power.known_error95 < 0.0:
         raise gives_power(-power.value)
     details = {"step": steady.first.h / 2**steady.finest / units.frequency}
-    details |= _motion(problem, steady) | {
+    details |= motion_details(problem, steady.value("displacement"), steady.last.harmonics) | {
         "response_periods": last.turns,
         "ngspice_periods": sum(one.periods for one in everything),
     }
@@ -86,7 +81,7 @@ def steady_estimate(
     ]
     v2, power = square.scaled(problem.scales.volts**-2), power.scaled(1.0 / problem.scales.watts)
     seconds, steps = seconds - steady.warm_up_seconds, sum(one.steps for one in everything)
-    return _with_netlist(estimate(name, problem, v2, power, diagnostics, seconds, steps, details), problem)
+    return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
 
 
 def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
@@ -98,11 +93,11 @@ def _missed(within: float, power: Value, steady: Steady) -> Diagnostic | None:
     return warning("steady_within", within=within, error=power.known_error95 / abs(power.value))
 
 
-def _motion(problem: Problem, steady: Steady) -> dict[str, float]:
+def motion_details(problem: Problem, displacement: Value, harmonics: tuple[complex, complex]) -> dict[str, float]:
     """The RMS displacement about its mean, with its error where that is known, and phases to the base in degrees."""
-    moved = steady.value("displacement").scaled(problem.units.length)
+    moved = displacement.scaled(problem.units.length)
     found = {DISPLACEMENT: moved.value} | ({} if moved.bias is None else {f"{DISPLACEMENT}_bias": moved.bias})
-    phases = (phase_to_base(one, problem.equations, problem.physical) for one in steady.last.harmonics)
+    phases = (phase_to_base(one, problem.equations, problem.physical) for one in harmonics)
     return found | dict(zip(PHASES, phases, strict=True))
 
 
@@ -122,7 +117,7 @@ def partial_answer(
         said = warning("mean_while_settling", covered=covered, why=str(error), steady=problem.equations.is_steady)
         v2, power = square / problem.scales.volts**2, watts / problem.scales.watts
         answer = estimate(name, problem, Value(v2, unknown=CUT_SHORT), Value(power, unknown=CUT_SHORT), [said], seconds)
-    return _with_netlist(answer, problem)
+    return answer
 
 
 def _by_cheap_model(name: str, problem: Problem, error: OutOfTimeError, seconds: float, setup: SpiceSetup) -> Estimate:

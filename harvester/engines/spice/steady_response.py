@@ -67,12 +67,12 @@ def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, pro
 
     eqs, circuit = problem.equations, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
-    h, halvings = _steps(eqs, options.dt and options.dt * problem.units.frequency)
+    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
     device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
     return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
 
 
-def _steps(eqs: Equations, dt: float | None) -> tuple[float, int]:
+def steps_in_period(eqs: Equations, dt: float | None) -> tuple[float, int]:
     """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
     from harvester.mechanics.kernels.step_size import STEP, typical_frequency, whole_steps
 

@@ -216,6 +216,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "the mean may be wrong; use engine 'spice'",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "the error of the model is what runs of ngspice on the same motion differ by at most (95 %)",
+    "steady_difference": "the error of the model is how far ngspice's own response at the same step is from this one",
     "ideal_elements": "the error of ideal diodes and switches is not known from within: compare with 'spice'",
     "slow_switching": _slow_switching,
     "slow_circuit": _slow_circuit,

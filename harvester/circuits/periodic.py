@@ -1,0 +1,177 @@
+"""The periodic response of a mass and a compiled circuit to a steady drive: from period to period, as by ngspice.
+
+The map of a period takes x, x', the charges and the voltages that functions read just after a kick to those a period
+later; `harvester.mechanics.periodic` goes to where it comes back.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.circuits.circuit_path import CircuitPath
+from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.equations.bounds import linear_growth
+from harvester.equations.coefficients import Equations
+from harvester.errors import CircuitError
+from harvester.linear.harmonics import first_harmonic
+from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.periodic import MULTIPLES, Settling
+
+FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often
+NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
+COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
+SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
+MEASURED = 4  # times that the response is gone through: switches may act a little sooner or later
+
+
+@dataclass(frozen=True)
+class CircuitPeriod:
+    """A response that comes back after ``turns`` periods of the drive.
+
+    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which the drive begins.
+    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
+    these that settling further may change; ``path`` has the last periods, a sample a kick, ``steps`` counts all.
+    """
+
+    x: float
+    v: float
+    state: Floats
+    turns: int
+    power: float
+    square: float
+    left: tuple[float, float]
+    path: CircuitPath
+    steps: int
+
+    @property
+    def displacement(self) -> float:
+        """The RMS of x about its mean, nondimensional."""
+        return float(np.std(self.path.samples[:, 0]))
+
+    @property
+    def harmonics(self) -> tuple[complex, complex]:
+        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
+        samples = self.path.samples
+        angles = 2.0 * math.pi * self.turns * np.arange(1, len(samples) + 1) / len(samples)
+        return first_harmonic(samples[:, 0], angles), first_harmonic(samples[:, 1], angles)
+
+
+class _Way:
+    """Paths of one circuit through periods of the drive, each on from where the last one ended."""
+
+    def __init__(self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitPeriod | None) -> None:
+        period = eqs.shaking_period
+        assert period is not None, "the drive is steady"
+        self.circuit, self.eqs, self.h, self.size, self.steps = circuit, eqs, h, round(period / h), 0
+        shaking = forcing(eqs, h, self.size)
+        assert shaking is not None, "the drive is steady"
+        self.shaking = shaking[:-1]
+        self.x, self.v, self.state = eqs.resting_places[0], 0.0, circuit.rest
+        if near is not None:
+            self.x, self.v, self.state = near.x, near.v, near.state
+        sizes = circuit.sizes
+        self.kept, self.charges = sizes[0] + sizes[1], sizes[3]
+
+    def run(self, periods: int, stride: int = 0) -> CircuitPath:
+        """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
+        kicks = periods * self.size
+        shaking = self.shaking[np.arange(kicks + 1) % self.size]
+        given = self.eqs, np.zeros(kicks), self.h, stride or self.size, (self.x, self.v), self.state, shaking
+        path = self.circuit.trace(*given, kicked=True)
+        self.x, self.v, self.state = float(path.samples[-1, 0]), path.speed, path.state
+        self.steps += kicks
+        return path
+
+    @property
+    def y(self) -> Floats:
+        """The state as one array."""
+        return np.concatenate([[self.x, self.v], self.state[: self.kept]])
+
+    def turn(self, y: Floats, turns: int) -> tuple[Floats, Floats]:
+        """The map: a state after so many periods, and the means of power, V^2 and x^2 + x'^2 over them.
+
+        Raises CircuitError where the circuit has no way on from a state.
+        """
+        before = self.state
+        self.x, self.v, self.state = float(y[0]), float(y[1]), before.copy()
+        self.state[: self.kept] = y[2:]
+        path = self.run(turns, 1)
+        if path.failed:
+            self.state = before
+            raise CircuitError("steps of the compiled circuit do not converge")
+        return self.y, self.means(path)
+
+    def means(self, path: CircuitPath) -> Floats:
+        """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a path."""
+        s, seconds = self.circuit.scales, len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
+        square = float((path.samples[:, 1] ** 2).mean()) * s.volts**2
+        moved = float((path.samples[:, 2:4] ** 2).sum(axis=1).mean())
+        return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
+
+    def settling(self, turns: int) -> Settling:
+        """The way to where the map of so many periods comes back; every capacitor and coil counts, Csmooth last."""
+        s, order = self.circuit.scales, list(range(self.charges))
+        farads = self.circuit.load.smoothing or 0.0
+        if farads:
+            order.append(order.pop(self.circuit.charge_at("csmooth")))
+        slow = np.zeros((2 + self.charges, 2 + self.kept))
+        slow[0, 0] = slow[1, 1] = 1.0
+        for row, k in enumerate(order, 2):
+            slow[row, 2 + k] = self.circuit.system.charges[k][3] / s.volts
+        groups = np.array([0, 0] + self.charges * [1])
+        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * self.charges)
+        stored = farads * s.volts**2 * s.frequency / (turns * self.size * self.h)
+        return Settling(partial(self.turn, turns=turns), slow, groups, self.y, stored=stored, swing=swing)
+
+    def come_near(self) -> int:
+        """Go on until a mass that is not linear comes back: after how many periods, 0 where it does not."""
+        natural = 2.0 * math.pi / (self.size * self.h)
+        for _ in range(TRIED):
+            path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
+            motion = path.samples[:, 2:4]
+            last, size = motion[-MULTIPLES:], math.sqrt(float((motion**2).sum(axis=1).mean()))
+            for turns in range(1, MULTIPLES + 1):
+                away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
+                if np.max(away) < NEAR * max(size, 1e-12):
+                    return turns
+        return 0
+
+
+def periodic_response(
+    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitPeriod | None = None
+) -> CircuitPeriod | None:
+    """The response from rest, or near another one, at steps of h; None where none comes back.
+
+    What is left of the way there is below ``enough`` of the state's size.
+    """
+    way, turns = _Way(circuit, eqs, h, near), 1 if near is None else near.turns
+    if linear_growth(eqs) is None:
+        turns = way.come_near() if near is None else near.turns
+        if not turns:
+            return None
+    elif near is None:
+        natural = 2.0 * math.pi / (way.size * way.h)
+        way.run(max(math.ceil(FIRST * min(natural, 1.0)), 1))
+    settled = way.settling(turns)
+    try:
+        if not settled.reach(enough):
+            return None
+        way.turn(settled.state, turns)
+    except CircuitError:
+        return None
+    ends, means = [way.y], list[Floats]()
+    for _ in range(MEASURED):
+        path = way.run(turns, 1)
+        ends.append(way.y)
+        means.append(way.means(path))
+    residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
+    left, less = settled.left(residual)
+    if settled.residual_norm(residual) + settled.size(settled.slow @ left) > COMES_BACK:
+        return None
+    mean, scatter = np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
+    parts = SURE * (np.abs(less) + scatter) / np.maximum(mean, 1e-300)
+    there = way.x, way.v, way.state, turns, float(mean[0]), float(mean[1]), (float(parts[0]), float(parts[1]))
+    return CircuitPeriod(*there, path, way.steps)

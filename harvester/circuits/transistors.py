@@ -1,0 +1,207 @@
+"""What junctions and transistors add to the equations of their circuit: ngspice's models of level 1.
+
+With F(v, n) = exp(v/n) - 1 above -3 n, and -1 below, n = N k T/e, and voltages of a p type counted the other way:
+
+    bipolar   Ic = (I - J)/qb - J/Br - Isc F(vbc, nc)       I = Is F(vbe, nf),  J = Is F(vbc, nr)
+              Ib = I/Bf + Ise F(vbe, ne) + J/Br + Isc F(vbc, nc)
+              q1 = 1/(1 - vbc/Vaf - vbe/Var),  qb = q1 (1 + sqrt(1 + 4 q1 (I/Ikf + J/Ikr)))/2
+    MOSFET    Id = Kp W/(L - 2 Ld) (1 + lambda vds) (g^2/2 for g < vds, else vds (g - vds/2)),  g = vgs - Vto - ... > 0
+    JFET      Id = beta (1 + lambda vds) (g^2 for g < vds, else vds (2 g - vds)),  g = vgs - Vto > 0
+
+A body at another voltage than the source adds gamma (sqrt(phi - vbs) - sqrt(phi)) to Vto.  For vds < 0 drain and source
+change places.  Charges are those of the junctions, Tf I and Tr J.
+
+Left out: how Tf grows with current (Xtf, Vtf, Itf) and its phase, and Cjs; a MOSFET's Meyer capacitances (Tox).
+
+Source: ngspice's bjtload.c, mos1load.c and jfetload.c; Gummel, Poon, Bell Syst. Tech. J. 49, 827, 1970; Shichman,
+Hodges, IEEE J. Solid-State Circuits 3, 285, 1968.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from harvester.circuits.expression import Node, constant, read
+from harvester.circuits.junctions import THERMAL
+from harvester.circuits.parts import CircuitPart, unserved
+from harvester.circuits.system import GMIN, Diode, Function, Junction, Row, System
+
+_BIPOLAR = {
+    *("is", "bf", "nf", "vaf", "va", "ikf", "ik", "ise", "ne", "br", "nr", "var", "vb", "ikr", "isc", "nc", "rb"),
+    *("re", "rc", "cje", "vje", "pe", "mje", "me", "cjc", "vjc", "pc", "mjc", "mc", "xcjc", "fc", "tf", "tr"),
+    *("xtf", "vtf", "itf", "ptf"),
+}
+_MOSFET = {
+    *("vto", "vt0", "kp", "gamma", "phi", "lambda", "rd", "rs", "is", "cbd", "cbs", "pb", "mj", "fc", "ld"),
+    *("cgso", "cgdo", "cgbo"),
+}
+_JFET = {"vto", "vt0", "beta", "lambda", "rd", "rs", "is", "cgs", "cgd", "pb", "fc"}
+_FIELD = """vds < 0 ? -(backward > 0 ? beta*(1 - slope*vds)*(backward < -vds ? half*backward*backward
+                                        : -vds*(2*half*backward + half*vds)) : 0)
+    : (forward > 0 ? beta*(1 + slope*vds)*(forward < vds ? half*forward*forward
+                                        : vds*(2*half*forward - half*vds)) : 0)"""
+
+
+class Layer(NamedTuple):
+    """What a junction stores: Cjo (F), Vj (V), M, Fc, and the transit time Tt (s) of its current."""
+
+    capacitance: float = 0.0
+    built_in: float = 1.0
+    grading: float = 0.5
+    forward: float = 0.5
+    transit: float = 0.0
+
+
+def behind(system: System, node: str, inner: str, resistance: float) -> str:
+    """The node ``inner`` behind a series resistance (ohm) from a node, which is the node itself where that is 0."""
+    if not resistance > 0.0:
+        return node
+    row = system.across(node, inner)
+    system.add(row, row, 1.0 / resistance)
+    return inner
+
+
+def add_junction(system: System, row: Row, limits: Junction, layer: Layer, shunt: float = GMIN) -> Node:
+    """Add a junction across a ``row`` of voltages, with a ``shunt`` (S) beside it; the leaf of its voltage."""
+    if not row:
+        return constant(0.0)
+    system.add(row, row, shunt)
+    v = system.input(row, limits)
+    _add_current(system, v, row, limits, layer)
+    return v
+
+
+def _add_current(system: System, v: Node, row: Row, of: Junction, layer: Layer) -> None:
+    """Add a current of a junction whose voltage is limited already."""
+    arguments = of.saturation, of.thermal, of.breakdown, of.reverse, *layer
+    system.diodes.append(Diode(v.index, arguments, row))
+
+
+def _across(system: System, first: str, second: str, reversed_: bool) -> Row:
+    """The row of the voltage from one node to another, the other way round for a p type."""
+    return system.across(second, first) if reversed_ else system.across(first, second)
+
+
+def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
+    """Add a bipolar transistor of Gummel and Poon."""
+    model = part.model(("npn", "pnp"), _BIPOLAR)
+    known, p_type = model.value, model.kind == "pnp"
+    number = [part.number(word) for word in part.words[1:] if word != "off"]
+    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
+    nodes = zip("cbe", part.nodes[:3], strict=True)
+    outer = part.nodes[1]
+    c, b, e = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for one, node in nodes)
+    saturation, fc = known("is", default=1e-16) * area, min(known("fc", default=0.5), 0.9999)
+    rows = {"be": _across(system, b, e, p_type), "bc": _across(system, b, c, p_type)}
+    if not all(rows.values()):
+        raise unserved(part, "has its base connected to its collector or emitter: take a diode")
+    share, leaves, currents = known("xcjc", default=1.0), dict[str, Node](), dict[str, Node]()
+    for one, place, gain, usual, leak, n_leak, inside in (
+        ("be", "e", "bf", 100.0, "ise", 1.5, 1.0),
+        ("bc", "c", "br", 1.0, "isc", 2.0, share),
+    ):
+        direction = "f" if place == "e" else "r"
+        thermal, beta = known(f"n{direction}", default=1.0) * THERMAL, known(gain, default=usual)
+        capacitance = known(f"cj{place}") * area
+        shape = known(f"vj{place}", f"p{place}", default=0.75), known(f"mj{place}", f"m{place}", default=0.33), fc
+        row = rows[one]
+        limits, small = Junction(thermal, saturation), Junction(thermal, saturation / beta)
+        leaves[one] = v = system.input(row, limits)
+        system.add(row, row, GMIN / beta)
+        transit = beta * known(f"t{direction}")
+        _add_current(system, v, row, small, Layer(inside * capacitance, *shape, transit))
+        if leaked := known(leak) * area:
+            _add_current(
+                system, v, row, Junction(known(f"n{place}", default=n_leak) * THERMAL, leaked), Layer(0.0, *shape)
+            )
+        if inside < 1.0 and capacitance > 0.0:
+            beyond = _across(system, outer, c, p_type)
+            add_junction(system, beyond, Junction(thermal, 0.0), Layer((1.0 - inside) * capacitance, *shape), 0.0)
+        names = {"v": v, "n": thermal, "i": saturation}
+        currents[one] = read("v > -3*n ? i*(exp(v/n) - 1) : -i", part.where, names)
+    early = known("vaf", "va"), known("var", "vb")
+    knees = known("ikf", "ik") * area, known("ikr") * area
+    names = {**leaves, "f": currents["be"], "r": currents["bc"]}
+    names |= {name: 1.0 / v if v else 0.0 for name, v in zip(("a", "b", "k", "l"), (*early, *knees), strict=True)}
+    names["q"] = read("1/(1 - bc*a - be*b)", part.where, names) if any(early) else constant(1.0)
+    if any(knees):
+        names["q"] = read("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", part.where, names)
+    row = _across(system, c, e, p_type)
+    if row:
+        system.add(row, row, GMIN)
+        system.functions.append(Function(read("(f - r)/q", part.where, names), row))
+
+
+def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
+    """Add a MOSFET of Shichman and Hodges."""
+    if len(part.nodes) < 4:
+        raise unserved(part, "has a model of the type vdmos, a vertical MOSFET")
+    model = part.model(("nmos", "pmos"), _MOSFET)
+    known, p_type, options = model.value, model.kind == "pmos", part.options
+    many, width = options.get("m", 1.0), options.get("w", 1e-4)
+    length = options.get("l", 1e-4) - 2.0 * known("ld")
+    d, g, s, body = part.nodes[:4]
+    d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / many) for node, one in ((d, "d"), (s, "s")))
+    phi, sign, gamma = known("phi", default=0.6), -1.0 if p_type else 1.0, known("gamma")
+    bulk = Junction(THERMAL, known("is", default=1e-14) * many)
+    shape = known("pb", default=0.8), known("mj", default=0.5), known("fc", default=0.5)
+    names: dict[str, float | Node] = {
+        "beta": known("kp", default=2e-5) * width / length * many, "half": 0.5, "slope": known("lambda"),
+        "vto": sign * known("vto", "vt0"), "gamma": gamma, "phi": phi, "root": math.sqrt(phi),
+    }  # fmt: skip
+    for one, node, capacitance in (("d", d, known("cbd")), ("s", s, known("cbs"))):
+        across = _across(system, body, node, p_type)
+        names["b" + one] = add_junction(system, across, bulk, Layer(capacitance * many, *shape))
+        overlap = system.across(g, node)
+        _add_capacitor(system, f"{part.name}#{one}", overlap, known(f"cg{one}o") * width * many)
+    _add_capacitor(system, f"{part.name}#b", system.across(g, body), known("cgbo") * length * many)
+    raised = "- gamma*((vb < 0 ? sqrt(max(phi - vb, 0)) : max(root - vb/(2*root), 0)) - root)" if gamma else ""
+    _add_channel(part, system, (d, g, s), p_type, names, raised)
+
+
+def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
+    """Add a JFET of Shichman and Hodges."""
+    model = part.model(("njf", "pjf"), _JFET)
+    known, p_type = model.value, model.kind == "pjf"
+    number = [part.number(word) for word in part.words[1:] if word != "off"]
+    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
+    d, g, s = part.nodes[:3]
+    d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for node, one in ((d, "d"), (s, "s")))
+    gate, shape = Junction(THERMAL, known("is", default=1e-14) * area), (known("pb", default=1.0), 0.5)
+    for one, node in (("d", d), ("s", s)):
+        layer = Layer(known(f"cg{one}") * area, *shape, known("fc", default=0.5))
+        add_junction(system, _across(system, g, node, p_type), gate, layer)
+    names = {"beta": known("beta", default=1e-4) * area, "half": 1.0, "slope": known("lambda")}
+    _add_channel(part, system, (d, g, s), p_type, {**names, "vto": known("vto", "vt0", default=-2.0)}, "")
+
+
+def _add_channel(
+    part: CircuitPart,
+    system: System,
+    nodes: tuple[str, str, str],
+    p_type: bool,
+    names: dict[str, float | Node],
+    raised: str,
+) -> None:
+    """Add the current of a channel from drain to source; ``raised`` is the text of what a body at a voltage vb adds."""
+    d, g, s = nodes
+    row = _across(system, d, s, p_type)
+    if not row:
+        return
+
+    def leaf(first: str, second: str) -> Node:
+        across = _across(system, first, second, p_type)
+        return system.input(across) if across else constant(0.0)
+
+    names = {**names, "vds": leaf(d, s), "gs": leaf(g, s), "gd": leaf(g, d)}
+    for name, gate, body in (("forward", "gs", "bs"), ("backward", "gd", "bd")):
+        here = {**names, "vg": names[gate], "vb": names.get(body, constant(0.0))}
+        names[name] = read(f"vg - vto {raised}", part.where, here)
+    system.add(row, row, GMIN)
+    system.functions.append(Function(read(_FIELD, part.where, names), row))
+
+
+def _add_capacitor(system: System, name: str, row: Row, capacitance: float) -> None:
+    """Add a capacitance (F) across a row of voltages, where there is one."""
+    if row and capacitance > 0.0:
+        system.add_charge(name, row, {k: v * capacitance for k, v in row.items()}, 1.0 / capacitance)

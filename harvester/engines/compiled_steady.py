@@ -1,0 +1,129 @@
+"""Engine `compiled` under a steady drive: the periodic response at several steps, and ngspice's from there."""
+
+import math
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.options import MonteCarloOptions, number
+from harvester.engines.protocol import estimate
+from harvester.engines.spice.estimates import motion_details
+from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
+from harvester.engines.spice.steady_response import steps_in_period, to_be_found
+from harvester.equations.bounds import linear_growth
+from harvester.equations.problem import Problem
+from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.uncertainty.richardson import limit
+from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.circuits.periodic import CircuitPeriod
+    from harvester.cosimulation.poincare_sections import Origin
+
+RELTOL = 1e-5  # of ngspice, which is the judge here
+TOLERANCE = 2e-3  # of a circuit's step: with the usual 0.03 switches act at a little other times each period
+JUDGED = 0.5  # of a budget, that ngspice may take
+
+
+@dataclass
+class CompiledPeriods:
+    """A response at steps that are halved, ``found``; ``differences`` are ngspice's, relative, by quantities."""
+
+    found: "list[CircuitPeriod]" = field(default_factory=list)
+    differences: dict[str, float] = field(default_factory=dict)
+
+    def value(self, name: str) -> Value:
+        """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors of step, settling and model."""
+        values = [float(getattr(one, name)) for one in self.found]
+        last, left = self.found[-1], self.found[-1].left[0 if name == "power" else 1]
+        value, step = limit(values) if len(values) > 2 else (values[-1], None)
+        bias = None if step is None else step + left * abs(last.power if name == "power" else value)
+        if name not in self.differences:
+            return Value(value, bias=bias, unknown=COMPILED_CIRCUIT)
+        return Value(value, bias=bias, model=self.differences[name] * abs(value))
+
+
+def steady_answer(
+    options: MonteCarloOptions, name: str, problem: Problem, near: "CircuitPeriod | None" = None, judged: bool = True
+) -> "tuple[Estimate | None, CircuitPeriod | None]":
+    """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
+
+    The step is halved until its error is below the target, or 16 times.  With ``judged``, ngspice goes on from the
+    response at the longest step to its own, and what they differ by is the error of the model.
+    """
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.circuits.periodic import periodic_response
+    from harvester.mechanics.kernels.compiled import compilation
+
+    assert problem.circuit is not None, "the engine serves netlists"
+    eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
+    within, periods = number(options.within), CompiledPeriods()
+    enough, begin = min(max(SETTLED * (within or WITHIN), FINEST), ROUGHEST), time.perf_counter()
+    with compilation() as compiling:
+        for k in range(max(halvings, 2) + 1):
+            near = periodic_response(circuit, eqs, h / 2**k, enough, near)
+            if near is None:
+                return None, None
+            periods.found.append(near)
+            power = periods.value("power")
+            if k >= 2 and (power.bias or 0.0) <= (within or WITHIN) * abs(power.value):
+                break
+    if judged:
+        budget = number(options.budget)
+        deadline = math.inf if budget is None else time.monotonic() + JUDGED * budget
+        periods.differences = _differences(options, problem, periods.found[0], deadline)
+    last, power = periods.found[-1], periods.value("power")
+    details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
+    details |= motion_details(problem, periods.value("displacement"), last.harmonics)
+    told: list[Diagnostic | None] = [
+        note("comes_back", periods=last.turns, from_before=False),
+        note("steady_difference" if periods.differences else "compiled_circuit"),
+        note("others_not_sought") if linear_growth(eqs) is None else None,
+    ]
+    if within is not None and not (power.known_error95 <= within * abs(power.value) and power.unknown == ""):
+        error = None if power.unknown else power.known_error95 / abs(power.value)
+        told.append(warning("steady_within", within=within, error=error))
+    v2 = periods.value("square").scaled(problem.scales.volts**-2)
+    seconds, steps = time.perf_counter() - begin - compiling.seconds, sum(one.steps for one in periods.found)
+    watts = power.scaled(1.0 / problem.scales.watts)
+    return estimate(name, problem, v2, watts, told, seconds, steps, details), last
+
+
+def _differences(
+    options: MonteCarloOptions, problem: Problem, found: "CircuitPeriod", deadline: float
+) -> dict[str, float]:
+    """How far ngspice's response at the same step is from the one ``found``; empty where it gives none in time."""
+    steady = to_be_found(options, problem, RELTOL)
+    steady.deadline = deadline
+    try:
+        if not steady.begin(None, _origin(problem, found)):
+            return {}
+    except (CircuitError, MissingProgramError, OutOfTimeError):
+        return {}
+    judge = steady.found[0, 0]
+    names = ("power", "square", "displacement")
+    both = {one: (float(getattr(judge, one)), float(getattr(found, one))) for one in names}
+    return {one: abs(high - low) / low for one, (high, low) in both.items() if low > 0.0}
+
+
+def _origin(problem: Problem, found: "CircuitPeriod") -> "Origin":
+    """Where ngspice's way begins: in the middle of the kick of the state that was found."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+    from harvester.cosimulation.poincare_sections import CoupledState, Origin
+    from harvester.cosimulation.runs import in_ngspice
+    from harvester.mechanics.kernels.coefficients import State, coefficients
+    from harvester.mechanics.kernels.compiled import interpreted
+    from harvester.mechanics.kernels.equation_of_motion import kick
+
+    assert problem.circuit is not None, "the engine serves netlists"
+    path, c = found.path, coefficients(problem.equations)
+    voltages = compiled_circuit(problem.circuit, problem.scales).voltages(found.state)
+    assert path.shaking is not None, "the drive is steady"
+    place, a = float(path.samples[-1, 1]), float(path.shaking[-1])
+    ends = [interpreted(kick)(State(found.x, one, place), 0.0, 0.5 * path.h, c, a) for one in (0.0, 1.0)]
+    v = float((found.v - ends[0]) / (ends[1] - ends[0]))
+    return Origin(CoupledState(found.x, v, in_ngspice(voltages)), 0.0, found.turns)
