@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from harvester.engines.ensemble import Ensemble
+from harvester.engines.protocol import needs_one_mode
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -54,6 +55,8 @@ class Compiled(Ensemble):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
+        if (several := needs_one_mode(problem, cls.NAME)) is not None:
+            return several
         if problem.netlist is None:
             return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         assert problem.circuit is not None, "a netlist is a circuit"
