@@ -25,6 +25,8 @@ from .quantities.spacing import logspace as logspace
 from .scene.load import Load as Load
 from .scene.nondimensional import Nondimensional as Nondimensional
 from .scene.physical import Excitation as Excitation
+from .scene.physical import Magnifier as Magnifier
+from .scene.physical import Mode as Mode
 from .scene.physical import OppositeStop as OppositeStop
 from .scene.physical import Oscillator as Oscillator
 from .scene.physical import Piezo as Piezo

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
-from harvester.engines.protocol import AnyScene, Progress, served
+from harvester.engines.protocol import AnyScene, Progress, needs_one_mode, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -59,6 +59,8 @@ class Compiled(Ensemble):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
+        if (several := needs_one_mode(problem, cls.NAME)) is not None:
+            return several
         if problem.netlist is None:
             return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         assert problem.circuit is not None, "a netlist is a circuit"

@@ -7,7 +7,7 @@ from typing import ClassVar, TypeAlias
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
-from harvester.equations.effects import LINEAR, unknown_to
+from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
@@ -102,6 +102,12 @@ def unknown_effects(problem: Problem, unserved: frozenset[str], who: str, instea
     """Why ``who`` cannot serve a scene with effects that it does not know; None where it knows all."""
     found = [name for name in problem.effects if name in unserved]
     return refusal("unknown_effects", who=who, effects=" and ".join(found), instead=instead) if found else None
+
+
+def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
+    """Why an engine of circuits, which has one mode, cannot serve a problem; None where the device has one."""
+    instead = "engine 'ensemble'" + ("" if problem.netlist is None else " with a load resistance")
+    return unknown_effects(problem, SEVERAL_MODES, f"engine {engine!r}", instead)
 
 
 def with_power(v2: Value, eqs: Equations) -> Value:

@@ -214,6 +214,7 @@ def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0
     n1, n2, n12 = eqs.n1 or 0.0, eqs.n2 or 0.0, eqs.n12 or 0.0
+    n1 *= 1.0 if eqs.modes is None else eqs.modes.shaken_mass
     gained = {"x2": n2, "x": 2.0 * n12, "driven": 1.0}
     lost = {"damped": 1.0, "V2": (eqs.beta or 0.0) * (eqs.mu or 0.0), "impact_loss": 1.0}
     power_in = n1 + sum(factor * pair.mean(name)[0] for name, factor in gained.items() if factor)

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, served
+from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_one_mode, served
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -57,6 +57,8 @@ class Slow(Request, Engine):
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 
+        if (several := needs_one_mode(problem, cls.NAME)) is not None:
+            return several
         if problem.netlist is None:
             return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         if problem.equations.drive is None or problem.equations.is_random:

@@ -8,6 +8,7 @@ from numpy.polynomial import Polynomial
 from harvester.arrays import Floats
 from harvester.equations.coefficients import FRICTION, Equations
 from harvester.equations.effects import LINEAR, unknown_to
+from harvester.equations.modes import Modes
 from harvester.errors import UnboundedResponseError
 
 SLOWEST, ROUNDING = 1e-9, 1e-14  # in w0, and of the largest coefficient: eigenvalues are not known better
@@ -64,13 +65,30 @@ def growth_near(eqs: Equations, place: float = 0.0) -> float:
 
 
 def flow(eqs: Equations, place: float = 0.0) -> Floats:
-    """The matrix of small motions (x, x', V) about a place off the stops; without a load of (x, x'): V is a spring."""
+    """The matrix of small motions (x, x', V) about a place off the stops; without a load of (x, x'): V is a spring.
+
+    With further modes x and x' are the coordinates and speeds of all.
+    """
     linear, alpha2, alpha = eqs.spring
     stiffness = linear + place * (2.0 * alpha2 + 3.0 * alpha * place)
     friction, beta, mu = float(Polynomial(eqs.friction)(place**2)), eqs.beta or 0.0, eqs.mu
+    if eqs.modes is not None:
+        return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
     if mu is None:
         return np.array([[0.0, 1.0], [-stiffness - beta, -friction]])
     return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, 1.0, -mu]])
+
+
+def _flow_of_modes(modes: Modes, spring: float, friction: float, beta: float, mu: float | None) -> Floats:
+    """The matrix of (y, y', V), or without a load of (y, y')."""
+    (k, d), s, n = modes.matrices(spring, friction), np.array(modes.coupling), modes.count
+    if mu is None:
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
+    found = np.zeros((2 * n + 1, 2 * n + 1))
+    found[:n, n : 2 * n] = np.eye(n)
+    found[n : 2 * n, :n], found[n : 2 * n, n : 2 * n], found[n : 2 * n, -1] = -k, -d, -beta * s
+    found[-1, n : 2 * n], found[-1, -1] = s, -mu
+    return found
 
 
 def strongest_feed(eqs: Equations) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.equations.effects import EFFECTS
+from harvester.equations.modes import Modes
 from harvester.records.records import Record, TabulatedDensity
 
 # The friction f(x) = -c1 - c2 x^2 + c3 x^4: a term for each even power of x, its coefficient and the sign that it has.
@@ -25,7 +26,7 @@ class Equations:
     Other shaking than white noise, one kind at most (`harvester.mechanics.kernels.shaking`): ``drive``
     cos(drive_frequency t); noise of low-frequency intensity ``coloured`` with a ``correlation_time``; or of intensity
     ``coloured`` at the frequency ``centre`` with the half-power ``bandwidth``; a ``record``, or records of a
-    ``density``.
+    ``density``.  ``modes`` are further modes, or a magnifier.
     """
 
     alpha: float | None = None
@@ -53,6 +54,7 @@ class Equations:
     bandwidth: float | None = None
     record: Record | None = None
     density: TabulatedDensity | None = None
+    modes: Modes | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
 """The effects that the equations may have, once each: the coefficient that brings it, and which theories know it.
 
 A theory that simplifies the equations serves a scene only where it knows all of the scene's effects.  A new effect is
-known to none until its entry here says so, so that none leaves it out in silence.  The full equations (engines
-`ensemble`, `ideal` and `spice`) know every effect.
+known to none until its entry here says so, so that none leaves it out in silence.  The full equations know every
+effect: engine `ensemble` of any number of modes, `ideal`, `compiled` and `spice` of one.
 """
 
 from collections.abc import Callable
@@ -64,15 +64,20 @@ EFFECTS = (
     Effect("band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None),
     Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
     Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
+    Effect("further_modes", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is None),
+    Effect("magnifier", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is not None),
     Effect("back_coupling", "beta", THEORIES),
     Effect("resistive_load", "mu", THEORIES),
 )
+
+
+SEVERAL_MODES = frozenset(("further_modes", "magnifier"))  # what an engine or study of one mode does not know
 
 
 def unknown_to(theory: str) -> frozenset[str]:
     """The names of the effects that a theory does not know.
 
     >>> sorted(unknown_to(PART))
-    ['correlated_noise', 'parametric_noise']
+    ['correlated_noise', 'further_modes', 'magnifier', 'parametric_noise']
     """
     return frozenset(effect.name for effect in EFFECTS if theory not in effect.known_to)

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 from harvester.equations.coefficients import Equations
+from harvester.equations.modes import further_modes
 from harvester.equations.repeated_shaking import recorded_shaking
 from harvester.equations.scales import Scales
 from harvester.errors import InputError
@@ -75,10 +76,13 @@ def _rate(s: Scales) -> float:
 def _from_device(scene: Scene, s: Scales) -> Equations:
     modal, resistance = scene.modal, scene.load.resistance if scene.load else None
     stiffness = abs(modal.stiffness)
-    opposite = scene.opposite_stop
+    opposite, magnifier = scene.opposite_stop, scene.magnifier
+    under = None if magnifier is None else magnifier.restitution
     plain: dict[str, Any] = {
         name: scaled(_given(scene, key), factor(s, stiffness)) for name, (key, factor) in _SCALED.items()
     }
+    if under is not None and magnifier is not None:  # the stop is not that of the device
+        plain["gap"] = scaled(magnifier.gap, 1.0 / s.length)
     return Equations(
         **plain,
         **_shaking(scene, s),
@@ -86,9 +90,10 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
         beta=modal.coupling**2 / (stiffness * modal.capacitance),
         mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * s.frequency),
         c1=scaled(modal.damping, -1.0 / _rate(s)),
-        restitution=None if scene.stop is None else scene.stop.restitution,
+        restitution=under if scene.stop is None else scene.stop.restitution,
         opposite_restitution=None if opposite is None else opposite.restitution,
         opposite_gap=None if opposite is None else (opposite.gap or 0.0) / s.length,
+        modes=further_modes(modal, scene.mode, magnifier),
     )
 
 

@@ -35,6 +35,10 @@ def power_bound(problem: Problem) -> PowerBound | None:
     if gives or not eqs.is_shaken:
         return None
     white, unit = eqs.n1 or 0.0, problem.units.watts
+    if eqs.modes is not None:
+        white *= eqs.modes.shaken_mass
+        if eqs.is_shaken_otherwise:  # each coordinate has its own least friction
+            return None
     if not eqs.is_shaken_otherwise:
         return PowerBound(white * unit, note("bound_by_white_noise"))
     others = {"bound_by_damping": _mean_square(eqs) / (4.0 * least) if least else math.inf}

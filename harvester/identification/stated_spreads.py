@@ -13,13 +13,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from harvester.scene.keys import TABLES, kind_of
+from harvester.scene.keys import SEVERAL, TABLES, kind_of
 from harvester.scene.scene import Scene
 from harvester.scene.table import key_names
 from harvester.studies.tolerance.spreads import CUT
 from harvester.uncertainty.value import NORMAL_QUANTILE
 
-_TABLE = re.compile(r"\[(\w+)\]\s*(?:#.*)?")
+_TABLE = re.compile(r"\[\[?(\w+)\]\]?\s*(?:#.*)?")
 _KEY = re.compile(r"(\w+)\s*=.*#.*\b95 %: (\S+) to (\S+)")
 _DERIVED = re.compile(r"#\s+(short_circuit_frequency|coupling_squared_per_mass)\s*=.*\b95 %: (\S+) to (\S+)\)")
 MOST = 1.0 - 1e-7  # of a correlation
@@ -69,7 +69,7 @@ def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tup
         elif (match := _DERIVED.fullmatch(line)) is not None and (ends := _ends(match)) is not None and ends[0] > 0.0:
             derived[match[1]] = ends
         elif (match := _KEY.fullmatch(line)) is not None and (ends := _ends(match)) is not None:
-            names = key_names(TABLES[table]) if table in TABLES else []
+            names = key_names(TABLES[table]) if table in TABLES and table not in SEVERAL else []
             found |= {f"{table}.{match[1]}": ends} if match[1] in names else {}
     return found, derived
 

@@ -11,7 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Complexes, Floats
+from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
+
+AT_ONCE = 1 << 16  # frequencies, of several modes
 
 
 class WhiteResponse(NamedTuple):
@@ -32,8 +35,10 @@ def white(eqs: Equations) -> WhiteResponse:
         S = N1/(c (1 + beta + mu^2 + c mu) + beta mu)
         E[V^2] = E[xV] = S    E[x^2] = S (1 + mu^2 + c mu)    E[x'^2] = E[x^2] + S beta
 
-    Infinite where nothing takes energy, or more is fed than taken.
+    Infinite where nothing takes energy, or more is fed than taken.  Of several modes it is solved as it stands.
     """
+    if eqs.modes is not None:
+        return _white_of_modes(eqs)
     c, beta, mu = -(eqs.c1 or 0.0), eqs.beta or 0.0, eqs.mu or 0.0
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     if not loss > 0.0:
@@ -54,10 +59,57 @@ def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
         linear, alpha2, alpha = eqs.spring
         rest = eqs.resting_places[0]
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
+    if eqs.modes is not None:
+        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness)
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
         x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
         return np.array([x, voltage * x])
+
+
+def stationary(eqs: Equations) -> Floats:
+    """The covariance S of (y, y', V) under white noise of intensity 1: A S + S A^T + 2 b b^T = 0, b = g at y'.
+
+    Without a load that of (y, y').
+    """
+    from scipy.linalg import solve_continuous_lyapunov
+
+    assert eqs.modes is not None
+    matrix, n = flow(eqs), eqs.modes.count
+    forced = np.zeros(len(matrix))
+    forced[n : 2 * n] = eqs.modes.base
+    return np.asarray(solve_continuous_lyapunov(matrix, -2.0 * np.outer(forced, forced)))
+
+
+def _white_of_modes(eqs: Equations) -> WhiteResponse:
+    """`white` of several modes; x is the oscillator's displacement."""
+    assert eqs.modes is not None
+    values, n, s = np.linalg.eigvals(flow(eqs)), eqs.modes.count, np.array(eqs.modes.coupling)
+    losses = -values.real
+    if not losses.min() > 1e-14 * np.abs(values).max():
+        return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
+    found, e = stationary(eqs), eqs.modes.direction
+    v2 = found[-1, -1] if eqs.mu is not None else s @ found[:n, :n] @ s
+    moved, speed = e @ found[:n, :n] @ e, e @ found[n : 2 * n, n : 2 * n] @ e
+    return WhiteResponse(float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max()))
+
+
+def _amplitudes_of_modes(eqs: Equations, w: Floats, spring: float) -> Complexes:
+    """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
+    modes = eqs.modes
+    assert modes is not None
+    stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))
+    coupling, base, every = np.array(modes.coupling), np.array(modes.base, complex), w.reshape(-1)
+    found = np.empty((2, every.size), complex)
+    for first in range(0, every.size, AT_ONCE):
+        s = 1j * every[first : first + AT_ONCE, None, None]
+        voltage = s / (s + eqs.mu) if eqs.mu else np.ones_like(s)
+        dynamic = stiffness + s * damping + s * s * np.eye(modes.count)
+        dynamic = dynamic + (eqs.beta or 0.0) * voltage * np.outer(coupling, coupling)
+        y = np.linalg.solve(dynamic, np.broadcast_to(base[:, None], (len(s), modes.count, 1)))[:, :, 0]
+        found[0, first : first + AT_ONCE] = y @ modes.direction
+        found[1, first : first + AT_ONCE] = voltage[:, 0, 0] * (y @ coupling)
+    return found.reshape(2, *w.shape)
 
 
 def gains(eqs: Equations, w: Floats | float) -> Floats:

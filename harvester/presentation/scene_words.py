@@ -50,6 +50,8 @@ EFFECTS = {
     "band_pass_noise": "noise of the base in a band",
     "recorded_acceleration": "recorded acceleration of the base",
     "tabulated_noise": "noise of the base with a tabulated density",
+    "further_modes": "further modes of vibration",
+    "magnifier": "a mass on a spring under the device",
     "back_coupling": "back-coupling: the voltage's force on the mass",
     "resistive_load": "load resistance",
     "netlist": "circuit from a netlist",

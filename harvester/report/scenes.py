@@ -88,10 +88,8 @@ def made_by(about: dict[str, Any], **more: Any) -> dict[str, str]:
 def _keys(scene: Scene) -> TextTable:
     """The table of all keys of the scene file, in the units that people write."""
     rows = []
-    for table, keys in scene.tables().items():
-        if isinstance(keys, dict):
-            for name, value in keys.items():
-                rows += _key(table, name, value)
+    for table, name, value in scene.values():
+        rows += _key(table, name, value)
     return TextTable("As given", ["key", "value"], rows, (1,))
 
 

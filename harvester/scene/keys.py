@@ -2,21 +2,26 @@
 
 import functools
 
-from harvester.errors import InputError, refused, unknown
+from harvester.errors import InputError, invalid, refused, shown, unknown
 from harvester.presentation.columns import columns
 from harvester.quantities.kinds import Kind, any_quantity, with_prefix
 from harvester.scene.load import Load
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import Excitation, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.physical import Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.scene.table import SceneKey, SceneTable, key_names, keys_of, notes
 
 TABLES: dict[str, type[SceneTable]] = {
     table.TABLE: table
-    for table in (Oscillator, Piezo, Stop, OppositeStop, Excitation, Load, Storage, SensorNode, Nondimensional)
+    for table in (
+        *(Oscillator, Piezo, Stop, OppositeStop, Mode, Magnifier, Excitation, Load, Storage, SensorNode),
+        Nondimensional,
+    )
 }
 
-BEHIND = (Storage.TABLE, SensorNode.TABLE)  # tables of what is behind the circuit
+SEVERAL = (Mode.TABLE,)  # tables of which a scene has several: [[mode]], the first of which is that of mode 2
+BESIDE = (Storage.TABLE, SensorNode.TABLE, Mode.TABLE, Magnifier.TABLE)  # of what is beside the device
+MODES = ("2", "3", "4")  # the numbers of further modes
 _OF_PARAMETERS = {"R": "ohm", "C": "F", "L": "H", "Rcoil": "ohm", "Rcore": "ohm", "Cp": "F"}  # as in SPICE
 
 
@@ -46,7 +51,7 @@ def text(some: tuple[SceneKey, ...]) -> str:
     for key, line in zip(some, columns(cells, "  "), strict=True):
         if key.table != table:
             table = key.table
-            lines += [""] * bool(lines) + [f"[{table}]"]
+            lines += [""] * bool(lines) + [f"[[{table}]]" if table in SEVERAL else f"[{table}]"]
         lines.append(line)
     return "\n".join(lines)
 
@@ -54,14 +59,14 @@ def text(some: tuple[SceneKey, ...]) -> str:
 def full_key(key: str) -> str:
     """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
 
-    A key of the device goes before one of what is behind its circuit: "capacitance" is that of the piezo.
+    A key of the device goes before one of what is beside it: "capacitance" is that of the piezo.
 
     Raises InputError where several tables have the key; any other text comes back as it is.
     """
     if "." in key or key in TABLES:
         return key
     having = [table for table, of in TABLES.items() if key in key_names(of)]
-    device = [table for table in having if table not in BEHIND]
+    device = [table for table in having if table not in BESIDE]
     places = [f"{table}.{key}" for table in device or having]
     if len(places) > 1:
         raise InputError(f"key {key!r} must be given with its table, but several have it: {', '.join(places)}")
@@ -69,8 +74,19 @@ def full_key(key: str) -> str:
 
 
 def split_key(key: str) -> tuple[str, str]:
-    """The table and the name of a key, such as ("load", "resistance"); InputError for a key that no scene has."""
+    """The table and the name of a key, such as ("load", "resistance"); InputError for a key that no scene has.
+
+    That of a further mode is "mode.2.frequency", with the name "2.frequency".
+    """
     table, _, name = full_key(key).partition(".")
+    if table in SEVERAL:
+        number, _, name = name.partition(".")
+        if number not in MODES:
+            must = f"have the number of a further mode, such as {table}.2.{name or number}"
+            raise invalid(shown(key), must, number or "none")
+        if name not in key_names(TABLES[table]):
+            raise unknown(f"[[{table}]] key", name, key_names(TABLES[table]))
+        return table, f"{number}.{name}"
     if table not in TABLES:
         raise unknown("scene table", table, TABLES)
     names = [one.replace("parameters", "parameters.R") for one in key_names(TABLES[table])]
@@ -108,4 +124,5 @@ def unit_of(key: str) -> str:
 @functools.cache
 def key_kind(table: str, name: str) -> Kind | None:
     """The kind of quantity of a table's key, out of its annotation; None for a key that is a text or a table."""
+    name = name.rpartition(".")[2] if table in SEVERAL else name
     return next((note for note in notes(TABLES[table], name) if isinstance(note, Kind)), None)

@@ -6,7 +6,7 @@ Numbers are SI; texts carry their unit.  A table or a key that is left out is an
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from harvester.errors import invalid
+from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import (
     ACCELERATION,
     ACCELERATION_PSD,
@@ -18,9 +18,12 @@ from harvester.quantities.kinds import (
     DAMPING_X4,
     FREQUENCY,
     GAP,
+    MAGNIFIER_STIFFNESS,
     MASS,
+    MODE_COUPLING,
     NUMBER,
     NUMBER_FROM_0,
+    PARTICIPATION,
     QUADRATIC_STIFFNESS,
     QUALITY,
     RESTITUTION,
@@ -130,6 +133,54 @@ class OppositeStop(SceneTable):
     TABLE: ClassVar[str] = "opposite_stop"
     restitution: Annotated[Number, RESTITUTION, "of a second rigid stop, at X = +gap"]
     gap: Annotated[OptNumber, GAP, "its distance from rest"] = NONE
+
+
+@scene_table
+class Mode(SceneTable):
+    """A further mode of vibration, the second to the fourth; the [oscillator] is the first.
+
+        mass (X'' + 2 damping_ratio w X' + w^2 X) + coupling v = -mass base a,    w = 2 pi frequency
+
+    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the base and ``base``
+    the mode's participation in it.  A stop meets the sum of all modes' displacements, each times its ``at_stop``, which
+    is 1 where the stop is in the place where they are measured, such as at the tip.
+
+    >>> import harvester as hv
+    >>> hv.Mode(frequency="310 Hz", mass="5 g", damping_ratio=0.01, coupling="-2e-3 N/V", base=-0.6).base
+    -0.6
+    """
+
+    TABLE: ClassVar[str] = "mode"
+    frequency: Annotated[Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"]
+    mass: Annotated[Number, MASS, "modal mass of a further mode"]
+    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "of a further mode"] = NONE
+    coupling: Annotated[OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"] = NONE
+    base: Annotated[OptNumber, PARTICIPATION, "participation in the base's acceleration; 1 where left out"] = NONE
+    at_stop: Annotated[OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; 1 if left out"] = NONE
+
+
+@scene_table
+class Magnifier(SceneTable):
+    """A mass on a spring between the base and the device, which shakes the device more than the base does.
+
+    Its displacement Z is relative to the base, that of the [oscillator] relative to the magnifier.  With a
+    ``restitution`` there is a rigid stop under it at Z = -gap.
+
+    >>> import harvester as hv
+    >>> hv.Magnifier(mass="200 g", stiffness="80 N/m", damping="0.05 N s/m").mass
+    0.2
+    """
+
+    TABLE: ClassVar[str] = "magnifier"
+    mass: Annotated[Number, MASS, "between the base and the device"]
+    stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "of its spring to the base"]
+    damping: Annotated[OptNumber, STOP_DAMPING, "of its damper to the base"] = NONE
+    restitution: Annotated[OptNumber, RESTITUTION, "of a rigid stop under it; left out: none"] = NONE
+    gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; 0 where left out"] = NONE
+
+    def __post_init__(self) -> None:
+        if self.gap is not None and self.restitution is None:
+            raise InputError("magnifier.restitution must be given with gap, but is left out")
 
 
 @scene_table

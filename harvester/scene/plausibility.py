@@ -4,7 +4,7 @@ import math
 
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import Kind
-from harvester.scene.keys import TABLES, key_kind
+from harvester.scene.keys import key_kind
 from harvester.scene.physical import Excitation, Oscillator
 from harvester.scene.scene import Scene
 
@@ -15,11 +15,10 @@ FAR = 50.0  # times the resonance, or a part of it: no harvester is driven there
 def unusual_values(scene: Scene) -> list[Diagnostic]:
     """A warning with the likely unit for each number of a scene that is far outside of what such devices have."""
     found = list[Diagnostic]()
-    for table, keys in scene.tables().items():
-        for name, value in keys.items() if table in TABLES else ():
-            kind = key_kind(table, name)
-            if kind is not None:
-                found += unusual(f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2])
+    for table, name, value in scene.values():
+        kind = key_kind(table, name)
+        if kind is not None:
+            found += unusual(f"{table}.{name}", value, kind, kind.example.strip("'").partition(" ")[2])
     if scene.node is not None:
         found.append(note("node_left_out"))
     if scene.oscillator is not None:

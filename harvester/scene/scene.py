@@ -9,13 +9,14 @@ from typing import Any, TypedDict, Unpack
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from harvester.errors import InputError, names_arguments
+from harvester.errors import InputError, invalid, names_arguments
 from harvester.scene.checks import check_opposite_stop, check_stop_damping
-from harvester.scene.keys import TABLES, key_kind, read_value, split_key
+from harvester.scene.further_modes import check_magnifier, check_modes, contact_mass
+from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_key
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
-from harvester.scene.physical import FILES, Excitation, OppositeStop, Oscillator, Piezo, Stop
+from harvester.scene.physical import FILES, Excitation, Magnifier, Mode, OppositeStop, Oscillator, Piezo, Stop
 from harvester.scene.sensor_node import SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
@@ -28,6 +29,8 @@ class SceneTables(TypedDict, total=False):
     piezo: Piezo | None
     stop: Stop | None
     opposite_stop: OppositeStop | None
+    mode: tuple[Mode, ...]
+    magnifier: Magnifier | None
     excitation: Excitation | None
     load: Load | None
     storage: Storage | None
@@ -48,6 +51,8 @@ class Scene(SceneTable):
         a name, for figures and reports.
     oscillator, piezo, stop, opposite_stop, excitation, load
         the tables of a physical scene, in SI units; one that is None is an effect that is absent.
+    mode, magnifier
+        further modes of vibration, the second to the fourth, and a mass on a spring under the device.
     storage, node
         the store and the sensor node that `node` follows behind the load's rectifier.
     nondimensional
@@ -69,6 +74,8 @@ class Scene(SceneTable):
     piezo: Piezo | None = None
     stop: Stop | None = None
     opposite_stop: OppositeStop | None = None
+    mode: tuple[Mode, ...] = ()
+    magnifier: Magnifier | None = None
     excitation: Excitation | None = None
     load: Load | None = None
     storage: Storage | None = None
@@ -85,7 +92,10 @@ class Scene(SceneTable):
                 if name not in physical:
                     raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
             stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
-            check_stop_damping("stop.damping", stop.damping, stop.stiffness, self.modal.mass)
+            noise = None if self.excitation is None else self.excitation.stiffness_noise
+            check_modes(self.modal, self.mode, noise)
+            check_magnifier(self.magnifier, self.mode, self.stop is not None, noise)
+            check_stop_damping("stop.damping", stop.damping, stop.stiffness, contact_mass(self.modal, self.mode))
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None
                 check_opposite_stop("opposite_stop.", rigid, stop.gap, opposite.gap)
@@ -192,6 +202,8 @@ class Scene(SceneTable):
         for key, value in values.items():
             table, name = split_key(key)  # a bare key has its table from there
             changed = changes.setdefault(table, {})
+            if table in SEVERAL and int(name[0]) > len(self.mode) + 1:
+                raise invalid(key, f"be of a mode that the scene has, {len(self.mode) + 1} at most", name[0])
             if name.startswith("parameters."):
                 parameters = changed.setdefault("parameters", dict(self.load.parameters) if self.load else {})
                 parameters[name.split(".", 1)[1]] = value
@@ -200,6 +212,10 @@ class Scene(SceneTable):
         tables: dict[str, Any] = {}
         for table, changed in changes.items():
             present = getattr(self, table)
+            if table in SEVERAL:
+                own = [{k[2:]: v for k, v in changed.items() if k[0] == str(i)} for i in range(2, len(present) + 2)]
+                tables[table] = tuple(one.replace(**keys) for one, keys in zip(present, own, strict=True))
+                continue
             tables[table] = present.replace(**changed) if present else TABLES[table](**changed)
         return dataclasses.replace(self, **tables)
 
@@ -208,11 +224,21 @@ class Scene(SceneTable):
         present: dict[str, Any] = {"title": self.title} if self.title else {}
         for name in TABLES:
             table = getattr(self, name)
-            if table is not None:  # an empty table is one too
-                values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-                plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
-                present[name] = {key: one for key, one in plain.items() if one is not None and one != {}}
+            if name in SEVERAL:
+                present |= {name: [_keys_of(one) for one in table]} if table else {}
+            elif table is not None:  # an empty table is one too
+                present[name] = _keys_of(table)
         return present
+
+    def values(self) -> list[tuple[str, str, Any]]:
+        """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
+        found: list[tuple[str, str, Any]] = []
+        for table, keys in self.tables().items():
+            if isinstance(keys, dict):
+                found += [(table, name, value) for name, value in keys.items()]
+            elif isinstance(keys, list):
+                found += [(table, f"{i}.{name}", one) for i, mode in enumerate(keys, 2) for name, one in mode.items()]
+        return found
 
     def to_toml(self) -> str:
         """The scene file of this scene: `loads` gives the same scene back."""
@@ -225,9 +251,7 @@ class Scene(SceneTable):
 
         rows = [
             (f"[{table}]", key, str(value), kind.unit if (kind := key_kind(table, key)) else "")
-            for table, keys in self.tables().items()
-            if isinstance(keys, dict)
-            for key, value in keys.items()
+            for table, key, value in self.values()
         ]
         return html.table(self.title or "scene", ("table", "key", "value", "SI unit"), rows)
 
@@ -240,3 +264,10 @@ class Scene(SceneTable):
                 path = Path(name)
                 whole.update(path.read_bytes() if path.is_file() else b"")
         return whole.hexdigest()[:16]
+
+
+def _keys_of(table: Any) -> dict[str, Any]:
+    """The keys of a table that are present."""
+    values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+    plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
+    return {key: one for key, one in plain.items() if one is not None and one != {}}

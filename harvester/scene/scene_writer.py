@@ -23,6 +23,8 @@ def as_written(scene: Scene) -> str:
         tables[table] = keys
         if isinstance(keys, dict):
             tables[table] = {name: written(table, name, value) for name, value in keys.items()}
+        elif isinstance(keys, list):
+            tables[table] = [{name: written(table, name, value) for name, value in one.items()} for one in keys]
     return tomli_w.dumps(tables)
 
 

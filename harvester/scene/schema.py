@@ -50,11 +50,11 @@ def schema() -> dict[str, Any]:
     whole: dict[str, Any] = _inlined(made, made.pop("$defs"))
     tables = whole["properties"]
     for key in keys():
-        table = tables[key.table]
+        table = tables[key.table].get("items", tables[key.table])  # of [[mode]] there are several
         table["description"] = table["description"].partition("\n\n")[0]  # without equations and examples
         table["properties"][key.name] |= {"title": key.unit or key.name, "description": _help(key)}
     for name, kind in TABLES.items():
-        tables[name] |= _of_same(kind.SAME)
+        tables[name] |= _of_same(kind.SAME) if kind.SAME else {}
     tables["title"] |= {"description": "Title of tables and plots."}
     either = [{"required": ["nondimensional"]}, {"required": ["oscillator", "piezo"]}]
     return {"$schema": _OfToml.schema_dialect, **whole, "title": TITLE, "description": HELP, "anyOf": either}

@@ -230,11 +230,14 @@ def _computed(
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
     from harvester.mechanics.kernels.shaking import forcing
+    from harvester.mechanics.modes.path import trace_modes
 
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, round(0.05 / h))
+    if not ENGINES[engine].runs_ngspice and problem.equations.modes is not None:
+        return trace_modes(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
     if not ENGINES[engine].runs_ngspice:
         return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
     return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride

@@ -160,9 +160,7 @@ def quantities(scene: Scene) -> list[str]:
     """The keys of a scene that are quantities other than 0, whole."""
     return [
         f"{table}.{key}"
-        for table, keys in scene.tables().items()
-        if isinstance(keys, dict)
-        for key, value in keys.items()
+        for table, key, value in scene.values()
         if key_kind(table, key) is not None and isinstance(value, float | int) and value != 0.0
     ]
 

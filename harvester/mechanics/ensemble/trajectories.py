@@ -34,6 +34,7 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
+from harvester.mechanics.modes.batch import ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -109,9 +110,12 @@ class Trajectories:
             start[0] = np.resize(places, self.count) + off
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
-        self.circuit, self.ngspice_rule, self.steps, self._coefficients = circuit, ngspice_rule, 0, coefficients(eqs)
+        self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
+        self.modes = None if eqs.modes is None else ModalMotion(eqs)
+        self._coefficients = None if self.modes is not None and circuit is None else coefficients(eqs)
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
+        self.controlled = self.controlled and (self.modes is None or eqs.coloured is None)
         self._kind = circuit, ngspice_rule, self.controlled
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
@@ -133,7 +137,8 @@ class Trajectories:
             _check_period(h, repeat)
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        rows = (3 if self.circuit is None else 5) if self.own_circuit is None else self.own_circuit.rows
+        own = self.own_circuit or self.modes
+        rows = (3 if self.circuit is None else 5) if own is None else own.rows
         self.state = aligned((self.blocks, rows, BATCH))
         self.state[:, :3] = start
         if self.own_circuit is not None:
@@ -172,17 +177,19 @@ class Trajectories:
         eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if self.own_circuit is None else self.own_circuit.sums
+        own = self.own_circuit or self.modes
+        rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if own is None else own.sums
         sums = aligned((self.blocks, rows, BATCH))
-        noise = aligned((self.blocks, martingales(eqs.coloured is not None), BATCH)) if self.controlled else None
+        columns = martingales(eqs.coloured is not None) if self.modes is None else self.modes.martingales
+        noise = aligned((self.blocks, columns, BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
         schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
         update = update_of(eqs, self.h, self.ngspice_rule)
 
         def block(k: int) -> None:
             batch = self._batch(k, sums[k], None if noise is None else noise[k])
-            if self.own_circuit is not None:
-                self.own_circuit.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
+            if own is not None:
+                own.advance(batch, self.state[k], schedule, self.h, eqs, self.shakers[k])
             else:
                 advance(batch, schedule, self.h, self.circuit, self._coefficients, self.shakers[k], update)
             if progress is not None:
@@ -199,18 +206,19 @@ class Trajectories:
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
-        unit = loss_unit(self._coefficients) if self.circuit is None else 1.0
+        unit = 1.0 if self.circuit is not None or self._coefficients is None else loss_unit(self._coefficients)
+        unit = unit if self.modes is None else 1.0 / self.modes.mobility
         moments = from_sums(sums, samples, elapsed, unit, eqs.mu)
         if noise is None:
             return moments
         both = np.hstack(list(noise)), self._boundary() - begin
-        columns = np.vstack(both) if self.circuit is None else interleaved(*both)
-        return replace(moments, controls=columns.T / elapsed)
+        known = np.vstack(both) if self.circuit is None else interleaved(*both)
+        return replace(moments, controls=known.T / elapsed)
 
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
         (x, v, voltage, *circuit), (s0, s1) = self.state[k], self.words[k]
-        return Batch(x, v, voltage, s0, s1, sums, controls, *circuit[:2])
+        return Batch(x, v, voltage, s0, s1, sums, controls, *(() if self.circuit is None else circuit[:2]))
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
@@ -219,8 +227,8 @@ class Trajectories:
             return self._states().copy()
         columns = np.empty((3, BATCH))  # in one piece, also of several blocks: else their kernel is compiled twice
         for k, shaker in enumerate(self.shakers):
-            if self.own_circuit is not None:
-                self.own_circuit.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
+            if (own := self.own_circuit or self.modes) is not None:
+                own.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
                 mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
             out[:, k * BATCH : (k + 1) * BATCH] = columns
@@ -232,7 +240,8 @@ class Trajectories:
 
     def _boundary(self) -> Floats:
         """The functions of the present states whose change is one kind of controls."""
-        return (boundary if self.circuit is None else circuit_boundary)(self._states(), self.eqs)
+        of_states = boundary if self.circuit is None else circuit_boundary
+        return (of_states if self.modes is None else self.modes.boundary)(self._states(), self.eqs)
 
     def block(self, h: float | None) -> "Trajectories":
         """Fresh trajectories of the same scene, but a single block of them."""

@@ -7,6 +7,8 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
 
 STEP = 0.1  # default step, in units of 1/(frequency of the response)
+STEP_OF_HIGHEST = 0.5  # the same of the highest of several modes: no more than .2 % of bias, without a stop
+AT_STOP = 0.2  # the same where a stop excites it: 1 % or so
 TOLERATED = 1.5  # times the default: a longer step is not kept
 FINEST = 64  # steps to a period of the shaking, at least
 SHARPEST = 20.0  # a frequency; no step is made shorter for resonances that are sharper
@@ -54,7 +56,8 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
     for .2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
     feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would take energy in its place.  Strong
-    impacts under white noise, whose bias falls slowly with the step, ask for `IMPACTS` times as many steps.
+    impacts under white noise, whose bias falls slowly with the step, ask for `IMPACTS` times as many steps.  Of further
+    modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
     slope = linear + 2.0 * abs(alpha2) * math.sqrt(x2) + 3.0 * abs(alpha) * x2
@@ -65,6 +68,9 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     if eqs.drive is not None:
         loss = -(eqs.c1 or 0.0) + (eqs.beta or 0.0) * (eqs.mu or 0.0) / (1.0 + (eqs.mu or 0.0) ** 2)
         frequency = max(frequency, min(0.2 / math.sqrt(loss), SHARPEST) if loss > 0.0 else SHARPEST)
+    if eqs.modes is not None:
+        part = STEP_OF_HIGHEST if eqs.restitution is None and eqs.stop_stiffness is None else AT_STOP
+        frequency = max(frequency, STEP / part * eqs.modes.highest(max(slope, 1.0), eqs.beta or 0.0))
     if step_order(eqs) < STRONG:
         frequency *= IMPACTS
     return max(frequency, strongest_feed(eqs) * STEP / MOST_FED)

@@ -116,7 +116,8 @@ def _point(
     place = np.mean(moments.x) if noisy else moments.x  # of each trajectory where nothing is random
     about = np.maximum(moments.x2 - place**2, 0.0)
     moved = value(about, *mean_and_error(about), pair.bias("x2")[0]).scaled(units.length**2).root()
-    phases = _phases(problem, pair, model.circuit) if spread is not None and spread <= UNLIKE else (None, None)
+    known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
+    phases = _phases(problem, pair, model.circuit) if known else (None, None)
     return ResponsePoint(direction, frequency, v2, power, spread, moved, *phases)
 
 

@@ -139,7 +139,10 @@ def _nominal(key: str, scene: Scene) -> float:
     table, name = split_key(key)
     found = scene.tables().get(table, {})
     for part in name.split("."):
-        found = found.get(part) if isinstance(found, dict) else None
+        if isinstance(found, list):  # [[mode]]: the first is that of mode 2
+            found = found[int(part) - 2] if int(part) - 2 < len(found) else None
+        else:
+            found = found.get(part) if isinstance(found, dict) else None
     if isinstance(found, str):  # a netlist's parameter, written with its unit
         found = read_value(key, found)
     if not isinstance(found, int | float) or found == 0.0:

@@ -1,0 +1,100 @@
+"""Several modes or masses: the coordinates beside that of the oscillator, nondimensional.
+
+All coordinates y_j are scaled so that the kinetic energy is sum y_j'^2/2, in the units of the first mode's mass M:
+
+    y_j'' + d_j y_j' + k_j y_j + e_j F + beta s_j V = g_j a,    V' + mu V = sum s_j y_j'
+
+F is spring and friction of the oscillator at its displacement x = sum e_j y_j, a the acceleration that shakes it.
+
+    further modes   y_j = sqrt(M_j/M) x_j,  e = (1, 0, ...),  s_j = theta_j/theta sqrt(M/M_j),  g_j = base_j sqrt(M_j/M)
+    magnifier       y = (X + Z, sqrt(Mm/M) Z)/l,  e = s = (1, -sqrt(M/Mm)),  g = (1, sqrt(Mm/M)),  Mm its mass
+
+A stop meets w = sum phi_j y_j: an impact changes the speeds along phi, so that
+
+    y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
+
+In a magnifier friction of the oscillator damps both coordinates, e_i e_j f: that matrix is kept whole.  (Leaving out what
+is not on the diagonal between the modes of the undamped system changes the power by about .1 %.)
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.scene.modal_parameters import ModalParameters
+from harvester.scene.physical import Magnifier, Mode
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` beside F.
+
+    ``oscillator`` is e, None where it is (1, 0, ...).
+    """
+
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
+    coupling: tuple[float, ...]
+    base: tuple[float, ...]
+    contact: tuple[float, ...]
+    oscillator: tuple[float, ...] | None = None
+
+    @property
+    def count(self) -> int:
+        """How many coordinates there are."""
+        return len(self.stiffness)
+
+    @property
+    def shaken_mass(self) -> float:
+        """The sum of g_j^2: what the base shakes, in units of M."""
+        return math.fsum(one * one for one in self.base)
+
+    @property
+    def mobility(self) -> float:
+        """phi.phi, which is M over the mass that a stop meets."""
+        return math.fsum(one * one for one in self.contact)
+
+    @property
+    def direction(self) -> Floats:
+        """The vector e."""
+        return np.eye(self.count)[0] if self.oscillator is None else np.array(self.oscillator)
+
+    def matrices(self, spring: float, friction: float) -> tuple[Floats, Floats]:
+        """The matrices of stiffness and damping, shape (n, n), with those of the oscillator."""
+        e = self.direction
+        own = np.outer(e, e)
+        return np.diag(self.stiffness) + spring * own, np.diag(self.damping) + friction * own
+
+    def highest(self, spring: float, beta: float) -> float:
+        """The highest frequency of all, in open circuit."""
+        s = np.array(self.coupling)
+        return math.sqrt(float(np.linalg.eigvalsh(self.matrices(spring, 0.0)[0] + beta * np.outer(s, s))[-1]))
+
+
+def further_modes(modal: ModalParameters, modes: Sequence[Mode], magnifier: Magnifier | None) -> Modes | None:
+    """The coordinates of a device with further modes or a magnifier, None without."""
+    w0 = modal.frequency
+    if magnifier is not None:
+        ratio = magnifier.mass / modal.mass
+        root, rate = math.sqrt(ratio), magnifier.mass * w0
+        e = (1.0, -1.0 / root)
+        own = magnifier.stiffness / (rate * w0)
+        contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
+        return Modes((0.0, own), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
+    if not modes:
+        return None
+    roots = [math.sqrt(one.mass / modal.mass) for one in modes]
+    both = list(zip(modes, roots, strict=True))
+    w = [TURN * one.frequency / w0 for one in modes]
+    return Modes(
+        stiffness=(0.0, *(one * one for one in w)),
+        damping=(0.0, *(2.0 * (one.damping_ratio or 0.0) * each for one, each in zip(modes, w, strict=True))),
+        coupling=(1.0, *((one.coupling or 0.0) / (modal.coupling * root) for one, root in both)),
+        base=(1.0, *((1.0 if one.base is None else one.base) * root for one, root in both)),
+        contact=(1.0, *((1.0 if one.at_stop is None else one.at_stop) / root for one, root in both)),
+    )

@@ -1,0 +1,169 @@
+"""The kernel of many trajectories of several modes, as `harvester.mechanics.kernels.trajectory_batch` of one.
+
+A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are those of one mode, x
+being the oscillator's displacement and the impact's energy that of the contact coordinate.
+
+Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E} for each state z_j of
+(y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2, which together leave nothing of a linear
+device's V^2.
+"""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from harvester.arrays import Floats, aligned
+from harvester.equations.bounds import flow
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.intervals import drifts, interval, update_of
+from harvester.mechanics.kernels.noise import draw_noise
+from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
+from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule
+from harvester.mechanics.modes.step import (
+    along,
+    drift_modes,
+    energy_of_modes,
+    kick_modes,
+    modal_coefficients,
+    taken_by_damping,
+)
+
+
+BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
+
+
+@kernel
+def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update):
+    """Advance states z by a `Schedule` of steps h, and add up the moments; z has `BESIDE` rows more, and `controls`."""
+    whole, half = drifts(h, c.own.mu, update)
+    states = 2 * len(c.k) + 1
+    noise = np.zeros((2, BATCH))
+    accelerations = z[(states + 2) * BATCH : (states + 4) * BATCH].reshape(2, BATCH)
+    mid = np.zeros(states * BATCH)
+    coarse, steps = schedule.doublings > 0, 1 if schedule.doublings > 0 else 2
+    for _ in range(schedule.samples):
+        for _first in range(0, schedule.stride, steps):
+            if c.own.n1 is not None:
+                draw_noise(noise, s0, s1, schedule.doublings)
+            for k in range(steps):
+                if shaker is not None:
+                    shake(accelerations, coarse, shaker)
+                for i in range(BATCH):
+                    z[states * BATCH + i] = noise[k, i]
+                for i in range(BATCH):
+                    _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls)
+        for i in range(states * BATCH):
+            mid[i] = z[i]
+        for i in range(BATCH):
+            drift_modes(i, mid, half, c, last_acceleration(i, shaker))
+        for i in range(BATCH):
+            _add_sample(i, sums, z, mid, c)
+    for i in range(BATCH):
+        for row in range(3):
+            sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]
+    if controls is not None:
+        for j in range(len(controls)):
+            for i in range(BATCH):
+                controls[j, i] = z[(states + BESIDE + j) * BATCH + i]
+
+
+@forced
+def _step(i, z, xi, h, d, c, shaker, controls):
+    """Make one step of lane i, and add up impacts, work and controls."""
+    n = len(c.k)
+    a, a1 = _shaken(i, z, n, shaker)
+    impacts = drift_modes(i, z, d, c, a)
+    if c.contact is not None:
+        z[(2 * n + 5) * BATCH + i] += impacts.number
+        z[(2 * n + 6) * BATCH + i] += impacts.energy
+    if controls is not None:
+        high = math.sqrt(energy_of_modes(i, z, c)) * xi
+        for j in range(2 * n + 1):
+            z[(2 * n + 1 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * xi
+            z[(4 * n + 2 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * high
+    work = kick_modes(i, z, xi, h, c, a1)
+    if shaker is not None:
+        z[(2 * n + 7) * BATCH + i] += work
+
+
+@forced
+def _shaken(i, z, n, shaker):
+    """The means of the shaking over the drift, and at the kick; None without."""
+    if shaker is None:
+        return None, None
+    return z[(2 * n + 3) * BATCH + i], z[(2 * n + 4) * BATCH + i]
+
+
+@forced
+def _add_sample(i, sums, z, mid, c):
+    """Add up a sample: x and V at the kick, and all in mid-drift."""
+    n = len(c.k)
+    x, V, V_mid = along(c.e, z, 0, i), z[2 * n * BATCH + i], mid[2 * n * BATCH + i]
+    x_mid, speed = along(c.e, mid, 0, i), along(c.e, mid, n, i)
+    sums[0, i] += 0.5 * (V + V_mid)
+    sums[1, i] += V * V
+    sums[2, i] += V_mid * V_mid
+    sums[3, i] += 0.5 * (x + x_mid)
+    sums[4, i] += x * x
+    sums[5, i] += x_mid * x_mid
+    sums[6, i] += speed * speed
+    sums[7, i] += 0.5 * (x * V + x_mid * V_mid)
+    sums[8, i] += speed * V_mid
+    sums[9, i] += taken_by_damping(i, mid, c)
+
+
+@kernel
+def mid_drift_of_modes(z, out, h, c, shaker):
+    """x, x' and V of a copy of states half a step after their kick, shape (3, BATCH); the copy is changed."""
+    half, n = interval(h, 0.5 * h, c.own.mu), len(c.k)
+    for i in range(BATCH):
+        drift_modes(i, z, half, c, last_acceleration(i, shaker))
+        out[0, i], out[1, i], out[2, i] = along(c.e, z, 0, i), along(c.e, z, n, i), z[2 * n * BATCH + i]
+
+
+class ModalMotion:
+    """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels."""
+
+    sums: ClassVar[int] = len(SUMS)
+
+    def __init__(self, eqs: Equations) -> None:
+        assert eqs.modes is not None
+        self.coefficients, self.count = modal_coefficients(eqs), eqs.modes.count
+        self.rows, self.martingales = 1 + 2 * self.count, 2 * (2 * self.count + 1)
+        self.mobility = eqs.modes.mobility
+
+    @property
+    def order(self) -> list[int]:
+        """The rows of a block's state in the order of the kernels: y, v and V."""
+        n = self.count
+        return [0, *range(3, n + 2), 1, *range(n + 2, 2 * n + 1), 2]
+
+    def advance(
+        self, batch: Batch, state: Floats, schedule: Schedule, h: float, eqs: Equations, shaker: Filter | None
+    ) -> None:
+        """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
+        z = aligned((self.rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
+        z[: self.rows] = state[self.order]
+        own = batch.s0, batch.s1, batch.sums, batch.controls
+        advance_modes(z.reshape(-1), *own, schedule, h, self.coefficients, shaker, update_of(eqs, h))
+        state[self.order] = z[: self.rows]
+
+    def mid_drift(self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None) -> None:
+        """Go from the states of a block after a kick to x, x' and V half a step later."""
+        mid_drift_of_modes(state[self.order].reshape(-1), out, h, self.coefficients, shaker)
+
+    def boundary(self, states: Floats, eqs: Equations) -> Floats:
+        """The function z.P z of states, shape (rows, count), whose change is a control; shape (1, count)."""
+        from scipy.linalg import solve_continuous_lyapunov
+
+        assert eqs.modes is not None
+        z = states[self.order][: self.rows if eqs.mu is not None else -1]
+        weights = np.zeros(len(z))
+        if eqs.mu is not None:
+            weights[-1] = 1.0
+        else:
+            weights[: self.count] = eqs.modes.coupling
+        form = solve_continuous_lyapunov(flow(eqs).T, -np.outer(weights, weights))
+        return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])

@@ -1,0 +1,80 @@
+"""One recorded trajectory of several modes, as `harvester.mechanics.kernels.path` of one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats, aligned
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.intervals import EXACT, drifts
+from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
+from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.modes.step import along, drift_modes, kick_modes, modal_coefficients
+
+
+@dataclass(frozen=True)
+class ModalPath(Path):
+    """A path whose x and v are those of the oscillator; impacts have the speeds of the contact coordinate.
+
+    ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes), ``lost`` what impacts have taken in all.
+    """
+
+    coordinates: Floats | None = None
+    lost: float = 0.0
+
+
+@kernel
+def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c):
+    """Fill samples, coordinates and impacts from the states z of a batch of which lane 0 is used: (impacts, energy)."""
+    whole, half = drifts(h, c.own.mu, EXACT)
+    n, count, lost = len(c.k), 0, 0.0
+    _, a0 = between_kicks(shaking, 0)
+    kick_modes(0, z, 0.0, 0.5 * h, c, a0)  # from a start other than rest: the force of the first half step
+    for k in range(1, len(samples) * stride + 1):
+        mean, a = between_kicks(shaking, k)
+        did = drift_modes(0, z, whole, c, mean)
+        lost += did.energy
+        if did.speed != 0.0:
+            impacts[count, 0], impacts[count, 1] = (k - 1) * h + did.time, did.speed
+            count += 1
+        kick_modes(0, z, noise[k - 1], h, c, a)
+        if k % stride == 0:
+            row = k // stride - 1
+            samples[row, 0], samples[row, 1] = along(c.e, z, 0, 0), z[2 * n * BATCH]
+            for j in range((2 * n + 1) * BATCH):
+                mid[j] = z[j]
+            drift_modes(0, mid, half, c, a)
+            samples[row, 2], samples[row, 3] = along(c.e, mid, 0, 0), along(c.e, mid, n, 0)
+            samples[row, 4] = mid[2 * n * BATCH]
+            for j in range(n):
+                coordinates[row, 0, j], coordinates[row, 1, j] = mid[j * BATCH], mid[(n + j) * BATCH]
+    return count, lost
+
+
+def trace_modes(
+    eqs: Equations, noise: Floats, h: float, stride: int = 1, start: Floats | None = None, shaking: Floats | None = None
+) -> ModalPath:
+    """The trajectory of equations with several modes on a noise path, with the arguments of `trace`.
+
+    ``start`` has y, y' of all modes and V, shape (2 n + 1,); None: at rest, x in the first of `resting_places`.
+
+    Raises InputError for a start behind a stop, and coloured noise without ``shaking``.
+    """
+    modes = eqs.modes
+    assert modes is not None
+    z = aligned(((2 * modes.count + 1), BATCH))
+    z[0, 0] = eqs.resting_places[0]
+    if start is not None:
+        z[:, 0] = start
+        place = float(np.dot(modes.contact, z[: modes.count, 0]))
+        check_start(eqs.rigid_stops, place, place)
+    samples = np.empty((len(noise) // stride, len(COLUMNS)))
+    coordinates = np.empty((len(samples), 2, modes.count))
+    impacts = room_for_impacts(eqs, len(noise))
+    shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
+    found = samples, coordinates, impacts, modal_coefficients(eqs)
+    count, lost = _trace(z.reshape(-1), np.empty(z.size), noise, shaking, h, stride, *found)
+    lost /= modes.mobility
+    return ModalPath(h, stride, samples, impacts[:count].copy(), shaking, None, coordinates, lost)

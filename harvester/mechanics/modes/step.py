@@ -1,0 +1,224 @@
+"""One step of several modes or masses, the drift and the kick of `harvester.mechanics.kernels.equation_of_motion`.
+
+    drift   y' = v,  V' = s.v - mu V,  with the impacts of w = phi.y    (exact)
+    kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held)
+
+The stops are those of one mode, on the contact coordinate w (`harvester.mechanics.kernels.offset_stops.move`), where it
+begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
+
+    (w1, w1', U) = move(w, w', 0)
+    y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
+
+All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, those from there on
+are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so that loops over
+lanes become vector instructions; in several arrays a step takes three to five times as long.
+"""
+
+import math
+from typing import NamedTuple
+
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
+from harvester.mechanics.kernels.compiled import forced
+from harvester.mechanics.kernels.equation_of_motion import friction, impulse, is_damped, kick, spring
+from harvester.mechanics.kernels.offset_stops import lower_stop, move
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+
+AT_REST = 1e-12  # of the stop's coordinate and speed: rounding of sums over modes
+
+
+class ModalCoefficients(NamedTuple):
+    """The coefficients above: ``own`` those of the oscillator, ``contact`` those of w, None without a stop.
+
+    The others as of `harvester.equations.modes.Modes`, but ``e`` None where it is (1, 0, ...), and ``m`` and ``sm``.
+    """
+
+    own: Coefficients
+    contact: Coefficients | None
+    k: tuple[float, ...]
+    d: tuple[float, ...]
+    s: tuple[float, ...]
+    g: tuple[float, ...]
+    e: tuple[float, ...] | None
+    phi: tuple[float, ...] | None = None
+    m: tuple[float, ...] | None = None
+    sm: float | None = None
+
+
+def modal_coefficients(eqs: Equations) -> ModalCoefficients:
+    """The coefficients of equations with several modes, as their kernels take them."""
+    modes = eqs.modes
+    assert modes is not None
+    plain = ("mu", "alpha", "beta", "c1", "c2", "c3", "n1", "linear", "alpha2")
+    own = Coefficients(**{name: getattr(eqs, name) for name in plain})
+    of = ModalCoefficients(own, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
+    if eqs.restitution is None and eqs.stop_stiffness is None:
+        return of
+    mobility = modes.mobility
+    m = tuple(one / mobility for one in modes.contact)
+    contact = Coefficients(mu=eqs.mu, n1=eqs.n1, r=eqs.restitution, gap=eqs.gap or 0.0)
+    contact = contact._replace(high=eqs.opposite_gap, r_high=eqs.opposite_restitution)
+    if eqs.stop_stiffness is not None:
+        contact = contact._replace(k=eqs.stop_stiffness * mobility, c=(eqs.stop_damping or 0.0) * mobility)
+    sm = math.fsum(s * one for s, one in zip(modes.coupling, m, strict=True))
+    return of._replace(contact=contact, phi=modes.contact, m=m, sm=sm)
+
+
+@forced
+def along(direction, z, first, i):
+    """The sum of a direction's components times rows of lane i from the ``first`` on; without one the first row."""
+    if direction is None:
+        return z[first * BATCH + i]
+    total = 0.0
+    for j in range(len(direction)):
+        total += direction[j] * z[(first + j) * BATCH + i]
+    return total
+
+
+@forced
+def _pushed(i, z, c, a):
+    """The acceleration of w at rest, where no noise keeps the mass from resting on a stop; None elsewhere."""
+    if c.own.n1 is not None:
+        return None
+    force, total = spring(along(c.e, z, 0, i), c.own), 0.0
+    for j in range(len(c.phi)):
+        push = -c.k[j] * z[j * BATCH + i]
+        if c.own.beta is not None:
+            push -= c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
+        if a is not None:
+            push += c.g[j] * a
+        if c.e is not None:
+            push += c.e[j] * force
+        elif j == 0:
+            push += force
+        total += c.phi[j] * push
+    return total
+
+
+@forced
+def drift_modes(i, z, d, c, a):
+    """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it the one taken."""
+    rate = along(c.s, z, len(c.k), i)
+    if c.contact is None:
+        for j in range(len(c.s)):
+            z[j * BATCH + i] += d.t * z[(len(c.k) + j) * BATCH + i]
+        z[2 * len(c.k) * BATCH + i] = d.e * z[2 * len(c.k) * BATCH + i] + d.g * rate
+        return Impacts(0.0, 0.0, 0.0, 0.0)
+    w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
+    after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
+    way, jump = after.x - w - d.t * speed, after.v - speed
+    for j in range(len(c.s)):
+        z[j * BATCH + i] += d.t * z[(len(c.k) + j) * BATCH + i] + c.m[j] * way
+    for j in range(len(c.s)):
+        z[(len(c.k) + j) * BATCH + i] += c.m[j] * jump
+    z[2 * len(c.k) * BATCH + i] = d.e * z[2 * len(c.k) * BATCH + i] + d.g * rate + c.sm * (after.V - d.g * speed)
+    return impacts
+
+
+@forced
+def kick_modes(i, z, xi, h, c, a):
+    """Kick lane i for a time h at fixed y and V: the power that the shaking a puts in, times h; 0 without."""
+    x, hit = along(c.e, z, 0, i), 0.0
+    stuck, work = _is_stuck(i, z, c), 0.0
+    if a is not None:
+        work = 0.5 * h * a * along(c.g, z, len(c.k), i)
+        hit += h * a
+    if c.own.n1 is not None:
+        hit += impulse(x, xi, h, c.own)
+    if c.e is None:
+        z[len(c.k) * BATCH + i] = kick(State(x, z[len(c.k) * BATCH + i], z[2 * len(c.k) * BATCH + i]), xi, h, c.own, a)
+        for j in range(1, len(c.k)):
+            dv = c.g[j] * hit - h * c.k[j] * z[j * BATCH + i]
+            if c.own.beta is not None:
+                dv -= h * c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
+            loss = h * c.d[j]
+            kicked = z[(len(c.k) + j) * BATCH + i] + (1.0 + 0.5 * loss) * dv
+            z[(len(c.k) + j) * BATCH + i] = kicked * (1.0 / (1.0 + loss + 0.5 * loss * loss))
+    else:
+        _kick_with_common_friction(i, z, x, hit, h, c)
+    if stuck:
+        _keep_on_stop(i, z, c)
+    if a is not None:
+        work += 0.5 * h * a * along(c.g, z, len(c.k), i)
+    return work
+
+
+@forced
+def _kick_with_common_friction(i, z, x, hit, h, c):
+    """The kick where the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
+
+    (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
+    direction (Sherman and Morrison); stable at any damping.
+    """
+    f = 0.5 * h * friction(x, c.own) if is_damped(c.own) else 0.0
+    force, moved, size = spring(x, c.own), 0.0, 0.0
+    for j in range(len(c.k)):
+        inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
+        moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
+        size += c.e[j] * c.e[j] * inverse
+    common = f * moved / (1.0 + f * size)
+    for j in range(len(c.k)):
+        inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
+        z[(len(c.k) + j) * BATCH + i] = (
+            inverse * (_twice_and_kicked(i, j, z, force, hit, h, c) - c.e[j] * common) - z[(len(c.k) + j) * BATCH + i]
+        )
+
+
+@forced
+def _twice_and_kicked(i, j, z, force, hit, h, c):
+    """2 v_j + dv_j of the coordinate j."""
+    push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
+    if c.own.beta is not None:
+        push -= c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
+    return 2.0 * z[(len(c.k) + j) * BATCH + i] + h * push + c.g[j] * hit
+
+
+@forced
+def _is_stuck(i, z, c):
+    """Whether the mass rests on a rigid stop; only without noise, which keeps it moving."""
+    if c.contact is None or c.own.n1 is not None:
+        return False
+    if c.contact.r is None:
+        return False
+    w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
+    on = abs(w - lower_stop(c.contact)) <= AT_REST
+    if c.contact.high is not None:
+        on = on or abs(w - c.contact.high) <= AT_REST
+    return on and abs(speed) <= AT_REST
+
+
+@forced
+def _keep_on_stop(i, z, c):
+    """Take the speed along phi of a mass that a kick would push into the stop it rests on."""
+    if c.contact is None:
+        return
+    into, way = along(c.phi, z, len(c.k), i), 1.0
+    if c.contact.high is not None:
+        way = 1.0 if along(c.phi, z, 0, i) < 0.5 * (c.contact.high + lower_stop(c.contact)) else -1.0
+    if way * into < 0.0:
+        for j in range(len(c.m)):
+            z[(len(c.k) + j) * BATCH + i] -= c.m[j] * into
+
+
+@forced
+def energy_of_modes(i, z, c):
+    """Kinetic energy, and that of the springs but for terms beyond the linear ones."""
+    x = along(c.e, z, 0, i)
+    double = x * x
+    if c.own.linear is not None:
+        double *= c.own.linear
+    for j in range(len(c.k)):
+        double += (
+            z[(len(c.k) + j) * BATCH + i] * z[(len(c.k) + j) * BATCH + i] + c.k[j] * z[j * BATCH + i] * z[j * BATCH + i]
+        )
+    return 0.5 * double
+
+
+@forced
+def taken_by_damping(i, z, c):
+    """The power that damping takes."""
+    x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
+    total = friction(x, c.own) * speed * speed if is_damped(c.own) else 0.0
+    for j in range(len(c.d)):
+        total += c.d[j] * z[(len(c.k) + j) * BATCH + i] * z[(len(c.k) + j) * BATCH + i]
+    return total

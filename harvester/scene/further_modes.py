@@ -1,0 +1,54 @@
+"""Checks of further modes and of a magnifier beside the device that they belong to; each raises InputError."""
+
+import math
+from collections.abc import Sequence
+
+from harvester.errors import InputError, invalid
+from harvester.scene.modal_parameters import ModalParameters
+from harvester.scene.physical import Magnifier, Mode
+
+MOST = 3  # tables [[mode]]: the second to the fourth mode
+TURN = 2.0 * math.pi
+
+
+def check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None) -> None:
+    """Refuse too many modes, modes that are not in the order of their frequencies, and a coupling too strong.
+
+    A coupling theta takes theta^2/(2 Cp) of energy into the capacitance at a displacement of 1, which must be less than
+    what the mode's spring holds there, stiffness/2: else the capacitance is not that of the clamped piezo.
+    """
+    if not modes:
+        return
+    if len(modes) > MOST:
+        raise invalid("mode", f"be at most {MOST} tables, the second to the fourth mode", len(modes))
+    if stiffness_noise:
+        raise InputError("excitation.stiffness_noise must be left out beside [[mode]], but both are given")
+    below = modal.frequency / TURN
+    for number, mode in enumerate(modes, 2):
+        if not mode.frequency > below:
+            must = f"be above that of the mode before, {below:.6g} Hz"
+            raise invalid(f"mode.{number}.frequency", must, mode.frequency)
+        below, spring = mode.frequency, mode.mass * (TURN * mode.frequency) ** 2
+        if (mode.coupling or 0.0) ** 2 >= spring * modal.capacitance:
+            most = math.sqrt(spring * modal.capacitance)
+            must = f"be below {most:.4g} N/V in size, where the piezo takes all the energy that the mode's spring holds"
+            raise invalid(f"mode.{number}.coupling", must, mode.coupling)
+
+
+def check_magnifier(
+    magnifier: Magnifier | None, modes: Sequence[Mode], stop: bool, stiffness_noise: float | None
+) -> None:
+    """Refuse a magnifier beside further modes and beside noise of the stiffness, and two stops in different places."""
+    if magnifier is None:
+        return
+    for table, given in (("[[mode]]", bool(modes)), ("excitation.stiffness_noise", bool(stiffness_noise))):
+        if given:
+            raise InputError(f"{table} must be left out beside [magnifier], but both are given")
+    if magnifier.restitution is not None and stop:
+        raise InputError("magnifier.restitution must be left out beside [stop], but both are given")
+
+
+def contact_mass(modal: ModalParameters, modes: Sequence[Mode]) -> float:
+    """The mass M/(phi.phi) that a stop meets: with further modes less than that of the first, M."""
+    shares = ((1.0 if one.at_stop is None else one.at_stop) ** 2 / one.mass for one in modes)
+    return 1.0 / (1.0 / modal.mass + math.fsum(shares))
