@@ -13,8 +13,7 @@ A stop meets w = sum phi_j y_j: an impact changes the speeds along phi, so that
 
     y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
 
-In a magnifier friction of the oscillator damps both coordinates, e_i e_j f: that matrix is kept whole.  (Leaving out what
-is not on the diagonal between the modes of the undamped system changes the power by about .1 %.)
+Friction of the oscillator on a magnifier damps both coordinates, e_i e_j f: that matrix is kept whole.
 """
 
 import math

@@ -34,7 +34,7 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
-from harvester.mechanics.modes.batch import ModalMotion
+from harvester.mechanics.modes.modal_batch import ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps

@@ -68,7 +68,11 @@ def coefficients(eqs: Equations) -> Coefficients:
     """
     if eqs.modes is not None:
         effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
-        raise CannotServeError(refusal("unknown_effects", who="this study, of paths of one mode,", effects=effects, instead="engine 'ensemble'"))
+        raise CannotServeError(
+            refusal(
+                "unknown_effects", who="this study, of paths of one mode,", effects=effects, instead="engine 'ensemble'"
+            )
+        )
     given = {name: getattr(eqs, name) for name in Coefficients._fields if name in vars(eqs)}
     given |= {"r": eqs.restitution, "r_high": eqs.opposite_restitution, "high": eqs.opposite_gap}
     if eqs.gap is not None or eqs.opposite_restitution is not None or eqs.stop_stiffness is not None:
