@@ -51,7 +51,7 @@ class Draft:
         self.loaded = scene.load is not None
         tables = scene.tables()
         self.carried: dict[str, dict[str, Any]] = {}
-        self.beside = {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE) if table in tables}
+        self.beside = _taken(tables)
         for table, entries in tables.items():
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
@@ -222,6 +222,11 @@ class Draft:
         other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
         other.words, other.load = dict(self.words), dict(self.load)
         return other
+
+
+def _taken(tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables that the page has no knobs for, taken out of a scene's: they stay as they are."""
+    return {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE) if table in tables}
 
 
 def first() -> Draft:

@@ -59,6 +59,12 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update):
             drift_modes(i, mid, half, c, last_acceleration(i, shaker))
         for i in range(BATCH):
             _add_sample(i, sums, z, mid, c)
+    _give_sums(z, sums, controls, states)
+
+
+@forced
+def _give_sums(z, sums, controls, states):
+    """Write what was added up beside the states to where it is expected."""
     for i in range(BATCH):
         for row in range(3):
             sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]
