@@ -13,8 +13,7 @@ A stop meets w = sum phi_j y_j: an impact changes the speeds along phi, so that
 
     y' += phi/(phi.phi) (w'+ - w'-)    with the energy (w'-^2 - w'+^2)/(2 phi.phi) taken
 
-In a magnifier friction of the oscillator damps both coordinates, e_i e_j f: that matrix is kept whole.  (Leaving out what
-is not on the diagonal between the modes of the undamped system changes the power by about .1 %.)
+Friction of the oscillator on a magnifier damps both coordinates, e_i e_j f: that matrix is kept whole.
 """
 
 import math
@@ -56,7 +55,7 @@ class Modes:
 
     @property
     def mobility(self) -> float:
-        """phi.phi, which is M over the mass that a stop meets."""
+        """The product phi.phi, which is M over the mass that a stop meets."""
         return math.fsum(one * one for one in self.contact)
 
     @property
@@ -78,23 +77,28 @@ class Modes:
 
 def further_modes(modal: ModalParameters, modes: Sequence[Mode], magnifier: Magnifier | None) -> Modes | None:
     """The coordinates of a device with further modes or a magnifier, None without."""
-    w0 = modal.frequency
     if magnifier is not None:
-        ratio = magnifier.mass / modal.mass
-        root, rate = math.sqrt(ratio), magnifier.mass * w0
-        e = (1.0, -1.0 / root)
-        own = magnifier.stiffness / (rate * w0)
-        contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
-        return Modes((0.0, own), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)
+        return _on_magnifier(modal, magnifier)
     if not modes:
         return None
     roots = [math.sqrt(one.mass / modal.mass) for one in modes]
-    both = list(zip(modes, roots, strict=True))
-    w = [TURN * one.frequency / w0 for one in modes]
+    w = [TURN * one.frequency / modal.frequency for one in modes]
+
+    def of_all(name: str, usual: float) -> list[float]:
+        return [usual if (value := getattr(one, name)) is None else value for one in modes]
+
     return Modes(
         stiffness=(0.0, *(one * one for one in w)),
-        damping=(0.0, *(2.0 * (one.damping_ratio or 0.0) * each for one, each in zip(modes, w, strict=True))),
-        coupling=(1.0, *((one.coupling or 0.0) / (modal.coupling * root) for one, root in both)),
-        base=(1.0, *((1.0 if one.base is None else one.base) * root for one, root in both)),
-        contact=(1.0, *((1.0 if one.at_stop is None else one.at_stop) / root for one, root in both)),
+        damping=(0.0, *(2.0 * ratio * one for ratio, one in zip(of_all("damping_ratio", 0.0), w, strict=True))),
+        coupling=(1.0, *(s / (modal.coupling * root) for s, root in zip(of_all("coupling", 0.0), roots, strict=True))),
+        base=(1.0, *(one * root for one, root in zip(of_all("base", 1.0), roots, strict=True))),
+        contact=(1.0, *(one / root for one, root in zip(of_all("at_stop", 1.0), roots, strict=True))),
     )
+
+
+def _on_magnifier(modal: ModalParameters, magnifier: Magnifier) -> Modes:
+    """The coordinates of a device on a magnifier; a stop is under that, or the device's own."""
+    root, rate = math.sqrt(magnifier.mass / modal.mass), magnifier.mass * modal.frequency
+    e, own = (1.0, -1.0 / root), magnifier.stiffness / (rate * modal.frequency)
+    contact = e if magnifier.restitution is None else (0.0, 1.0 / root)
+    return Modes((0.0, own), (0.0, (magnifier.damping or 0.0) / rate), e, (1.0, root), contact, e)

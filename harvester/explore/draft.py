@@ -14,7 +14,7 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.keys import read_value
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
-from harvester.scene.physical import FILES, Oscillator, Piezo
+from harvester.scene.physical import FILES, Magnifier, Mode, Oscillator, Piezo
 from harvester.scene.scene import Scene
 from harvester.scene.toml import MOST_BYTES, load, loads
 
@@ -51,6 +51,7 @@ class Draft:
         self.loaded = scene.load is not None
         tables = scene.tables()
         self.carried: dict[str, dict[str, Any]] = {}
+        self.beside = _taken(tables)
         for table, entries in tables.items():
             for name, value in entries.items() if isinstance(entries, dict) else ():
                 self._take(f"{table}.{name}", value, (raw or {}).get(table, {}).get(name))
@@ -185,7 +186,7 @@ class Draft:
             found["load"] = {"netlist": self.netlist, **self.load} | ({"parameters": values} if values else {})
         elif self.physical and self.loaded and RESISTANCE in self.texts:
             found["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
-        return found | (self.carried if self.netlist is not None else {})
+        return found | self.beside | (self.carried if self.netlist is not None else {})
 
     def _in_file(self, key: str) -> Any:
         """What a scene file has for a key; None where it has no text."""
@@ -221,6 +222,11 @@ class Draft:
         other.texts, other.files, other.on = dict(self.texts), dict(self.files), set(self.on)
         other.words, other.load = dict(self.words), dict(self.load)
         return other
+
+
+def _taken(tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables that the page has no knobs for, taken out of a scene's: they stay as they are."""
+    return {table: tables.pop(table) for table in (Mode.TABLE, Magnifier.TABLE) if table in tables}
 
 
 def first() -> Draft:

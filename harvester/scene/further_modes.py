@@ -1,7 +1,8 @@
 """Checks of further modes and of a magnifier beside the device that they belong to; each raises InputError."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from harvester.errors import InputError, invalid
 from harvester.scene.modal_parameters import ModalParameters
@@ -11,7 +12,30 @@ MOST = 3  # tables [[mode]]: the second to the fourth mode
 TURN = 2.0 * math.pi
 
 
-def check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None) -> None:
+def check_beside(
+    modal: ModalParameters,
+    modes: Sequence[Mode],
+    magnifier: Magnifier | None,
+    stop: bool,
+    stiffness_noise: float | None,
+) -> None:
+    """Refuse further modes and a magnifier that cannot be; ``stop``: the device has one."""
+    _check_modes(modal, modes, stiffness_noise)
+    _check_magnifier(magnifier, modes, stop, stiffness_noise)
+
+
+def changed_modes(modes: Sequence[Mode], changes: Mapping[str, Any]) -> tuple[Mode, ...]:
+    """Further modes with some keys set, such as "2.frequency" of the first of them."""
+    own: list[dict[str, Any]] = [{} for _ in modes]
+    for key, value in changes.items():
+        number, _, name = key.partition(".")
+        if int(number) > len(modes) + 1:
+            raise invalid(f"mode.{key}", f"be of a mode that the scene has, {len(modes) + 1} at most", number)
+        own[int(number) - 2][name] = value
+    return tuple(one.replace(**keys) for one, keys in zip(modes, own, strict=True))
+
+
+def _check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: float | None) -> None:
     """Refuse too many modes, modes that are not in the order of their frequencies, and a coupling too strong.
 
     A coupling theta takes theta^2/(2 Cp) of energy into the capacitance at a displacement of 1, which must be less than
@@ -35,7 +59,7 @@ def check_modes(modal: ModalParameters, modes: Sequence[Mode], stiffness_noise: 
             raise invalid(f"mode.{number}.coupling", must, mode.coupling)
 
 
-def check_magnifier(
+def _check_magnifier(
     magnifier: Magnifier | None, modes: Sequence[Mode], stop: bool, stiffness_noise: float | None
 ) -> None:
     """Refuse a magnifier beside further modes and beside noise of the stiffness, and two stops in different places."""

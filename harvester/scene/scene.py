@@ -9,9 +9,9 @@ from typing import Any, TypedDict, Unpack
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from harvester.errors import InputError, invalid, names_arguments
+from harvester.errors import InputError, names_arguments
 from harvester.scene.checks import check_opposite_stop, check_stop_damping
-from harvester.scene.further_modes import check_magnifier, check_modes, contact_mass
+from harvester.scene.further_modes import changed_modes, check_beside, contact_mass
 from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_key
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
@@ -93,8 +93,7 @@ class Scene(SceneTable):
                     raise InputError(f"[{name}] must be given (or [nondimensional] alone), but the table is missing")
             stop, opposite = self.stop or Stop(restitution=1.0), self.opposite_stop
             noise = None if self.excitation is None else self.excitation.stiffness_noise
-            check_modes(self.modal, self.mode, noise)
-            check_magnifier(self.magnifier, self.mode, self.stop is not None, noise)
+            check_beside(self.modal, self.mode, self.magnifier, self.stop is not None, noise)
             check_stop_damping("stop.damping", stop.damping, stop.stiffness, contact_mass(self.modal, self.mode))
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None
@@ -202,8 +201,6 @@ class Scene(SceneTable):
         for key, value in values.items():
             table, name = split_key(key)  # a bare key has its table from there
             changed = changes.setdefault(table, {})
-            if table in SEVERAL and int(name[0]) > len(self.mode) + 1:
-                raise invalid(key, f"be of a mode that the scene has, {len(self.mode) + 1} at most", name[0])
             if name.startswith("parameters."):
                 parameters = changed.setdefault("parameters", dict(self.load.parameters) if self.load else {})
                 parameters[name.split(".", 1)[1]] = value
@@ -213,10 +210,9 @@ class Scene(SceneTable):
         for table, changed in changes.items():
             present = getattr(self, table)
             if table in SEVERAL:
-                own = [{k[2:]: v for k, v in changed.items() if k[0] == str(i)} for i in range(2, len(present) + 2)]
-                tables[table] = tuple(one.replace(**keys) for one, keys in zip(present, own, strict=True))
-                continue
-            tables[table] = present.replace(**changed) if present else TABLES[table](**changed)
+                tables[table] = changed_modes(present, changed)
+            else:
+                tables[table] = present.replace(**changed) if present else TABLES[table](**changed)
         return dataclasses.replace(self, **tables)
 
     def tables(self) -> dict[str, Any]:
@@ -225,20 +221,17 @@ class Scene(SceneTable):
         for name in TABLES:
             table = getattr(self, name)
             if name in SEVERAL:
-                present |= {name: [_keys_of(one) for one in table]} if table else {}
+                present |= {name: [one.present() for one in table]} if table else {}
             elif table is not None:  # an empty table is one too
-                present[name] = _keys_of(table)
+                present[name] = table.present()
         return present
 
     def values(self) -> list[tuple[str, str, Any]]:
         """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
-        found: list[tuple[str, str, Any]] = []
-        for table, keys in self.tables().items():
-            if isinstance(keys, dict):
-                found += [(table, name, value) for name, value in keys.items()]
-            elif isinstance(keys, list):
-                found += [(table, f"{i}.{name}", one) for i, mode in enumerate(keys, 2) for name, one in mode.items()]
-        return found
+        tables = {table: keys for table, keys in self.tables().items() if isinstance(keys, dict)}
+        found = [(table, name, value) for table, keys in tables.items() for name, value in keys.items()]
+        numbered = ((f"{i}.", one.present()) for i, one in enumerate(self.mode, 2))
+        return found + [(Mode.TABLE, of + name, value) for of, keys in numbered for name, value in keys.items()]
 
     def to_toml(self) -> str:
         """The scene file of this scene: `loads` gives the same scene back."""
@@ -264,10 +257,3 @@ class Scene(SceneTable):
                 path = Path(name)
                 whole.update(path.read_bytes() if path.is_file() else b"")
         return whole.hexdigest()[:16]
-
-
-def _keys_of(table: Any) -> dict[str, Any]:
-    """The keys of a table that are present."""
-    values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-    plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
-    return {key: one for key, one in plain.items() if one is not None and one != {}}

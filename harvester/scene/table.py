@@ -96,6 +96,12 @@ class SceneTable:
         same = [other for names in self.SAME for other in names if not keys.keys().isdisjoint(names)]
         return dataclasses.replace(self, **dict.fromkeys(same) | keys)  # type: ignore[type-var]
 
+    def present(self) -> dict[str, Any]:
+        """The keys that are present."""
+        values = {name: getattr(self, name) for name in key_names(type(self))}
+        plain = {key: dict(one) if isinstance(one, dict) else one for key, one in values.items()}
+        return {key: one for key, one in plain.items() if one is not None and one != {}}
+
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:

@@ -230,7 +230,7 @@ def _computed(
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
     from harvester.mechanics.kernels.shaking import forcing
-    from harvester.mechanics.modes.path import trace_modes
+    from harvester.mechanics.modes.modal_path import trace_modes
 
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))

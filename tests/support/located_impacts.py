@@ -1,8 +1,8 @@
 """A linear device with stops under a harmonic drive, by exact flow between impacts that are located to rounding.
 
-It shares nothing with the package but the matrices M, C, K in physical coordinates: the state (q, q', v, cos, sin, 1) obeys
-a linear equation between events, whose solution is a sum of exponentials; a sign change of the distance to a stop is looked
-for on a fine grid of times and then bisected.  An impact changes q' by M^-1 phi, a compliant stop changes the matrix.
+It shares nothing with the package: in physical coordinates the state (q, q', v, cos, sin, 1) obeys a linear equation
+between events, whose solution is a sum of exponentials; a sign change of the distance to a stop is looked for on a fine
+grid of times and then bisected.  An impact changes q' along M^-1 phi, a compliant stop changes the matrix.
 """
 
 import numpy as np
@@ -49,8 +49,8 @@ class Device:
     def mean_square_voltage(self, stops, periods, settle, compliant=None):
         """The mean of v^2 over periods of the drive after ``settle`` of them, from rest.
 
-        ``stops`` are (side, place, restitution): phi.q must stay above the place (side 1) or below it (-1); ``compliant``
-        is (stiffness, damping, gap) of a spring below -gap, whose places take part as (1, -gap, None).
+        ``stops`` are (side, place, restitution): phi.q must stay above the place (side 1) or below it (-1).
+        ``compliant`` is (stiffness, damping, gap) of a spring below -gap, which is among the stops as (1, -gap, None).
         """
         n, free = self.n, Flow(self.free)
         touching = None if compliant is None else Flow(self.in_contact(*compliant))

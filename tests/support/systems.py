@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
+import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.linear.solve import solve
 from harvester.linear.transfer import amplitudes
@@ -98,3 +99,15 @@ def z(estimate, exact, exact_error=0.0):
 def continuum(eqs):
     """Amplitudes of x and V of the linear scene under F cos(Omega t)."""
     return eqs.drive * amplitudes(eqs, eqs.drive_frequency)
+
+
+# A beam of two or three modes, each normalised to the tip.
+SECOND = hv.Mode(frequency="310 Hz", mass="12 g", damping_ratio=0.03, coupling="-5e-3 N/V", base=-0.4)
+THIRD = hv.Mode(frequency="880 Hz", mass="9 g", damping_ratio=0.02, coupling="7e-3 N/V", base=0.2, at_stop=-1.0)
+BEAM = hv.Scene(
+    oscillator=hv.Oscillator(mass="10 g", frequency="50 Hz", damping_ratio=0.03),
+    piezo=hv.Piezo(coupling="2e-3 N/V", capacitance="50 nF"),
+    mode=(SECOND,),
+    excitation=hv.Excitation(acceleration_psd="1e-4 g^2/Hz"),
+    load=hv.Load(resistance="100 kohm"),
+)

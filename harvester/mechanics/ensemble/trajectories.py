@@ -34,7 +34,7 @@ from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
-from harvester.mechanics.modes.batch import ModalMotion
+from harvester.mechanics.modes.modal_batch import ModalMotion
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -112,10 +112,9 @@ class Trajectories:
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
         self.modes = None if eqs.modes is None else ModalMotion(eqs)
-        self._coefficients = None if self.modes is not None and circuit is None else coefficients(eqs)
+        self._coefficients: Any = coefficients(eqs) if self.modes is None else self.modes.coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
-        self.controlled = controlled and not ngspice_rule and eqs.has_new_noise
-        self.controlled = self.controlled and (self.modes is None or eqs.coloured is None)
+        self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
         self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
@@ -137,8 +136,7 @@ class Trajectories:
             _check_period(h, repeat)
             self.stride = max(2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride))))
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        own = self.own_circuit or self.modes
-        rows = (3 if self.circuit is None else 5) if own is None else own.rows
+        rows = (3 if self.circuit is None else 5) if self._own is None else self._own.rows
         self.state = aligned((self.blocks, rows, BATCH))
         self.state[:, :3] = start
         if self.own_circuit is not None:
@@ -177,11 +175,10 @@ class Trajectories:
         eqs, time = self.eqs, self.stride * self.h  # from one sample to the next
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        own = self.own_circuit or self.modes
+        own = self._own
         rows = len(SUMS if self.circuit is None else IDEAL_SUMS) if own is None else own.sums
         sums = aligned((self.blocks, rows, BATCH))
-        columns = martingales(eqs.coloured is not None) if self.modes is None else self.modes.martingales
-        noise = aligned((self.blocks, columns, BATCH)) if self.controlled else None
+        noise = aligned((self.blocks, self._martingales, BATCH)) if self.controlled else None
         begin = self._boundary() if self.controlled else np.empty(0)
         schedule = Schedule(samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0)
         update = update_of(eqs, self.h, self.ngspice_rule)
@@ -206,14 +203,29 @@ class Trajectories:
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
-        unit = 1.0 if self.circuit is not None or self._coefficients is None else loss_unit(self._coefficients)
-        unit = unit if self.modes is None else 1.0 / self.modes.mobility
-        moments = from_sums(sums, samples, elapsed, unit, eqs.mu)
+        moments = from_sums(sums, samples, elapsed, self._loss_unit, eqs.mu)
         if noise is None:
             return moments
         both = np.hstack(list(noise)), self._boundary() - begin
         known = np.vstack(both) if self.circuit is None else interleaved(*both)
         return replace(moments, controls=known.T / elapsed)
+
+    @property
+    def _own(self) -> OwnCircuit | ModalMotion | None:
+        """What brings kernels of its own."""
+        return self.own_circuit or self.modes
+
+    @property
+    def _martingales(self) -> int:
+        """How many rows of martingales there are."""
+        return martingales(self.eqs.coloured is not None) if self.modes is None else self.modes.martingales
+
+    @property
+    def _loss_unit(self) -> float:
+        """The unit of the sums of impact losses."""
+        if self.modes is not None:
+            return 1.0 / self.modes.mobility
+        return loss_unit(self._coefficients) if self.circuit is None else 1.0
 
     def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
         """A block as the kernels take it."""
@@ -227,7 +239,7 @@ class Trajectories:
             return self._states().copy()
         columns = np.empty((3, BATCH))  # in one piece, also of several blocks: else their kernel is compiled twice
         for k, shaker in enumerate(self.shakers):
-            if (own := self.own_circuit or self.modes) is not None:
+            if (own := self._own) is not None:
                 own.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
             else:
                 mid_drift(self._batch(k), columns, self.h, self._coefficients, self.circuit, shaker)
@@ -266,6 +278,11 @@ class Trajectories:
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+
+
+def _has_controls(eqs: Equations) -> bool:
+    """Whether sums of mean zero are known: of new noise, but of several modes of white noise only."""
+    return eqs.has_new_noise and (eqs.modes is None or eqs.coloured is None)
 
 
 def _check_period(h: float, repeat: float) -> None:

@@ -68,12 +68,18 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     if eqs.drive is not None:
         loss = -(eqs.c1 or 0.0) + (eqs.beta or 0.0) * (eqs.mu or 0.0) / (1.0 + (eqs.mu or 0.0) ** 2)
         frequency = max(frequency, min(0.2 / math.sqrt(loss), SHARPEST) if loss > 0.0 else SHARPEST)
-    if eqs.modes is not None:
-        part = STEP_OF_HIGHEST if eqs.restitution is None and eqs.stop_stiffness is None else AT_STOP
-        frequency = max(frequency, STEP / part * eqs.modes.highest(max(slope, 1.0), eqs.beta or 0.0))
+    frequency = max(frequency, _of_highest_mode(eqs, max(slope, 1.0)))
     if step_order(eqs) < STRONG:
         frequency *= IMPACTS
     return max(frequency, strongest_feed(eqs) * STEP / MOST_FED)
+
+
+def _of_highest_mode(eqs: Equations, spring: float) -> float:
+    """What the highest of several modes asks for; 0 of one."""
+    if eqs.modes is None:
+        return 0.0
+    part = STEP_OF_HIGHEST if eqs.restitution is None and eqs.stop_stiffness is None else AT_STOP
+    return STEP / part * eqs.modes.highest(spring, eqs.beta or 0.0)
 
 
 def chatter(pressure: float, n1: float | None, v2: float) -> float:

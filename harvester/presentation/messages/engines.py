@@ -42,11 +42,12 @@ def _effort(
 
 
 def _cheapest(engine: str, why: str, error: float | None, within: float, formula: str, refused: str) -> str:
+    stated = "" if error is None else f"{error:.2g}"
     reason = {
         "netlist": "the load is a netlist, and 'ideal' does not know the error of its model",
         "refused": f"'averaged' cannot tell: {refused}",
-        "reached": f"the error that it states, {error:.2g}, is within {within:.3g}",
-        "beyond": f"{formula!r} states an error of {error:.2g}, more than {within:.3g}",
+        "reached": f"the error that it states, {stated}, is within {within:.3g}",
+        "beyond": f"{formula!r} states an error of {stated}, more than {within:.3g}",
     }[why]
     return f"engine {engine!r} was chosen as the cheapest: {reason}"
 

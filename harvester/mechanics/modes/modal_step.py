@@ -9,9 +9,9 @@ begins without voltage, with m = phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/m
     (w1, w1', U) = move(w, w', 0)
     y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
 
-All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, those from there on
-are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so that loops over
-lanes become vector instructions; in several arrays a step takes three to five times as long.
+All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is V, and those from
+there on are what a kernel adds up.  Places that differ by constants are known to the compiler not to be the same, so
+that loops over lanes become vector instructions; in several arrays a step takes three to five times as long.
 """
 
 import math
@@ -78,13 +78,14 @@ def along(direction, z, first, i):
 @forced
 def _pushed(i, z, c, a):
     """The acceleration of w at rest, where no noise keeps the mass from resting on a stop; None elsewhere."""
+    voltage = 2 * len(c.k) * BATCH + i
     if c.own.n1 is not None:
         return None
     force, total = spring(along(c.e, z, 0, i), c.own), 0.0
     for j in range(len(c.phi)):
         push = -c.k[j] * z[j * BATCH + i]
         if c.own.beta is not None:
-            push -= c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
+            push -= c.own.beta * c.s[j] * z[voltage]
         if a is not None:
             push += c.g[j] * a
         if c.e is not None:
@@ -98,26 +99,28 @@ def _pushed(i, z, c, a):
 @forced
 def drift_modes(i, z, d, c, a):
     """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it the one taken."""
+    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     rate = along(c.s, z, len(c.k), i)
     if c.contact is None:
         for j in range(len(c.s)):
-            z[j * BATCH + i] += d.t * z[(len(c.k) + j) * BATCH + i]
-        z[2 * len(c.k) * BATCH + i] = d.e * z[2 * len(c.k) * BATCH + i] + d.g * rate
+            z[j * BATCH + i] += d.t * z[speeds + j * BATCH]
+        z[voltage] = d.e * z[voltage] + d.g * rate
         return Impacts(0.0, 0.0, 0.0, 0.0)
     w, speed = along(c.phi, z, 0, i), along(c.phi, z, len(c.k), i)
     after, impacts = move(State(w, speed, 0.0), d, c.contact, _pushed(i, z, c, a))
     way, jump = after.x - w - d.t * speed, after.v - speed
     for j in range(len(c.s)):
-        z[j * BATCH + i] += d.t * z[(len(c.k) + j) * BATCH + i] + c.m[j] * way
+        z[j * BATCH + i] += d.t * z[speeds + j * BATCH] + c.m[j] * way
     for j in range(len(c.s)):
-        z[(len(c.k) + j) * BATCH + i] += c.m[j] * jump
-    z[2 * len(c.k) * BATCH + i] = d.e * z[2 * len(c.k) * BATCH + i] + d.g * rate + c.sm * (after.V - d.g * speed)
+        z[speeds + j * BATCH] += c.m[j] * jump
+    z[voltage] = d.e * z[voltage] + d.g * rate + c.sm * (after.V - d.g * speed)
     return impacts
 
 
 @forced
 def kick_modes(i, z, xi, h, c, a):
     """Kick lane i for a time h at fixed y and V: the power that the shaking a puts in, times h; 0 without."""
+    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     x, hit = along(c.e, z, 0, i), 0.0
     stuck, work = _is_stuck(i, z, c), 0.0
     if a is not None:
@@ -126,14 +129,14 @@ def kick_modes(i, z, xi, h, c, a):
     if c.own.n1 is not None:
         hit += impulse(x, xi, h, c.own)
     if c.e is None:
-        z[len(c.k) * BATCH + i] = kick(State(x, z[len(c.k) * BATCH + i], z[2 * len(c.k) * BATCH + i]), xi, h, c.own, a)
+        z[speeds] = kick(State(x, z[speeds], z[voltage]), xi, h, c.own, a)
         for j in range(1, len(c.k)):
             dv = c.g[j] * hit - h * c.k[j] * z[j * BATCH + i]
             if c.own.beta is not None:
-                dv -= h * c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
+                dv -= h * c.own.beta * c.s[j] * z[voltage]
             loss = h * c.d[j]
-            kicked = z[(len(c.k) + j) * BATCH + i] + (1.0 + 0.5 * loss) * dv
-            z[(len(c.k) + j) * BATCH + i] = kicked * (1.0 / (1.0 + loss + 0.5 * loss * loss))
+            kicked = z[speeds + j * BATCH] + (1.0 + 0.5 * loss) * dv
+            z[speeds + j * BATCH] = kicked * (1.0 / (1.0 + loss + 0.5 * loss * loss))
     else:
         _kick_with_common_friction(i, z, x, hit, h, c)
     if stuck:
@@ -150,6 +153,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
     direction (Sherman and Morrison); stable at any damping.
     """
+    speeds = len(c.k) * BATCH + i
     f = 0.5 * h * friction(x, c.own) if is_damped(c.own) else 0.0
     force, moved, size = spring(x, c.own), 0.0, 0.0
     for j in range(len(c.k)):
@@ -159,18 +163,18 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     common = f * moved / (1.0 + f * size)
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
-        z[(len(c.k) + j) * BATCH + i] = (
-            inverse * (_twice_and_kicked(i, j, z, force, hit, h, c) - c.e[j] * common) - z[(len(c.k) + j) * BATCH + i]
-        )
+        kicked = _twice_and_kicked(i, j, z, force, hit, h, c) - c.e[j] * common
+        z[speeds + j * BATCH] = inverse * kicked - z[speeds + j * BATCH]
 
 
 @forced
 def _twice_and_kicked(i, j, z, force, hit, h, c):
     """2 v_j + dv_j of the coordinate j."""
+    speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
     if c.own.beta is not None:
-        push -= c.own.beta * c.s[j] * z[2 * len(c.k) * BATCH + i]
-    return 2.0 * z[(len(c.k) + j) * BATCH + i] + h * push + c.g[j] * hit
+        push -= c.own.beta * c.s[j] * z[voltage]
+    return 2.0 * z[speeds + j * BATCH] + h * push + c.g[j] * hit
 
 
 @forced
@@ -190,6 +194,7 @@ def _is_stuck(i, z, c):
 @forced
 def _keep_on_stop(i, z, c):
     """Take the speed along phi of a mass that a kick would push into the stop it rests on."""
+    speeds = len(c.k) * BATCH + i
     if c.contact is None:
         return
     into, way = along(c.phi, z, len(c.k), i), 1.0
@@ -197,28 +202,29 @@ def _keep_on_stop(i, z, c):
         way = 1.0 if along(c.phi, z, 0, i) < 0.5 * (c.contact.high + lower_stop(c.contact)) else -1.0
     if way * into < 0.0:
         for j in range(len(c.m)):
-            z[(len(c.k) + j) * BATCH + i] -= c.m[j] * into
+            z[speeds + j * BATCH] -= c.m[j] * into
 
 
 @forced
 def energy_of_modes(i, z, c):
     """Kinetic energy, and that of the springs but for terms beyond the linear ones."""
+    speeds = len(c.k) * BATCH + i
     x = along(c.e, z, 0, i)
     double = x * x
     if c.own.linear is not None:
         double *= c.own.linear
     for j in range(len(c.k)):
-        double += (
-            z[(len(c.k) + j) * BATCH + i] * z[(len(c.k) + j) * BATCH + i] + c.k[j] * z[j * BATCH + i] * z[j * BATCH + i]
-        )
+        y, v = z[j * BATCH + i], z[speeds + j * BATCH]
+        double += v * v + c.k[j] * y * y
     return 0.5 * double
 
 
 @forced
 def taken_by_damping(i, z, c):
     """The power that damping takes."""
+    speeds = len(c.k) * BATCH + i
     x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
     total = friction(x, c.own) * speed * speed if is_damped(c.own) else 0.0
     for j in range(len(c.d)):
-        total += c.d[j] * z[(len(c.k) + j) * BATCH + i] * z[(len(c.k) + j) * BATCH + i]
+        total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
     return total

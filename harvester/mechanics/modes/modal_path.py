@@ -11,14 +11,14 @@ from harvester.mechanics.kernels.intervals import EXACT, drifts
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
 from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.mechanics.modes.step import along, drift_modes, kick_modes, modal_coefficients
+from harvester.mechanics.modes.modal_step import along, drift_modes, kick_modes, modal_coefficients
 
 
 @dataclass(frozen=True)
 class ModalPath(Path):
     """A path whose x and v are those of the oscillator; impacts have the speeds of the contact coordinate.
 
-    ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes), ``lost`` what impacts have taken in all.
+    ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes), ``lost`` is what impacts took in all.
     """
 
     coordinates: Floats | None = None

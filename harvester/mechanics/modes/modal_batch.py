@@ -1,11 +1,11 @@
 """The kernel of many trajectories of several modes, as `harvester.mechanics.kernels.trajectory_batch` of one.
 
-A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are those of one mode, x
-being the oscillator's displacement and the impact's energy that of the contact coordinate.
+A block's states have the rows y_1, v_1, V, y_2, ..., v_2, ..., shape (1 + 2 n, BATCH); its sums are those of one mode,
+x being the oscillator's displacement and the impact's energy that of the contact coordinate.
 
-Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E} for each state z_j of
-(y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2, which together leave nothing of a linear
-device's V^2.
+Controls as of `harvester.mechanics.kernels.control_variates`: sums over kicks of z_j xi {1, sqrt E} for each state z_j
+of (y, v, V), and the change of z.P z with P of the Lyapunov equation for V^2, which together leave nothing of a linear
+device's V^2 but the step's error.
 """
 
 import math
@@ -21,7 +21,7 @@ from harvester.mechanics.kernels.intervals import drifts, interval, update_of
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shake
 from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule
-from harvester.mechanics.modes.step import (
+from harvester.mechanics.modes.modal_step import (
     along,
     drift_modes,
     energy_of_modes,
@@ -29,7 +29,6 @@ from harvester.mechanics.modes.step import (
     modal_coefficients,
     taken_by_damping,
 )
-
 
 BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
 
@@ -60,6 +59,12 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update):
             drift_modes(i, mid, half, c, last_acceleration(i, shaker))
         for i in range(BATCH):
             _add_sample(i, sums, z, mid, c)
+    _give_sums(z, sums, controls, states)
+
+
+@forced
+def _give_sums(z, sums, controls, states):
+    """Write what was added up beside the states to where it is expected."""
     for i in range(BATCH):
         for row in range(3):
             sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]
@@ -79,7 +84,7 @@ def _step(i, z, xi, h, d, c, shaker, controls):
         z[(2 * n + 5) * BATCH + i] += impacts.number
         z[(2 * n + 6) * BATCH + i] += impacts.energy
     if controls is not None:
-        high = math.sqrt(energy_of_modes(i, z, c)) * xi
+        high = math.sqrt(abs(energy_of_modes(i, z, c))) * xi
         for j in range(2 * n + 1):
             z[(2 * n + 1 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * xi
             z[(4 * n + 2 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * high
