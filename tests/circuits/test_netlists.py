@@ -43,7 +43,19 @@ def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "name", "bridge doubler parallel_sshi series_sshi sece sshc self_powered_sshi ltc3588 bq25570 node".split()
+    "name",
+    [
+        "bridge",
+        "doubler",
+        "parallel_sshi",
+        "series_sshi",
+        "sece",
+        "sshc",
+        "self_powered_sshi",
+        "ltc3588",
+        "bq25570",
+        "node",
+    ],
 )
 def test_the_netlists_of_the_package_are_served(name):
     circuit = Problem.of(hv.load("examples/plate_bridge.toml").with_load(netlist=name)).circuit

@@ -56,3 +56,28 @@ def test_a_circuit_that_never_comes_back_is_no_periodic_response(tmp_path):
     problem = Problem.of(hv.load("examples/plate_harmonic.toml").with_load(netlist=str(path)))
     circuit, eqs = compiled_circuit(problem.circuit, problem.scales), problem.equations
     assert periodic_response(circuit, eqs, eqs.shaking_period / 64, 1e-4) is None
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_a_path_and_its_probes_are_ngspices():
+    scene = hv.load("examples/bimorph_self_powered_sshi.toml")
+    asked = ("store", "v(top)", "i(lcoil)", "p(load)", "i(rcore)")
+    ours, theirs = (hv.motion(scene, one, 0.3, from_rest=True, probe=asked) for one in ("compiled", "spice"))
+    assert np.corrcoef(ours.voltage, theirs.voltage)[0, 1] > 0.9999
+    for name in asked:
+        here, there = ours.probes[name], theirs.probes[name]
+        assert np.std(here - there) < 0.03 * np.std(there), name
+    with pytest.raises(hv.InputError, match="engine 'spice' for the current or power of d1"):
+        hv.motion(scene, "compiled", 0.01, from_rest=True, probe="i(d1)")
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_the_frequency_response_is_ngspices():
+    scene = hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge", parameters={"C": "0.2 uF"})
+    ours, theirs = (hv.response(scene, [4.2, 4.5, 4.8], engine=one) for one in ("compiled", "spice"))
+    for here, there in zip(ours.points, theirs.points, strict=True):
+        assert here.mean_power.value == pytest.approx(there.mean_power.value, rel=2e-3)
+        assert here.displacement_rms.value == pytest.approx(there.displacement_rms.value, rel=1e-3)
+        assert here.voltage_phase == pytest.approx(there.voltage_phase, abs=0.2)
