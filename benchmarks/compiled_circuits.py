@@ -68,6 +68,17 @@ USERS = {
     + "Csmooth a b 1u\nBi i b V=10u*min(uramp(5*(v(a,b)-0.6)),1)*min(50*uramp(0.8-v(o,b)),1)\n"
     "Bin a b I=v(i,b)*v(o,b)/0.85/max(v(a,b),0.3)\nBout b o I=v(i,b)\nC2 o b 2u\nRload o b 500k",
     "diodes of 1 fA without Rs": ".model ideal D(Is=1f)\n" + BRIDGE.format("ideal") + STORE,
+    "MOSFET bridge": ".model up PMOS(Level=1 Vto=-0.45 Kp=20u Cbd=5p Cgso=50n)\n"
+    ".model down NMOS(Level=1 Vto=0.45 Kp=50u Lambda=0.01 Cbd=5p)\n"
+    "M1 p n a a up W=200u L=2u\nM2 n p a a up W=200u L=2u\nM3 p n b b down W=200u L=2u\nM4 n p b b down W=200u L=2u\n"
+    + STORE,
+    "regulator of bipolar transistors": ".model ref D(Is=1n Bv=1 Ibv=0.2u)\n"
+    + BRIDGE.format("BAT54")
+    + "Csmooth a b 1u\nR1 a q 2Meg\nDz b q ref\nQ1 a q e 2N3904\nQ2 e k o 2N3906\nR2 k b 5Meg\nC2 o b 100n\n"
+    "Rload o b 500k",
+    "JFET as current limiter": ".model jn NJF(Vto=-1 Beta=3u Lambda=0.02 Cgs=4p Cgd=2p)\n"
+    + BRIDGE.format("BAT54")
+    + "Csmooth a b 1u\nJ1 a s c jn\nRs c s 300k\nRload s b 400k",
     "series resistor": "R1 p a 100k\nCx a n 10n\nRload a n 500k",
 }
 SCENES = {

@@ -22,7 +22,8 @@ class CircuitPath(Path):
 
     ``told`` has the voltages (V) of the piezo, the store and the load at its samples, shape (n, 3); ``square`` the
     integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the circuit made, and ``failed`` how
-    many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick.
+    many of them did not converge; ``state`` its last state, and ``speed`` the velocity after the last kick; ``states``
+    those of the circuit at the samples, shape (n, length of a state), where they are asked for.
     """
 
     told: Floats = field(default_factory=lambda: np.empty((0, TOLD)))
@@ -31,10 +32,11 @@ class CircuitPath(Path):
     failed: int = 0
     state: Floats = field(default_factory=lambda: np.empty(0))
     speed: float = 0.0
+    states: Floats | None = None
 
 
 @kernel
-def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked):
+def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked, states):
     samples, told, square, counts, impacts = found
     count, total = 0, 0.0
     room, other, last = np.empty((ROOMS, own.length)), state.copy(), len(state) - DID
@@ -64,6 +66,8 @@ def _trace(noise, shaking, s, state, own, h, stride, found, c, kicked):
             for i in range(TOLD):
                 told[k // stride - 1, i] = state[at + i]
             square[k // stride - 1] = total
+            if states is not None:
+                states[k // stride - 1] = other
     counts[2] = s.v
     return count
 
@@ -78,11 +82,13 @@ def trace_circuit(
     start: tuple[float, float] = (0.0, 0.0),
     shaking: Floats | None = None,
     kicked: bool = False,
+    keep: bool = False,
 ) -> CircuitPath:
     """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
 
     ``own`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick.
+    `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick;
+    ``keep`` asks for the circuit's states.
 
     Raises InputError for a start behind a stop, and random shaking without ``shaking``.
     """
@@ -92,7 +98,8 @@ def trace_circuit(
     impacts, counts, state = room_for_impacts(eqs, len(noise)), np.zeros(3), state.copy()
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
     found = samples, told, square, counts, impacts
+    states = np.empty((rows, len(state))) if keep else None
     begin = State(float(start[0]), float(start[1]), float(state[own.told]) / own.volts)
-    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs), kicked)
-    done = int(counts[0]), int(counts[1]), state, float(counts[2])
+    count = _trace(noise, shaking, begin, state, own, h, stride, found, coefficients(eqs), kicked, states)
+    done = int(counts[0]), int(counts[1]), state, float(counts[2]), states
     return CircuitPath(h, stride, samples, impacts[:count].copy(), shaking, None, told, square, *done)

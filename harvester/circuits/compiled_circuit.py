@@ -139,10 +139,11 @@ class CompiledCircuit:
         state: Floats | None = None,
         shaking: Floats | None = None,
         kicked: bool = False,
+        keep: bool = False,
     ) -> CircuitPath:
         """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`."""
         state = self.rest if state is None else state
-        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked)
+        return trace_circuit(eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep)
 
     def path_moments(
         self,
@@ -176,9 +177,14 @@ class CompiledCircuit:
 
     def voltages(self, state: Floats) -> dict[str, float]:
         """The voltages of all nodes (V) in a state of the circuit, by their names."""
-        ns, n, *_ = self.sizes
-        found = self.reduction.unknowns(state[:ns], state[ns : ns + n], self._tau(TYPICAL) / 2 ** (LEVELS - 1))
+        found = self.unknowns(state[None])[0]
         return {name: float(found[k]) for name, k in self.system.unknowns.items() if k not in self.system.owners}
+
+    def unknowns(self, states: Floats) -> Floats:
+        """All unknowns (V, A) in states of the circuit, shape (n, length of a state): shape (n, unknowns)."""
+        ns, n, *_ = self.sizes
+        tau = self._tau(TYPICAL) / 2 ** (LEVELS - 1)
+        return self.reduction.unknowns(states[:, :ns], states[:, ns : ns + n], tau)
 
     def charge_at(self, name: str) -> int:
         """Where the charge of a capacitor stands in a state."""

@@ -28,18 +28,26 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 
 
 @dataclass(frozen=True)
-class CircuitPeriod:
-    """A response that comes back after ``turns`` periods of the drive.
+class CircuitStart:
+    """Where a response that comes back after ``turns`` periods of the drive begins, or the way to a neighbouring one.
 
     ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which the drive begins.
-    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
-    these that settling further may change; ``path`` has the last periods, a sample a kick, ``steps`` counts all.
     """
 
     x: float
     v: float
     state: Floats
     turns: int
+
+
+@dataclass(frozen=True)
+class CircuitPeriod(CircuitStart):
+    """A response that comes back.
+
+    ``power`` (W) of Rload and ``square`` (V^2) of the terminals are means over its periods; ``left`` is the part of
+    these that settling further may change; ``path`` has the last periods, a sample a kick, ``steps`` counts all.
+    """
+
     power: float
     square: float
     left: tuple[float, float]
@@ -62,7 +70,7 @@ class CircuitPeriod:
 class _Way:
     """Paths of one circuit through periods of the drive, each on from where the last one ended."""
 
-    def __init__(self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitPeriod | None) -> None:
+    def __init__(self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None) -> None:
         period = eqs.shaking_period
         assert period is not None, "the drive is steady"
         self.circuit, self.eqs, self.h, self.size, self.steps = circuit, eqs, h, round(period / h), 0
@@ -141,7 +149,7 @@ class _Way:
 
 
 def periodic_response(
-    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitPeriod | None = None
+    circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None = None
 ) -> CircuitPeriod | None:
     """The response from rest, or near another one, at steps of h; None where none comes back.
 

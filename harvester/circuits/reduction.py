@@ -120,9 +120,10 @@ class Reduction:
         return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
 
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:
-        """All unknowns of a state: its charges, and those kept; ``tau`` is a time in which nothing changes."""
+        """All unknowns of states, one a row: of their charges, and those kept; in ``tau`` nothing changes."""
         _, _, by_S, by_known = self._eliminated(tau)
-        found = np.zeros(self.system.size)
-        found[self.columns] = kept
-        found[self.gone_columns] = by_known @ np.concatenate([charges, [0.0, 1.0]]) - by_S @ kept
+        found = np.zeros((len(charges), self.system.size))
+        found[:, self.columns] = kept
+        known = np.column_stack([charges, np.zeros(len(charges)), np.ones(len(charges))])
+        found[:, self.gone_columns] = known @ by_known.T - kept @ by_S.T
         return found

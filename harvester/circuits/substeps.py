@@ -217,7 +217,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         at += size
         before = here
         if error < 0.04 and level > 0:
-            level -= 1
+            level -= 2 if error < 0.0025 and level > 1 else 1
     sizes[nz] = level
     state[length - 3], state[length - 2], state[length - 1] = square, steps, failed
     return steps

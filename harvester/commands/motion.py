@@ -29,7 +29,7 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option(
         "--engine",
         shell_complete=engines,
-        help="ensemble (exact update of a load resistor) or spice.  Default: for a netlist, spice.",
+        help="ensemble (exact update of a load resistor), compiled or spice.  Default: for a netlist, spice.",
     ),
     cloup.option(
         "--duration",

@@ -40,8 +40,8 @@ from harvester.commands.reports import report_file, report_option, save_report
         "engines",
         shell_complete=known_engines,
         multiple=True,
-        help="exact, ensemble, ideal or spice; repeatable.  Default: exact for a linear scene, spice for a netlist, "
-        "else ensemble.",
+        help="exact, ensemble, ideal, compiled or spice; repeatable.  Default: exact for a linear scene, spice for a "
+        "netlist, else ensemble.",
     ),
 )
 @cloup.option_group(

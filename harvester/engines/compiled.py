@@ -16,6 +16,7 @@ from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
 if TYPE_CHECKING:
+    from harvester.circuits.periodic import CircuitStart
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most
@@ -52,6 +53,7 @@ class Compiled(Ensemble):
     next_fidelity: ClassVar[str | None] = "spice"
     MODEL_NOTE: ClassVar[str] = "compiled_circuit"
     SEARCHES: ClassVar[bool] = False
+    follows_periods: ClassVar[bool] = True
     UNKNOWN: ClassVar[str] = COMPILED_CIRCUIT
 
     @classmethod
@@ -72,18 +74,29 @@ class Compiled(Ensemble):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`; under a steady drive the periodic response, unless trajectories or a time are given."""
+        return self.run_from(scene, None, progress)[0]
+
+    def run_from(
+        self, scene: AnyScene, near: "CircuitStart | None", progress: Progress | None = None, judged: bool = True
+    ) -> "tuple[Estimate, CircuitStart | None]":
+        """As `run`, and the periodic response if it has one: from rest, or from ``near``, that of a drive close by.
+
+        Without ``judged`` ngspice is not asked how far it is from that.
+        """
         from harvester.engines.compiled_steady import steady_answer
 
         problem = served(type(self), scene)
         self.check_times(problem.physical)
         if not problem.equations.is_steady or (self.trajectories, self.duration) != (None, None):
-            return super().run(problem, progress)
+            return super().run(problem, progress), None
         existence(problem)
-        answer, _ = steady_answer(self, self.NAME, problem)
+        answer, found = steady_answer(self, self.NAME, problem, near, judged)
         if answer is not None:
-            return answer
+            return answer, found
+        if near is not None:
+            return self.run_from(problem, None, progress, judged)
         answer = super().run(problem, progress)
-        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic")))
+        return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, note("not_periodic"))), None
 
     def model_errors(self, problem: Problem, pair: "RichardsonPair") -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice under white noise, where it is measured."""

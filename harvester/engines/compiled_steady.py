@@ -20,7 +20,7 @@ from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuits.periodic import CircuitPeriod
+    from harvester.circuits.periodic import CircuitPeriod, CircuitStart
     from harvester.cosimulation.poincare_sections import Origin
 
 RELTOL = 1e-5  # of ngspice, which is the judge here
@@ -47,7 +47,7 @@ class CompiledPeriods:
 
 
 def steady_answer(
-    options: MonteCarloOptions, name: str, problem: Problem, near: "CircuitPeriod | None" = None, judged: bool = True
+    options: MonteCarloOptions, name: str, problem: Problem, near: "CircuitStart | None" = None, judged: bool = True
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
@@ -65,10 +65,11 @@ def steady_answer(
     enough, begin = min(max(SETTLED * (within or WITHIN), FINEST), ROUGHEST), time.perf_counter()
     with compilation() as compiling:
         for k in range(max(halvings, 2) + 1):
-            near = periodic_response(circuit, eqs, h / 2**k, enough, near)
-            if near is None:
+            found = periodic_response(circuit, eqs, h / 2**k, enough, near)
+            if found is None:
                 return None, None
-            periods.found.append(near)
+            periods.found.append(found)
+            near = found
             power = periods.value("power")
             if k >= 2 and (power.bias or 0.0) <= (within or WITHIN) * abs(power.value):
                 break

@@ -38,6 +38,7 @@ class Engine:
     chooses: ClassVar[bool] = False  # another engine for each scene, whose name its answer has
     by_mean_current: ClassVar[bool] = False  # of a rectifier: what is behind it is computed alone
     has_frequency_response: ClassVar[bool] = False
+    follows_periods: ClassVar[bool] = False  # from the periodic response of one drive to that of a neighbour: run_from
     next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.engines import Ensemble, Spice
+from harvester.engines import Compiled, Ensemble, Spice
 from harvester.engines.options import check_time, number
 from harvester.engines.protocol import AnyScene, served
 from harvester.equations.coefficients import Equations
@@ -33,7 +33,7 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
 
 PERIODS, LEAD = 40, 4  # what is shown by default, in 2 pi/w0, and how many times that goes before it
-ENGINES = {engine.NAME: engine for engine in (Ensemble, Spice)}
+ENGINES = {engine.NAME: engine for engine in (Ensemble, Compiled, Spice)}
 MOST_STEPS = 5_000_000
 
 
@@ -151,7 +151,7 @@ def motion(
     scene
         a `Scene`, or the path of a scene file.
     engine
-        "ensemble", or "spice", which has the circuit.
+        "ensemble"; or "spice" or "compiled", which have the circuit.
     duration
         of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a number in 1/w0); four
         times as long goes before it, in which the response settles.
@@ -160,7 +160,7 @@ def motion(
     from_rest
         show the beginning, and compute nothing before it.
     probe
-        further quantities of the circuit, such as "store" or "v(a,b)", for engine "spice".
+        further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a circuit.
     expected
         is called with the seconds that a long path by ngspice will take, measured on a short one.
 
@@ -174,7 +174,7 @@ def motion(
     InputError
         for an engine without paths, and a duration that is none or too long.
     CannotServeError
-        for a netlist without engine "spice", and what that does not know.
+        for a netlist with engine "ensemble", and what the engine does not know.
 
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
@@ -238,6 +238,14 @@ def _computed(
     stride = max(1, round(0.05 / h))
     if not ENGINES[engine].runs_ngspice and problem.equations.modes is not None:
         return trace_modes(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+    if ENGINES[engine].needs_netlist:
+        from harvester.circuits.compiled_circuit import compiled_circuit
+        from harvester.circuits.probed_path import probed
+
+        assert problem.circuit is not None, "the engine serves netlists"
+        circuit, start = compiled_circuit(problem.circuit, problem.scales), (problem.equations.resting_places[0], 0.0)
+        path = circuit.trace(problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes))
+        return path, probed(circuit, path, probes), stride
     if not ENGINES[engine].runs_ngspice:
         return trace(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
     return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected), stride
@@ -255,7 +263,7 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
     """The probes that texts name."""
     if not texts:
         return ()
-    if not ENGINES[engine].runs_ngspice or problem.circuit is None:
+    if not ENGINES[engine].takes_netlists or problem.circuit is None:
         raise InputError(f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}")
     return read_probes(texts, problem.circuit)
 

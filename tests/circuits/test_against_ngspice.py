@@ -25,6 +25,22 @@ CIRCUITS = {
         + "Csmooth a b 0.1u\nS1 a c a b relay\nRload c b 400k",
         3e-3,
     ),
+    "bipolar transistors": (
+        ".model ref D(Is=1n Bv=1 Ibv=0.2u)\n"
+        + BRIDGE.format("BAT54")
+        + "Csmooth a b 1u\nR1 a q 2Meg\nDz b q ref\nQ1 a q e 2N3904\nQ2 e k o 2N3906\nR2 k b 5Meg\nC2 o b 100n\n"
+        "Rload o b 500k",
+        1e-3,
+    ),
+    "MOSFETs and a JFET": (
+        ".model up PMOS(Level=1 Vto=-0.45 Kp=20u Cbd=5p Cgso=50n)\n"
+        ".model down NMOS(Level=1 Vto=0.45 Kp=50u Lambda=0.01 Gamma=0.3 Cbd=5p)\n"
+        ".model jn NJF(Vto=-1 Beta=3u Lambda=0.02 Cgs=4p Cgd=2p)\n"
+        "M1 p n a a up W=200u L=2u\nM2 n p a a up W=200u L=2u\n"
+        "M3 p n b b down W=200u L=2u\nM4 n p b b down W=200u L=2u\n"
+        "Csmooth a b 1u\nJ1 a s c jn\nRs c s 300k\nRload s b 400k",
+        3e-3,
+    ),
     "coupled coils": (
         "R1 p q 10k\nL1 q n 2k\nL2 s t 500\nK1 L1 L2 0.8\nD1 s a BAT54\nCsmooth a t 1u\nRload a t 300k\nR2 t n 1Meg",
         5e-4,
@@ -51,7 +67,7 @@ def test_the_power_is_that_of_ngspice_on_the_same_noise(tmp_path, name):
     body, tolerance = CIRCUITS[name]
     (powers, correlation, failed) = next(map_in_workers(_powers, [(on_plate(tmp_path, body), 2400, 0.05)]))
     assert powers[1] == pytest.approx(powers[0], rel=tolerance)
-    assert correlation > 0.9999
+    assert correlation > (0.9999 if "MOSFET" not in name else 0.9996)  # at a finer step 0.999999
     assert failed == 0
 
 

@@ -24,6 +24,11 @@ BAD = {
     "changing source": (GOOD + "V1 c b SIN(0 1 50)\nR1 c a 1Meg", "element v1 is a source that changes with time"),
     "transmission line": (GOOD + "T1 p n a b Z0=50 Td=1n", "element t1 is an element of a kind"),
     "no model": (GOOD + "D9 p a nothing", "element d9 must name a model of the netlist, but 'nothing' is none"),
+    "level": (
+        GOOD + "M1 p a b b x\n.model x NMOS(Level=3 Vto=1)",
+        "element m1 has a model of another level than 1, or of another tnom than 27",
+    ),
+    "vertical": (GOOD + "M1 p a b BSS138", "element m1 has a model of the type vdmos"),
     "no coil": (GOOD + "L1 p a 1m\nK1 L1 L2 0.9", "element k1 must couple two coils"),
 }
 
@@ -38,7 +43,19 @@ def test_a_bad_netlist_gets_one_line_that_names_the_element(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "name", ["bridge", "doubler", "parallel_sshi", "series_sshi", "sece", "sshc", "ltc3588", "bq25570", "node"]
+    "name",
+    [
+        "bridge",
+        "doubler",
+        "parallel_sshi",
+        "series_sshi",
+        "sece",
+        "sshc",
+        "self_powered_sshi",
+        "ltc3588",
+        "bq25570",
+        "node",
+    ],
 )
 def test_the_netlists_of_the_package_are_served(name):
     circuit = Problem.of(hv.load("examples/plate_bridge.toml").with_load(netlist=name)).circuit

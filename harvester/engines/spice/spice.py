@@ -87,6 +87,7 @@ class Spice(MonteCarloOptions, Engine):
     takes_netlists: ClassVar[bool] = True
     runs_ngspice: ClassVar[bool] = True
     has_frequency_response: ClassVar[bool] = True
+    follows_periods: ClassVar[bool] = True
     share_of_time: ClassVar[float] = 2.0
     TRAJECTORIES: ClassVar[int] = TRAJECTORIES
 
@@ -147,6 +148,13 @@ class Spice(MonteCarloOptions, Engine):
             return self.run_near(problem, near, progress)
         except OutOfTimeError as error:
             return partial_answer(self.NAME, problem, error, time.perf_counter() - begin), None
+
+    def run_from(
+        self, scene: AnyScene, near: "Neighbour | None", progress: Progress | None = None, judged: bool = True
+    ) -> "tuple[Estimate, Neighbour | None]":
+        """As `run_near`, and where the response of the longest step begins."""
+        found, steady = self.run_near(scene, near, progress)
+        return found, None if steady is None else steady.found[0, 0]
 
     def run_near(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None

@@ -1,4 +1,4 @@
-"""A response by ngspice: at each frequency the periodic one, which that at the frequency before leads to.
+"""A response by ngspice or a compiled circuit: at each frequency the periodic one, which that before leads to.
 
 Where the mass alone is linear, there is one response, from rest or from anywhere, and its neighbour is the shorter way.
 Where it is not, there may be several: these are followed up the frequencies and down again, as a slow sweep would.
@@ -8,12 +8,12 @@ import dataclasses
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harvester.answers.estimate import DISPLACEMENT, PHASES
-from harvester.engines import Spice
+from harvester.engines import Compiled, Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
 from harvester.errors import HarvesterError, MissingProgramError
@@ -25,6 +25,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
+    from harvester.circuits.periodic import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
 
 FROM_REST = "from rest"
@@ -36,18 +37,18 @@ def directions(driven: HarmonicDrive) -> tuple[str, ...]:
 
 
 def by_ngspice(
-    engine: Spice, driven: HarmonicDrive, frequencies: Sequence[float], steps: Steps
+    engine: Spice | Compiled, driven: HarmonicDrive, frequencies: Sequence[float], steps: Steps
 ) -> tuple[list[ResponsePoint], list[Failure], list[Diagnostic]]:
     """The points, the frequencies without one, and the warnings.
 
     Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice, and the last error
     where no frequency has a point.
     """
-    served(Spice, driven.problem)
+    served(type(engine), driven.problem)
     points, failures, warnings = list[ResponsePoint](), list[Failure](), list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
-        near: Neighbour | None = None
+        near: Neighbour | CircuitStart | None = None
         for place, frequency in enumerate(frequencies if direction != "down" else frequencies[::-1]):
             number = turn * len(frequencies) + place
             if (step := steps.earlier(number)) is not None:
@@ -71,35 +72,44 @@ def by_ngspice(
 
 
 def _step(
-    engine: Spice, driven: HarmonicDrive, direction: str, frequency: float, near: "Neighbour | None"
-) -> "tuple[Step, Neighbour | None]":
+    engine: Spice | Compiled, driven: HarmonicDrive, direction: str, frequency: float, near: Any
+) -> "tuple[Step, Neighbour | CircuitStart | None]":
     """One frequency, on from its neighbour, and the neighbour of the next."""
-    found, steady = engine.run_near(driven.at(frequency), near)
+    found, near = engine.run_from(driven.at(frequency), near, judged=False)
     moved, known = found.details.get(DISPLACEMENT), found.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if moved is None else Value(moved, bias=known)
     phases = (found.details.get(name) for name in PHASES)
     means = found.mean_square_voltage, found.mean_power
     point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
-    near = None if steady is None else steady.found[0, 0]
     return Step(point, found.warnings, None if near is None else _state(near)), near
 
 
-def _state(near: "Neighbour") -> State:
+def _state(near: "Neighbour | CircuitStart") -> State:
     """A neighbour as JSON knows it."""
+    from harvester.circuits.periodic import CircuitStart
+
+    if isinstance(near, CircuitStart):
+        return {"x": near.x, "v": near.v, "circuit": near.state.tolist(), "turns": near.turns}
     ways = None if near.secants is None else {name: values.tolist() for name, values in vars(near.secants).items()}
     numbers = {name: getattr(near, name) for name in ("phase", "turns", "farads", "quiet")}
     return {"section": dataclasses.asdict(near.section), **numbers, "secants": ways}
 
 
-def _neighbour(state: State) -> "Neighbour":
+def _neighbour(state: State) -> "Neighbour | CircuitStart":
     """A neighbour from a file, whose names of nodes go into a netlist and must be no more than names.
 
     Raises ValueError for what is none.
     """
+    from harvester.circuits.periodic import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
     from harvester.cosimulation.poincare_sections import CoupledState
     from harvester.mechanics.periodic import MULTIPLES, Secants
 
+    if "circuit" in state:
+        own = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
+        if not np.isfinite(own).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
+            raise ValueError("no state of mass and circuit")
+        return CircuitStart(float(own[0]), float(own[1]), own[2:], int(state["turns"]))
     numbers = state["section"]["x"], state["section"]["v"], *(state[one] for one in ("phase", "farads", "quiet"))
     x, v, phase, farads, quiet = map(float, numbers)
     nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import cast
 
 from harvester import figures
-from harvester.engines import Ensemble, Exact, Spice
+from harvester.engines import Compiled, Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
@@ -73,7 +73,7 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
 def rows_of(scene: AnyScene, engines: Sequence[Engine], frequencies: int, points: Points | None) -> dict[str, int]:
     """How often the tick is called for each engine: up and down, or once by ngspice and a linear mass."""
     curves, ways = 1 if points is None else len(points), len(directions(HarmonicDrive(Problem.of(scene))))
-    return {e.NAME: curves * frequencies * (ways if e.runs_ngspice else 2) for e in engines}
+    return {e.NAME: curves * frequencies * (ways if e.follows_periods else 2) for e in engines}
 
 
 @names_arguments
@@ -138,8 +138,8 @@ def responses(
     vary
         keys and their values, as of `sweep`: {"load.resistance": "10k:1M:3"}.
     engines
-        engines or their names: "exact", "ensemble", "ideal" and "spice"; by default "exact" for a linear scene, "spice"
-        for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
+        engines or their names: "exact", "ensemble", "ideal", "compiled" and "spice"; by default "exact" for a linear
+        scene, "spice" for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
     seed
         the same seed, the same noise.
     tick
@@ -207,8 +207,8 @@ def _curve(
         found = closed_form(driven, resolved(lambda f: power_at(driven, f), at) if resolving else at)
         for _ in range(2 * len(at)):
             steps.tick()
-    elif engine.runs_ngspice:
-        found, failures, more = by_ngspice(cast(Spice, engine), driven, at, steps)
+    elif engine.follows_periods:
+        found, failures, more = by_ngspice(cast(Spice | Compiled, engine), driven, at, steps)
         warnings = without_repeats([*warnings, *more])
     else:
         found = continued(cast(Ensemble, engine), driven, at, steps)  # or one that derives from it: engines_of checks
