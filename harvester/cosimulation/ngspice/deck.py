@@ -10,6 +10,7 @@ from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
 TEMPERATURE = "temp=27 tnom=27"  # of all parts and of their models' parameters, in degrees Celsius
+SOME_CAPACITANCE = 1e-4  # F: times the signal's size the charge that the tolerances of a coil's circuit go by
 ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
 
 
@@ -57,16 +58,53 @@ def build_deck(
     numbers = (capacitance, step, duration, volts, *start)
     # A NumPy scalar prints its type.
     capacitance, step, duration, volts, open_circuit, terminals, charge = map(float, numbers)
-    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
     across = open_circuit - (nodes or {}).get("p", terminals)
-    elements = [
-        ".title harvester",
-        "Vdrive drive 0 external",
-        f"Cp drive p {capacitance!r} ic={across!r}",
-        f"Xload p 0 {load.name} {parameters}".rstrip(),
-    ]
+    source = ["Vdrive drive 0 external", f"Cp drive p {capacitance!r} ic={across!r}"]
     time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing)
+    return whole_deck(load, source, options, (step, duration), charge, nodes, probes, keeps)
+
+
+def coil_deck(
+    load: LoadCircuit,
+    resistance: float | None,
+    inductance: float | None,
+    times: tuple[float, float],
+    volts: float,
+    reltol: float,
+    probes: Sequence[str] = (),
+) -> Deck:
+    """The whole circuit of a coil: its e.m.f. in series with its resistance (ohm) and inductance (H), and the load.
+
+    ``times`` are step and duration (s); the others as of `build_deck`.
+    """
+    parts = [(f"R{{}} {resistance!r}", resistance), (f"L{{}} {inductance!r} ic=0", inductance)]
+    present = [text for text, value in parts if value]
+    nodes = ["drive", "coil", "p"] if len(present) == 2 else ["drive", "p"] if present else ["p"]
+    source = [f"Vdrive {nodes[0]} 0 external"]
+    source += [one.format(f"coil {a} {b}") for one, a, b in zip(present, nodes, nodes[1:], strict=False)]
+    options = integration_options(times[0], None, volts, SOME_CAPACITANCE, reltol, smoothing=load.smoothing)
+    return whole_deck(load, source, options, times, probes=probes)
+
+
+def whole_deck(
+    load: LoadCircuit,
+    source: Sequence[str],
+    options: str,
+    times: tuple[float, float],
+    charge: float = 0.0,
+    nodes: Mapping[str, float] | None = None,
+    probes: Sequence[str] = (),
+    keeps: bool = False,
+) -> Deck:
+    """The load between p and 0, with the lines of its ``source``, whose driven voltage is Vdrive.
+
+    ``times`` are step and duration (s), ``charge`` the voltage of Csmooth at the beginning; the rest as of
+    `build_deck`.
+    """
+    step, duration = times
+    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
+    elements = [".title harvester", *source, f"Xload p 0 {load.name} {parameters}".rstrip()]
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
     vectors = ("time", "p", "@r.xload.rload[p]", "vdrive#branch", *smooth)
