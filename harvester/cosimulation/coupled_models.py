@@ -253,7 +253,7 @@ def cosimulate(
         compiled=whole,
         probes={one.name: values for one, values in zip(probes, run.probed, strict=True)},
         probe_units={one.name: one.unit for one in probes},
-        diagnostics=(note("one_path"),),
+        diagnostics=(note("model_path"),),
     )
 
 

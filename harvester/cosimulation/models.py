@@ -76,13 +76,13 @@ def check_model(model: Any, start: Any, h: float) -> None:
     if not is_named_tuple(start) or not all(map(math.isfinite, start)):
         example = "be a NamedTuple of finite numbers, such as State(x=0.0, v=0.0)"
         raise invalid("`start`", example, start)
-    _check_state("drift", _called(model.drift, "state, h", start, h), start)
-    _check_state("kick", _called(model.kick, "state, h, reaction, noise", start, h, 0.0, 0.0), start)
-    source = _called(model.source, "state", start)
+    _check_state("drift", _called(model, "drift", "state, h", start, h), start)
+    _check_state("kick", _called(model, "kick", "state, h, reaction, noise", start, h, 0.0, 0.0), start)
+    source = _called(model, "source", "state", start)
     if not is_number(source) or not math.isfinite(source):
         raise invalid("`model.source`", "give a finite number", source)
     if hasattr(model, "event"):
-        check_event(_called(model.event, "state, h", start, h), h)
+        check_event(_called(model, "event", "state, h", start, h), h)
 
 
 def check_event(when: Any, h: float, at: str = "") -> None:
@@ -91,13 +91,14 @@ def check_event(when: Any, h: float, at: str = "") -> None:
         raise invalid(f"`model.event`{at}", f"give a time within the drift, from 0 to {h:.6g} s, or None", when)
 
 
-def _called(function: Callable[..., Any], wanted: str, *arguments: Any) -> Any:
+def _called(model: Any, name: str, wanted: str, *arguments: Any) -> Any:
     """What a model's function gives; errors inside it are its author's, and go through."""
+    function: Callable[..., Any] = getattr(model, name)
     try:
         inspect.signature(function).bind(*arguments)
     except TypeError:
         taken = str(inspect.signature(function))
-        raise invalid(f"`model.{function.__name__}`", f"take ({wanted})", taken) from None
+        raise invalid(f"`model.{name}`", f"take ({wanted})", taken) from None
     return function(*arguments)
 
 

@@ -1,20 +1,25 @@
 """The lock-step for mechanics of one's own: the steps of `transitions` with a user's functions in place of the mass.
 
-A model is kicked at grid times and drifts in between (Strang's splitting); at t = n h
+A model drifts from one grid time to the next, or to an event and from there on; each such part of length a begins and
+ends with half a kick (Strang's splitting), and ngspice ends a step exactly at each of its ends:
 
-    half a kick, the record, half a kick, then drifts to the next event or to the next grid time
+    kick of a/2, drift of a, kick of a/2; then the record at a grid time, or the jump at an event
 
-and ngspice ends a step exactly at each of these.  ``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its
-state, and ``s`` the record of the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
+so that the force after an event is that of the time after it, and the whole is of second order with events too.  How
+long the part to an event is depends on its first kick, and that on the length: they are iterated together, and where
+that does not come to an end, as with strong noise, the kick is that of the whole step and the event is met in mid-drift.
 
-    port      source's voltage u           reaction R          R does the work
+``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of the run
+(`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
+
+    port      source's voltage u           reaction R          work of the model against R
     piezo     coupling source/Cp           coupling V          (R0 + R1)/2 (source1 - source0) of each leg
-    coil      coupling source + line       coupling i          h R (source- + source+)/2 of each kick
+    coil      coupling source + line       coupling i          a/2 R (source- + source+)/2 of each half kick
 
 The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and its current with
-it; so it goes on from drift to drift along the ``line`` b (t - middle of the drift), where b is its growth by the last
-kick over h.  The i of a kick is (3 j1 - j0)/2 of the mean currents j0, j1 of the last two drifts (Adams and Bashforth):
-of second order, and no charge is lost, however short the pulses of a rectifier are.
+it; so it goes on from part to part along the ``line`` b (t - middle of the part), where b is its growth by the last
+kick over the kick's time.  The i of a kick goes by the mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for
+equal ones (Adams and Bashforth): of second order, and no charge is lost, however short the pulses of a rectifier are.
 """
 
 import math
@@ -24,9 +29,12 @@ from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.state import AFTER, DURING, IMPACT, KICK, SAMPLE, TINY, Point
 from harvester.cosimulation.lockstep.transitions import aim, reached
 from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.noise import HALF_ROOT
 
-START = 1e-6  # parts of a step after which the first kick comes: ngspice tells no current at time 0
-MOST = 100  # events in a step
+# Parts of a step after which the first kick comes, at the beginning and after an event of a coil: ngspice tells no
+# current at time 0, and none of the time after a jump.
+START = 1e-6
+MOST, ROUNDS = 100, 20  # events in a step; iterations of a part's length
 # What ended a motion: the function that gave no finite number; an event outside its step, or too many of them.
 DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
 
@@ -45,8 +53,9 @@ class Functions(NamedTuple):
 class ModelRecord(NamedTuple):
     """Arrays of a run of n steps.
 
-    ``noise``, shape (n, 2), are normal variates of the half kicks that begin and end each drift; ``samples`` have a row
-    at every reading: the state, the terminals' voltage, the current and the load's power; ``events`` their times.
+    ``noise``, shape (n, 2), are normal variates of the first two parts of each step, and of all others in turn;
+    ``samples`` have a row at every reading: the state, the terminals' voltage, the current and the load's power;
+    ``events`` are times.
     """
 
     noise: Floats
@@ -66,22 +75,31 @@ def is_finite(state):
 @inlined
 def port_voltage(s, t, f, m, at):
     """Voltage of the source at a time within the present leg: open-circuit voltage of a piezo, or a coil's e.m.f."""
-    into = t - s.leg_t if s.fault == 0 else 0.0
-    u = s.volts * f.source(m, f.floats(f.drift(m, at, into))) + s.bend * (s.phase + into - 0.5 * s.h)
+    there = f.floats(f.drift(m, at, t - s.leg_t if s.fault == 0 else 0.0))
+    u = s.volts * f.source(m, there) + s.bend * (s.phase + t - s.leg_t - s.middle)
     if math.isfinite(u):
         return u
-    s.fault = SOURCE
+    s.fault = SOURCE if is_finite(there) else DRIFT
     return 0.0
 
 
 @inlined
-def half_kick(s, at, reaction, xi, f, m):
-    """The state after half a kick; as it was where that is not finite."""
-    after = f.floats(f.kick(m, at, 0.5 * s.h, reaction, xi))
-    if is_finite(after):
-        return after
-    s.fault = KICKED
-    return at
+def kicked(s, at, reaction, record, f, m):
+    """The state after half a kick of the present part; its two halves share one variate."""
+    xi = HALF_ROOT * record.noise[s.n_steps, s.parts % 2]
+    return f.floats(f.kick(m, at, 0.5 * s.part, reaction, xi))
+
+
+@inlined
+def half_kick(s, at, reaction, record, f, m):
+    """The same with its work in the ledger; the state as it was where it is not finite."""
+    after = kicked(s, at, reaction, record, f, m)
+    if not is_finite(after):
+        s.fault = KICKED
+        return at
+    if s.coil == 1:
+        s.voltage_work += 0.25 * s.part * reaction * (f.source(m, at) + f.source(m, after))
+    return after
 
 
 @inlined
@@ -92,33 +110,6 @@ def write_row(s, at, p, samples):
         for k in range(len(at)):
             row[k] = at[k]
         row[-3], row[-2], row[-1] = p.v, p.current, p.power
-
-
-@inlined
-def begin_drift(s, at, before, reaction, part, record, f, m):
-    """The half kick with which a drift begins; ``part`` of a kick it is, with what came ahead of it."""
-    after = half_kick(s, at, reaction, record.noise[s.n_steps, 0], f, m)
-    if s.coil == 1:
-        grown = f.source(m, after)
-        s.voltage_work += 0.5 * part * s.h * reaction * (before + grown)
-        s.bend = s.volts * (grown - before) / (part * s.h)
-    return after
-
-
-@inlined
-def make_whole_kick(s, p, at, reaction, record, f, m):
-    """The kick at a grid time, read in its middle; the last one is only half of it."""
-    before = f.source(m, at)
-    at = half_kick(s, at, reaction, record.noise[s.n_steps, 1], f, m)
-    s.n_steps += 1
-    s.phase, s.flown = 0.0, 0
-    write_row(s, at, p, record.samples)
-    if s.n_steps < s.noise_size:
-        return begin_drift(s, at, before, reaction, 1.0, record, f, m)
-    if s.coil == 1:
-        s.voltage_work += 0.25 * s.h * reaction * (before + f.source(m, at))
-    s.measuring, s.end, s.voltage_end, s.smooth_end = AFTER, p.t, p.v, p.smooth
-    return at
 
 
 @inlined
@@ -139,18 +130,51 @@ def meet_event(s, at, events, f, m):
 
 
 @inlined
-def next_target(s, at, f, m):
-    """Phase and goal of the next target: the event of this drift, or the kick at its end."""
-    if s.measuring == AFTER or s.fault != 0:
-        return s.h, KICK
+def time_to_event(s, at, f, m):
+    """Time to the event of the coming drift, infinite without one."""
     left = s.h - s.phase
     wait = f.event(m, at, left)
     if wait is None or wait == math.inf:
-        return s.h, KICK
-    if not -TINY * s.h <= wait <= left + TINY * s.h:
-        s.fault = EVENT
-        return s.h, KICK
-    return min(s.phase + max(wait, 0.0), s.h), IMPACT
+        return math.inf
+    if -TINY * s.h <= wait <= left + TINY * s.h:
+        return min(max(wait, 0.0), left)
+    s.fault = EVENT
+    return math.inf
+
+
+@inlined
+def begin_part(s, at, reaction, record, f, m):
+    """Begin a part: the state after its first half kick, and where it leads to, (state, phase, goal)."""
+    s.split, s.part, target, goal = 0, s.h - s.phase, s.h, KICK
+    first = wait = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
+    if first < math.inf:
+        target, goal = s.phase + first, IMPACT
+        for _ in range(ROUNDS):
+            s.part = wait
+            again = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
+            if abs(again - wait) <= 1e-3 * TINY * s.h:
+                s.split, target = 1, s.phase + again
+                break
+            if again == math.inf:
+                break
+            wait = again
+        if s.split == 0:
+            s.part = s.h - s.phase
+    after = half_kick(s, at, reaction, record, f, m)
+    s.middle = s.phase + 0.5 * s.part
+    if s.coil == 1 and s.part > TINY * s.h:
+        s.bend = s.volts * (f.source(m, after) - s.grown) / (0.5 * (s.part + s.part_before))
+    return after, target, goal
+
+
+@inlined
+def end_step(s, p, at, record):
+    """Come to a grid time: the reading, and the next step."""
+    s.n_steps += 1
+    s.phase, s.flown, s.parts = 0.0, 0, 0
+    write_row(s, at, p, record.samples)
+    if s.n_steps == s.noise_size:
+        s.measuring, s.end, s.voltage_end, s.smooth_end = AFTER, p.t, p.v, p.smooth
 
 
 @inlined
@@ -174,19 +198,41 @@ def take_current(s, p):
 
 @inlined
 def reaction_of(s, p):
-    """The port's reaction at a target: of a coil that of its kick, from the mean currents of the last two drifts."""
+    """The port's reaction at a target: of a coil that of its kick, from the mean currents of the last two parts."""
     if s.coil == 0:
         return s.coupling * p.v
-    if s.goal == SAMPLE:  # the beginning
-        s.mean_before = p.current
-        return s.coupling * p.current
-    if s.goal == IMPACT:
+    if s.goal == IMPACT and s.split == 0:
         return s.reaction
-    mean = s.charge / s.h
-    weight = 2.0 if s.n_steps == 0 else 1.5  # the first one goes by the current at its beginning
-    i = weight * mean - (weight - 1.0) * s.mean_before
-    s.charge, s.mean_before = 0.0, mean
+    i = mean = p.current
+    if s.goal == SAMPLE:
+        s.part = 0.0
+    elif s.part > TINY * s.h:
+        mean = s.charge / s.part
+        i = mean + (mean - s.mean_before) * s.part / (s.part + s.part_before)
+    s.charge, s.mean_before, s.part_before = 0.0, mean, s.part
     return s.coupling * i
+
+
+@inlined
+def next_leg(s, p, at, goal, reaction, record, f, m):
+    """Do what a target's ``goal`` is, and begin what comes after it: (state, phase, goal)."""
+    if goal == IMPACT and s.split == 0:  # in mid-drift
+        at = meet_event(s, at, record.events, f, m)
+        wait = time_to_event(s, at, f, m)
+        return (at, s.h, KICK) if wait == math.inf else (at, s.phase + wait, IMPACT)
+    s.grown = f.source(m, at)
+    if goal != SAMPLE:
+        at = half_kick(s, at, reaction, record, f, m)
+    if goal == IMPACT:
+        at = meet_event(s, at, record.events, f, m)
+        s.parts += 1
+        if s.coil == 1 and s.phase + START * s.h < s.h:
+            return at, s.phase + START * s.h, SAMPLE
+    elif goal == KICK:
+        end_step(s, p, at, record)
+    if s.fault != 0 or s.measuring == AFTER:
+        return at, s.h, KICK
+    return begin_part(s, at, reaction, record, f, m)
 
 
 @inlined
@@ -209,21 +255,15 @@ def accept_model(s, p, record, f, m, at):
     come = f.source(m, at) - s.driven
     if s.coil == 0:
         s.voltage_work += 0.5 * (s.reaction + reaction) * come
+    elif s.n_steps == 0 and s.goal == SAMPLE:
+        record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = p.v, p.current, p.power
     goal, events = s.goal, s.impacts
     while True:
-        if goal == IMPACT:
-            at = meet_event(s, at, record.events, f, m)
-        elif goal == SAMPLE:
-            record.samples[0, -3], record.samples[0, -2], record.samples[0, -1] = p.v, p.current, p.power
-            at = begin_drift(s, at, f.source(m, at), reaction, 0.5, record, f, m)
-        else:
-            at = make_whole_kick(s, p, at, reaction, record, f, m)
-        target, goal = next_target(s, at, f, m)
-        if target - s.phase > TINY * s.h:
+        at, target, goal = next_leg(s, p, at, goal, reaction, record, f, m)
+        if target - s.phase > TINY * s.h or s.fault != 0:
             break
         at = drifted(s, at, target, f, m)
     aim(s, target, goal)
-    s.goal = goal
     s.driven, s.reaction = f.source(m, at), reaction
     s.turned = 1 if s.impacts > events else 0
     if s.coil == 1:

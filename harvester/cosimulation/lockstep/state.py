@@ -52,10 +52,11 @@ _COUNTS = ("goal", "n_steps", "stride", "accepted", "impacts", "free", "smooth",
 # 1: the motion of another run, from its record; a leg that begins with a turn of the motion, or an impact
 _WAYS = ("follows", "turned")
 # Of a model of the user's own (`any_mechanics`): what drives its port and the reaction as a leg begins, the port's
-# coupling, a coil's charge of this drift and mean current of the last one; whether it is a coil, what ended the motion,
-# and the model's own state.
-_MODEL = ("driven", "reaction", "coupling", "charge", "mean_before")
-_OF_MODEL = ("coil", "fault", "model_at")
+# coupling; a coil's charge of this part and mean current of the last one, their lengths, the middle of this one, and the
+# source ahead of its kick; whether it is a coil, what ended the motion, the model's own state, whether the part ends at
+# its event, and how many parts this step had.
+_MODEL = ("driven", "reaction", "coupling", "charge", "mean_before", "part", "part_before", "middle", "grown")
+_OF_MODEL = ("coil", "fault", "model_at", "split", "parts")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
 _ARRAYS = (*(f"{name}_at" for name in Recording._fields), "coefficients_at", "noise_size", "impacts_size")
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`

@@ -27,14 +27,14 @@ from harvester.cosimulation.ngspice.compiled_callbacks import (
 from harvester.mechanics.kernels.compiled import COMPILER, interpreted, strict
 
 
-def never(*_: Any) -> float:
+def never(m: Any, at: Any, h: float) -> float:
     """The event of a model without events."""
     return math.inf
 
 
-def unchanged(*given: Any) -> Any:
+def unchanged(m: Any, at: Any) -> Any:
     """The jump of a model without events."""
-    return given[-1]
+    return at
 
 
 def _as_function(method: Any) -> Callable[..., Any]:
@@ -42,11 +42,14 @@ def _as_function(method: Any) -> Callable[..., Any]:
     return lambda _, *arguments: method(*arguments)
 
 
-def _functions(of: Any, made: Callable[[Any], Any], floats: Any) -> Functions:
-    """The functions of a model, or of its class, each ``made`` into one that can be called in lock-step."""
+def _functions(of: Any, made: Callable[[Any], Any], plain: Callable[[Any], Any], floats: Any) -> Functions:
+    """The functions of a model, or of its class, each ``made`` into one that can be called in lock-step.
+
+    ``plain`` makes it of one that is no method.
+    """
     found = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
-    absent = {"event": made(never), "jump": made(unchanged)}
-    found |= {name: made(getattr(of, name)) if hasattr(of, name) else other for name, other in absent.items()}
+    absent = {"event": never, "jump": unchanged}
+    found |= {name: made(getattr(of, name)) if hasattr(of, name) else plain(one) for name, one in absent.items()}
     return Functions(**found, floats=floats)
 
 
@@ -88,7 +91,10 @@ def compiled(kind: type, state_kind: type, absent: tuple[bool, ...]) -> tuple[An
     def floats(values):  # type: ignore[no-untyped-def]
         return as_floats(values)
 
-    f = _functions(kind, _number_as_written, floats)
+    f = _functions(kind, _number_as_written, _number_as_written, floats)
+    f.event.compile((numba.typeof(m0), numba.typeof(at0), types.float64))
+    if isinstance(f.event.nopython_signatures[0].return_type, types.NoneType):  # of these coefficients there is none
+        f = f._replace(event=_number_as_written(never))
     voltage, accept = strict(any_mechanics.port_voltage), strict(any_mechanics.accept_model)
 
     @numba.cfunc(_F8(_STATE_POINTER, _F8, _F8), **COMPILER)
@@ -129,7 +135,7 @@ class PlainCallbacks:
     def __init__(self, model: Any, start: Any, drive: ModelDrive, shared: Any) -> None:
         self.at, self.model, self.drive = start, model, drive
         self.s = python_types.SimpleNamespace(**{name: drive.state[name][0].item() for name in STATE.names or ()})
-        self.f = _functions(model, _as_function, lambda at: at)
+        self.f = _functions(model, _as_function, lambda one: one, lambda at: at)
         self.error: Exception | None = None
         self.last = 0.0
         self._told = [(name, shared[name]) for name in self.TOLD]
