@@ -1,4 +1,4 @@
-"""A piezo beam of two modes whose tip hits a stop, on a resistor: an impact excites both modes, and both charge the piezo.
+"""A piezo beam of two modes whose tip hits a stop, on a resistor: impacts excite both modes, and both charge the piezo.
 
     q_i'' + 2 zeta_i w_i q_i' + w_i^2 q_i = -theta_i V          charge theta_1 q_1 + theta_2 q_2
 
@@ -36,17 +36,20 @@ class Beam(NamedTuple):
     r: float = 0.8
 
     def drift(self, s, h):
+        """Positions move at given speeds."""
         return Modes(s.q1 + h * s.v1, s.q2 + h * s.v2, s.v1, s.v2)
 
     def kick(self, s, h, voltage, noise):
+        """Forces act for a time h."""
         return Modes(
             s.q1,
             s.q2,
-            kicked(s.v1, -self.w1**2 * s.q1 - self.theta1 * voltage, 2.0 * self.zeta * self.w1, h),
-            kicked(s.v2, -self.w2**2 * s.q2 - self.theta2 * voltage, 2.0 * self.zeta * self.w2, h),
+            kicked(s.v1, -(self.w1**2) * s.q1 - self.theta1 * voltage, 2.0 * self.zeta * self.w1, h),
+            kicked(s.v2, -(self.w2**2) * s.q2 - self.theta2 * voltage, 2.0 * self.zeta * self.w2, h),
         )
 
     def event(self, s, h):
+        """When the tip meets the stop."""
         place = self.gap + self.phi1 * s.q1 + self.phi2 * s.q2
         speed = self.phi1 * s.v1 + self.phi2 * s.v2
         if speed < 0.0 and place + h * speed <= 0.0:
@@ -54,11 +57,13 @@ class Beam(NamedTuple):
         return None
 
     def jump(self, s):
+        """What the stop does to the modes."""
         speed = self.phi1 * s.v1 + self.phi2 * s.v2
         impulse = -(1.0 + self.r) * speed / (self.phi1**2 + self.phi2**2)
         return Modes(s.q1, s.q2, s.v1 + self.phi1 * impulse, s.v2 + self.phi2 * impulse)
 
     def source(self, s):
+        """What drives the port."""
         return self.theta1 * s.q1 + self.theta2 * s.q2
 
 

@@ -31,14 +31,17 @@ class Harvester(NamedTuple):
     w: float = 120.0
 
     def drift(self, s, h):
+        """Positions move at given speeds."""
         return Magnet(s.x + h * s.v, s.v, s.t + h)
 
     def kick(self, s, h, reaction, noise):
+        """Forces act for a time h."""
         force = self.m * self.a * math.cos(self.w * s.t) - self.k * s.x - reaction
         half = 0.5 * h * self.c / self.m
         return Magnet(s.x, ((1.0 - half) * s.v + h * force / self.m) / (1.0 + half), s.t)
 
     def source(self, s):
+        """What drives the port."""
         return s.v
 
 

@@ -29,13 +29,16 @@ class Pendulum(NamedTuple):
     friction: float = 4e-4
 
     def drift(self, s, h):
+        """Positions move at given speeds."""
         return Swing(s.angle + h * s.speed, s.speed)
 
     def kick(self, s, h, reaction, noise):
+        """Forces act for a time h."""
         torque = -self.gravity * math.sin(s.angle) - reaction
         return Swing(s.angle, with_friction(s.speed, torque / self.inertia, self.friction / self.inertia, h))
 
     def source(self, s):
+        """What drives the port."""
         return s.speed
 
 

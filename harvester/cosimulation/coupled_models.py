@@ -6,7 +6,7 @@ Long because the function and its answer explain their arguments and arrays to u
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -237,7 +237,7 @@ def cosimulate(
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     ledger = {LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")}
     return Cosimulation(
-        time=h * every * np.arange(len(run.samples)),
+        time=h * every * np.arange(len(run.samples), dtype=np.float64),
         state=state,
         voltage=run.samples[:, -3],
         current=run.samples[:, -2],

@@ -98,7 +98,7 @@ def run_model(data: bytes) -> ModelRun:
     start = np.array(job.start, dtype=np.float64)
     coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
     exact = job.load.linear and not coil  # the rule of a load resistor is exact for each drift
-    coupling = float(job.port.coupling)
+    coupling = float(job.port.coupling or 0.0)
     volts = coupling if coil else coupling / piezo
     drive = ModelDrive(start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact)
     begin_model(drive.state[0], job.start, drive.record.samples, _bound(job.model), None)
@@ -153,7 +153,8 @@ def _compiled(job: ModelJob) -> tuple[int, int]:
     from harvester.cosimulation.ngspice.model_callbacks import compiled
 
     try:
-        made = compiled(type(job.model), type(job.start), tuple(one is None for one in job.model))
+        kinds: Any = type(job.model), type(job.start)
+        made = compiled(*kinds, tuple(one is None for one in job.model))
     except numba.core.errors.NumbaError as error:
         lines = [one.strip() for one in re.sub(r"\x1b\[\d*m", "", str(error)).splitlines() if one.strip()]
         told = next((one for one in lines if not one.startswith(("Failed in", "During:"))), "it says no reason")

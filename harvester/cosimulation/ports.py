@@ -9,6 +9,8 @@ from harvester.quantities.kinds import Kind
 from harvester.scene.physical import Piezo
 from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_table
 
+__all__ = ["Coil", "Piezo", "Port"]
+
 TRANSDUCTION = Kind("a coupling of a coil (V s/m)", "V s/m", "'10 V s/m'", above=0.0)
 RESISTANCE_OF_COIL = Kind("a resistance (ohm)", "ohm", "'100 ohm'", above=0.0)
 INDUCTANCE = Kind("an inductance (H)", "H", "'10 mH'", above=0.0)

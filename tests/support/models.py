@@ -1,6 +1,7 @@
 """Models of a user's own, the examples among them, and what they are compared with."""
 
 import importlib.util
+import itertools
 import math
 import sys
 from functools import cache
@@ -63,13 +64,12 @@ class Oscillator(NamedTuple):
 
 def linear(a, start, times):
     """The exact y' = a y at equally spaced times, shape (times, len(start))."""
-    step, y = expm(a * (times[1] - times[0])), np.array(start, dtype=float)
-    rows = [y]
+    step, rows = expm(a * (times[1] - times[0])), [np.array(start, dtype=float)]
     for _ in times[1:]:
-        rows.append(y := step @ y)
+        rows += [step @ rows[-1]]
     return np.array(rows)
 
 
 def orders(errors):
     """The orders of convergence between errors at steps that halve."""
-    return [math.log2(a / b) for a, b in zip(errors, errors[1:], strict=False)]
+    return [math.log2(a / b) for a, b in itertools.pairwise(errors)]

@@ -6,8 +6,9 @@ ends with half a kick (Strang's splitting), and ngspice ends a step exactly at e
     kick of a/2, drift of a, kick of a/2; then the record at a grid time, or the jump at an event
 
 so that the force after an event is that of the time after it, and the whole is of second order with events too.  How
-long the part to an event is depends on its first kick, and that on the length: they are iterated together, and where
-that does not come to an end, as with strong noise, the kick is that of the whole step and the event is met in mid-drift.
+long the part to an event is depends on its first kick, and that on the length: they are iterated together.  Where the
+noise acts on a model, whose path has no second order, the kicks are those of whole steps, as how much noise comes must
+not depend on the event; the event is then met in mid-drift, as it also is where the iteration finds no length.
 
 ``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of the run
 (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
@@ -34,7 +35,7 @@ from harvester.mechanics.kernels.noise import HALF_ROOT
 # Parts of a step after which the first kick comes, at the beginning and after an event of a coil: ngspice tells no
 # current at time 0, and none of the time after a jump.
 START = 1e-6
-MOST, ROUNDS = 100, 20  # events in a step; iterations of a part's length
+MOST, ROUNDS = 100, 60  # events in a step; iterations of a part's length
 # What ended a motion: the function that gave no finite number; an event outside its step, or too many of them.
 DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
 
@@ -143,23 +144,50 @@ def time_to_event(s, at, f, m):
 
 
 @inlined
+def is_noisy(s, at, reaction, f, m):
+    """Whether the noise acts on this state."""
+    up, down = f.kick(m, at, s.h, reaction, 1.0), f.kick(m, at, s.h, reaction, -1.0)
+    return f.floats(up) != f.floats(down)
+
+
+@inlined
+def part_to_event(s, at, first, reaction, record, f, m):
+    """Time to the event after the kick of a part that ends there, the present ``part`` from then on; or infinite.
+
+    With the kick of the whole step the event is at ``first``, so that such a length lies below the step's.
+    """
+    low, high, wait, last, short = 0.0, s.part, first, s.part, first - s.part
+    for _ in range(ROUNDS):
+        s.part = wait
+        again = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
+        now = again - wait
+        if abs(now) <= 1e-3 * TINY * s.h:
+            return again
+        if now > 0.0:
+            low = wait
+        else:
+            high = wait
+        secant = wait - now * (wait - last) / (now - short) if now < math.inf and now != short else math.inf
+        if now < math.inf:
+            last, short = wait, now
+        wait = secant if low < secant < high else 0.5 * (low + high)
+    return math.inf
+
+
+@inlined
 def begin_part(s, at, reaction, record, f, m):
     """Begin a part: the state after its first half kick, and where it leads to, (state, phase, goal)."""
-    s.split, s.part, target, goal = 0, s.h - s.phase, s.h, KICK
-    first = wait = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
+    whole = s.h - s.phase
+    s.split, s.part, target, goal = 0, whole, s.h, KICK
+    first = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
     if first < math.inf:
-        target, goal = s.phase + first, IMPACT
-        for _ in range(ROUNDS):
-            s.part = wait
-            again = time_to_event(s, kicked(s, at, reaction, record, f, m), f, m)
-            if abs(again - wait) <= 1e-3 * TINY * s.h:
-                s.split, target = 1, s.phase + again
-                break
-            if again == math.inf:
-                break
-            wait = again
+        length = math.inf
+        if not is_noisy(s, at, reaction, f, m):
+            length = part_to_event(s, at, first, reaction, record, f, m)
+        s.split = 1 if length < math.inf else 0
         if s.split == 0:
-            s.part = s.h - s.phase
+            s.part = whole
+        target, goal = s.phase + (length if s.split == 1 else first), IMPACT
     after = half_kick(s, at, reaction, record, f, m)
     s.middle = s.phase + 0.5 * s.part
     if s.coil == 1 and s.part > TINY * s.h:

@@ -1,4 +1,4 @@
-"""A run of a model of the user's own: its record, its noise, and its readings, which ngspice fills through callbacks."""
+"""A run of a model of the user's own: its record, its noise, and its readings, which callbacks fill."""
 
 from typing import Any
 

@@ -11,6 +11,7 @@ from harvester.netlists.load_circuit import LoadCircuit
 REST = (0.0, 0.0, 0.0)
 TEMPERATURE = "temp=27 tnom=27"  # of all parts and of their models' parameters, in degrees Celsius
 SOME_CAPACITANCE = 1e-4  # F: times the signal's size the charge that the tolerances of a coil's circuit go by
+CURRENT, FLUX = 1e-3, 1e-7  # of a coil: A of a volt at node z, and the capacitor (F) that has the flux
 ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
 
 
@@ -78,11 +79,14 @@ def coil_deck(
 
     ``times`` are step and duration (s); the others as of `build_deck`.
     """
-    parts = [(f"R{{}} {resistance!r}", resistance), (f"L{{}} {inductance!r} ic=0", inductance)]
-    present = [text for text, value in parts if value]
-    nodes = ["drive", "coil", "p"] if len(present) == 2 else ["drive", "p"] if present else ["p"]
-    source = [f"Vdrive {nodes[0]} 0 external"]
-    source += [one.format(f"coil {a} {b}") for one, a, b in zip(present, nodes, nodes[1:], strict=False)]
+    nodes = ["drive", *(["coil"] if resistance and inductance else []), *(["p"] if resistance or inductance else [])]
+    source = [f"Vdrive {'drive' if len(nodes) > 1 else 'p'} 0 external"]
+    if inductance is not None:  # a capacitor behind two controlled sources: the least ringing of an element L stops all
+        across = f"drive {nodes[1]}"
+        source += [f"Gcoil {across} z 0 {CURRENT!r}", f"Cz z 0 {FLUX!r} ic=0"]
+        source += [f"Gflux 0 z {across} {FLUX / (CURRENT * inductance)!r}"]
+    if resistance is not None:
+        source += [f"Rcoil {nodes[-2]} p {resistance!r}"]
     options = integration_options(times[0], None, volts, SOME_CAPACITANCE, reltol, smoothing=load.smoothing)
     return whole_deck(load, source, options, times, probes=probes)
 

@@ -130,7 +130,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             if self.messages:  # one that loads says nothing
                 raise OSError("; ".join(self.messages))
 
-    def run_driven(self, deck: Deck, drive: Drive | ModelDrive, patience: float = math.inf, deadline: float = math.inf) -> None:
+    def run_driven(
+        self, deck: Deck, drive: Drive | ModelDrive, patience: float = math.inf, deadline: float = math.inf
+    ) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
         ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a second over

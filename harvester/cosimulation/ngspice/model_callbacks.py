@@ -9,7 +9,7 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba import carray, types
+from numba import carray, types  # type: ignore[attr-defined]
 from numba.extending import intrinsic
 
 from harvester.arrays import Floats
@@ -17,13 +17,7 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
-from harvester.cosimulation.ngspice.compiled_callbacks import (
-    _F8,
-    _I4,
-    _STATE_POINTER,
-    _coefficients,
-    _pointer,
-)
+from harvester.cosimulation.ngspice.compiled_callbacks import _F8, _I4, _STATE_POINTER, _coefficients, _pointer
 from harvester.mechanics.kernels.compiled import COMPILER, interpreted, strict
 
 
@@ -58,7 +52,9 @@ def _number_as_written(function: Any) -> Any:
     if not isinstance(function, python_types.FunctionType):
         return function
     names = function.__globals__
-    called = {one: names[one] for one in function.__code__.co_names if isinstance(names.get(one), python_types.FunctionType)}
+    called = {
+        one: names[one] for one in function.__code__.co_names if isinstance(names.get(one), python_types.FunctionType)
+    }
     if called:
         names = {**names, **{one: _number_as_written(inner) for one, inner in called.items()}}
         function = python_types.FunctionType(
@@ -68,17 +64,17 @@ def _number_as_written(function: Any) -> Any:
 
 
 @cache
-def compiled(kind: type, state_kind: type, absent: tuple[bool, ...]) -> tuple[Any, Any]:
+def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
     """The source and the step of a model as C functions; ``absent`` says which of its coefficients are None."""
     m0 = kind(*(None if one else 0.0 for one in absent))
     at0 = state_kind(*(0.0 for _ in state_kind._fields))
 
     @intrinsic
-    def as_floats(typingctx, values):  # type: ignore[no-untyped-def]
+    def _as_floats(typingctx, values):
         """A state of floats from one that may have whole numbers."""
         made = numba.typeof(at0)
 
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):
             parts = [
                 context.cast(builder, builder.extract_value(args[0], k), one, types.float64)
                 for k, one in enumerate(signature.args[0].types)
@@ -88,8 +84,8 @@ def compiled(kind: type, state_kind: type, absent: tuple[bool, ...]) -> tuple[An
         return made(values), codegen
 
     @numba.njit(**COMPILER)
-    def floats(values):  # type: ignore[no-untyped-def]
-        return as_floats(values)
+    def floats(values):
+        return _as_floats(values)
 
     f = _functions(kind, _number_as_written, _number_as_written, floats)
     f.event.compile((numba.typeof(m0), numba.typeof(at0), types.float64))
@@ -98,14 +94,14 @@ def compiled(kind: type, state_kind: type, absent: tuple[bool, ...]) -> tuple[An
     voltage, accept = strict(any_mechanics.port_voltage), strict(any_mechanics.accept_model)
 
     @numba.cfunc(_F8(_STATE_POINTER, _F8, _F8), **COMPILER)
-    def source(user, t, delta):  # type: ignore[no-untyped-def]
+    def source(user, t, delta):
         s = carray(user, 1)[0]
         return voltage(s, t, f, _coefficients(s.coefficients_at, m0), _coefficients(s.model_at, at0))
 
     width, size = len(at0) + 3, len(at0)
 
     @numba.cfunc(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8), **COMPILER)
-    def step(user, t, v, power, current, smooth):  # type: ignore[no-untyped-def]
+    def step(user, t, v, power, current, smooth):
         s = carray(user, 1)[0]
         record = ModelRecord(
             carray(_pointer(s.noise_at), (s.noise_size, 2), np.float64),
