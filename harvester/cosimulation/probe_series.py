@@ -7,6 +7,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import AFTER
 from harvester.errors import CircuitError
 from harvester.netlists.probes import Probe
@@ -17,7 +18,7 @@ def vectors_of(probes: Sequence[Probe]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for probe in probes for name in probe.vectors))
 
 
-def values_of(probe: Probe, drive: Drive) -> Floats:
+def values_of(probe: Probe, drive: Drive | ModelDrive) -> Floats:
     """A probe's values at the accepted points of a finished run, shape (n,), in its unit.
 
     Raises CircuitError where ngspice tells no such quantity.

@@ -32,7 +32,7 @@ class PythonCallbacks:
         self.last = 0.0
         self._source_voltage, self._proposed_step = interpreted(source_voltage), interpreted(proposed_step)
         self._accept_point = interpreted(accept_point)
-        number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)
+        number = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_double, ctypes.c_double)
         point = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, *5 * [ctypes.c_double])
         self._pointers = {
             "source_at": number(self.source),
@@ -42,7 +42,7 @@ class PythonCallbacks:
         for name, pointer in self._pointers.items():
             drive.state[name] = ctypes.cast(pointer, ctypes.c_void_p).value
 
-    def source(self, t: float, _: float) -> float:
+    def source(self, _: int, t: float, __: float) -> float:
         """Voltage of the source at a candidate time."""
         if self.error is None:
             try:
@@ -54,7 +54,7 @@ class PythonCallbacks:
                 self.error = error
         return self.last
 
-    def step(self, t: float, delta: float) -> float:
+    def step(self, _: int, t: float, delta: float) -> float:
         """Length of the step that ngspice is about to try."""
         if self.error is None:
             try:

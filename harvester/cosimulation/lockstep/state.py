@@ -51,12 +51,19 @@ _STORED = tuple(f"{what}_{when}" for what in ("energy", "voltage", "smooth") for
 _COUNTS = ("goal", "n_steps", "stride", "accepted", "impacts", "free", "smooth", "measuring", "has_beta", "flown")
 # 1: the motion of another run, from its record; a leg that begins with a turn of the motion, or an impact
 _WAYS = ("follows", "turned")
+# Of a model of one's own (`any_mechanics`): what drives its port and the reaction as a leg begins, the port's
+# coupling; a coil's charge of this part and mean current of the last one, their lengths, the middle of this one, and
+# the source ahead of its kick; whether it is a coil, what ended the motion, the model's own state, whether the part
+# ends at its event, and how many parts this step had.
+_MODEL = ("driven", "reaction", "coupling", "charge", "mean_before", "part", "part_before", "middle", "grown")
+_OF_MODEL = ("coil", "fault", "model_at", "split", "parts")
 _CALLBACKS = ("source_at", "step_at", "accepted_at")
 _ARRAYS = (*(f"{name}_at" for name in Recording._fields), "coefficients_at", "noise_size", "impacts_size")
 VECTORS = ("time", "voltage", "power", "current", "smooth", "smooth_minus")  # of ngspice, in the order of `Deck`
+_INDICES = tuple(f"{one}_index" for one in VECTORS)
 STATE = np.dtype(
-    [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED)]
-    + [(name, np.int64) for name in (*_COUNTS, *_WAYS, *_CALLBACKS, *_ARRAYS, *(f"{one}_index" for one in VECTORS))],
+    [(name, np.float64) for name in (*_REALS, *_LEDGER, *_WORKS, *_STORED, *_MODEL)]
+    + [(name, np.int64) for name in (*_COUNTS, *_WAYS, *_OF_MODEL, *_CALLBACKS, *_ARRAYS, *_INDICES)],
     align=True,
 )
 

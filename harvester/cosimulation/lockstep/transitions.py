@@ -118,10 +118,25 @@ def next_event(s, impacts, c):
         target, goal = target_as_planned(s, target, goal, impacts, c)
     elif c.r is not None:
         target, goal = target_in_flight(s, target, goal, impacts, c)
+    aim(s, target, goal)
+
+
+@inlined
+def aim(s, target, goal):
+    """Set the next target of ngspice: a phase of the present drift, and what is there."""
     s.next_phase = target
     s.goal = goal
     s.leg_t = s.t
     s.target_time = (s.n_steps * s.h + target) / s.w0
+
+
+@inlined
+def reached(s, p):
+    """Take an accepted `Point` into the ledger; whether it is the target."""
+    add_terminal_flow(s, p)
+    s.t = p.t
+    s.accepted += 1
+    return p.t >= s.target_time - TINY * s.h / s.w0
 
 
 @inlined
@@ -174,10 +189,7 @@ def make_kick(s, p, recording, c):
 @inlined
 def accept_point(s, p, recording, c):
     """Take an accepted `Point`; at a target make the impact, the sample or the kick, and choose the next target."""
-    add_terminal_flow(s, p)
-    s.t = p.t
-    s.accepted += 1
-    if p.t < s.target_time - TINY * s.h / s.w0:
+    if not reached(s, p):
         return
     came = s.v
     arrive_at_target(s, recording.impacts, c)

@@ -43,14 +43,14 @@ def _call(typingctx, address, state, t, v, power, current, smooth):
 
 
 @intrinsic
-def _ask(typingctx, address, t, delta):
-    """Call the C function ``double (*)(t, delta)`` at an address."""
+def _ask(typingctx, address, state, t, delta):
+    """Call the C function ``double (*)(state, t, delta)`` at an address."""
 
     def codegen(context, builder, signature, args):
         kind = ir.FunctionType(ir.DoubleType(), [arg.type for arg in args[1:]])
         return builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
 
-    return types.float64(types.int64, types.float64, types.float64), codegen
+    return types.float64(types.int64, _STATE_POINTER, types.float64, types.float64), codegen
 
 
 @intrinsic
@@ -84,7 +84,7 @@ def _real(values, index):
 def source_callback(value, t, node, ident, user):
     """Answer ngspice's GetVSRCData: the source's voltage at a candidate time."""
     s = carray(user, 1)[0]
-    carray(value, 1)[0] = _ask(s.source_at, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
+    carray(value, 1)[0] = _ask(s.source_at, user, t, 0.0) if s.source_at != 0 else source_voltage(s, t)
     return 0
 
 
@@ -93,7 +93,7 @@ def sync_callback(t, delta, old_delta, redo, ident, location, user):
     """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
     if location == 0:
         s, step = carray(user, 1)[0], carray(delta, 1)
-        step[0] = _ask(s.step_at, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
+        step[0] = _ask(s.step_at, user, t, step[0]) if s.step_at != 0 else proposed_step(s, t, step[0])
     return redo
 
 

@@ -10,6 +10,8 @@ from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
 TEMPERATURE = "temp=27 tnom=27"  # of all parts and of their models' parameters, in degrees Celsius
+SOME_CAPACITANCE = 1e-4  # F: times the signal's size the charge that the tolerances of a coil's circuit go by
+CURRENT, FLUX = 1e-3, 1e-7  # of a coil: A of a volt at node z, and the capacitor (F) that has the flux
 ROUNDING = 1e-11  # of a voltage: the last digits of a difference of two nodes, over the least usual tolerance
 
 
@@ -57,16 +59,56 @@ def build_deck(
     numbers = (capacitance, step, duration, volts, *start)
     # A NumPy scalar prints its type.
     capacitance, step, duration, volts, open_circuit, terminals, charge = map(float, numbers)
-    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
     across = open_circuit - (nodes or {}).get("p", terminals)
-    elements = [
-        ".title harvester",
-        "Vdrive drive 0 external",
-        f"Cp drive p {capacitance!r} ic={across!r}",
-        f"Xload p 0 {load.name} {parameters}".rstrip(),
-    ]
+    source = ["Vdrive drive 0 external", f"Cp drive p {capacitance!r} ic={across!r}"]
     time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing)
+    return whole_deck(load, source, options, (step, duration), charge, nodes, probes, keeps)
+
+
+def coil_deck(
+    load: LoadCircuit,
+    resistance: float | None,
+    inductance: float | None,
+    times: tuple[float, float],
+    volts: float,
+    reltol: float,
+    probes: Sequence[str] = (),
+) -> Deck:
+    """The whole circuit of a coil: its e.m.f. in series with its resistance (ohm) and inductance (H), and the load.
+
+    ``times`` are step and duration (s); the others as of `build_deck`.
+    """
+    nodes = ["drive", *(["coil"] if resistance and inductance else []), *(["p"] if resistance or inductance else [])]
+    source = [f"Vdrive {'drive' if len(nodes) > 1 else 'p'} 0 external"]
+    if inductance is not None:  # a capacitor behind two controlled sources: the least ringing of an element L stops all
+        across = f"drive {nodes[1]}"
+        source += [f"Gcoil {across} z 0 {CURRENT!r}", f"Cz z 0 {FLUX!r} ic=0"]
+        source += [f"Gflux 0 z {across} {FLUX / (CURRENT * inductance)!r}"]
+    if resistance is not None:
+        source += [f"Rcoil {nodes[-2]} p {resistance!r}"]
+    options = integration_options(times[0], None, volts, SOME_CAPACITANCE, reltol, smoothing=load.smoothing)
+    return whole_deck(load, source, options, times, probes=probes)
+
+
+def whole_deck(
+    load: LoadCircuit,
+    source: Sequence[str],
+    options: str,
+    times: tuple[float, float],
+    charge: float = 0.0,
+    nodes: Mapping[str, float] | None = None,
+    probes: Sequence[str] = (),
+    keeps: bool = False,
+) -> Deck:
+    """The load between p and 0, with the lines of its ``source``, whose driven voltage is Vdrive.
+
+    ``times`` are step and duration (s), ``charge`` the voltage of Csmooth at the beginning; the rest as of
+    `build_deck`.
+    """
+    step, duration = times
+    parameters = " ".join(f"{name}={value!r}" for name, value in sorted(load.parameters.items()))
+    elements = [".title harvester", *source, f"Xload p 0 {load.name} {parameters}".rstrip()]
     outer = dict(zip(load.terminals, ("p", "0"), strict=True)) | {"0": "0", "gnd": "0"}
     smooth = [outer.get(node, f"xload.{node}") for node in load.smoothing_nodes] or ["", ""]
     vectors = ("time", "p", "@r.xload.rload[p]", "vdrive#branch", *smooth)

@@ -20,6 +20,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.drive import Drive
+from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import DURING, STATE, VECTORS
 from harvester.cosimulation.ngspice.compiled_callbacks import (
     data_callback,
@@ -129,7 +130,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             if self.messages:  # one that loads says nothing
                 raise OSError("; ".join(self.messages))
 
-    def run_driven(self, deck: Deck, drive: Drive, patience: float = math.inf, deadline: float = math.inf) -> None:
+    def run_driven(
+        self, deck: Deck, drive: Drive | ModelDrive, patience: float = math.inf, deadline: float = math.inf
+    ) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
         ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a second over
@@ -147,10 +150,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             self.failure = str(error)
             raise
 
-    def _follow(self, deck: Deck, drive: Drive, patience: float, deadline: float) -> None:
+    def _follow(self, deck: Deck, drive: Drive | ModelDrive, patience: float, deadline: float) -> None:
         """Run a circuit as `run_driven` says."""
         self.state[:] = drive.state
-        if not drive.state["accepted_at"][0]:  # a drive may bring callbacks of its own
+        if isinstance(drive, Drive) and not drive.state["accepted_at"][0]:  # others bring callbacks of their own
             pattern = Coefficients(*(None if one is None else 0.0 for one in drive.coefficients))
             self.state["accepted_at"] = point_function(pattern, drive.shaking is not None).address
         self.vectors, self.loaded, self.smoothing, self.nodes = deck.vectors, False, 0.0, {}

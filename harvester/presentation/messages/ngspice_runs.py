@@ -75,6 +75,8 @@ def _several_responses(responses: int, from_rest: bool, engine: str) -> str:
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
+    # a model of the user's own
+    "model_path": "one path at one step: half of `step` and a tenth of `tolerance` show its error",
     "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
     "{coupling:.4g} N/V; results are nondimensional",
     "charging_cut_short": "burn-in stopped at {time:g} before the load's capacitor was charged: Rload Csmooth = "

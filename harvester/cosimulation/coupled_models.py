@@ -1,0 +1,285 @@
+"""A model of the user's own and an ngspice circuit that act on each other inside the step: the function and its answer.
+
+Long because the function and its answer explain their arguments and arrays to users.
+"""
+
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from harvester import figures
+from harvester.arrays import Floats
+from harvester.cosimulation.model_runs import ModelJob, packed, run_model
+from harvester.cosimulation.models import can_be_compiled, check_model
+from harvester.cosimulation.ngspice.locate_libngspice import find_library
+from harvester.cosimulation.ports import Coil, Piezo, Port
+from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.errors import InputError, invalid, names_arguments
+from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.netlists.probes import read_probes
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.glossary import LEDGER
+from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
+from harvester.quantities.units import time
+from harvester.scene.load import Load
+from harvester.uncertainty.value import Value
+
+MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
+OWN = ("time", "voltage", "current", "load_power")  # columns of every answer
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, eq=False)
+class Cosimulation(TableResult):
+    """One path of a model of the user's own, and of its circuit: arrays of shape (n,), one entry for each reading.
+
+    Attributes
+    ----------
+    time
+        s.
+    state
+        the numbers of the model's state by name, shape (n,), in the middle of the kick at that time.
+    voltage, current, load_power
+        at the circuit's terminals, out of the port, and of Rload: shape (n,) (V, A, W).
+    probes, probe_units
+        further quantities of the circuit by name, shape (n,), and their units.
+    events
+        the times of the model's events, shape (m,) (s).
+    mean_power
+        of Rload, over the whole path (W).
+    ledger
+        mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the port's reaction,
+        ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of the circuit, and ``ledger_stored``
+        is the growth of what Cp and Csmooth hold.
+    ledger_residual
+        the part of the largest of them that does not add up: a check, which shrinks as the square of the step.
+    step
+        the step of the model (s).
+    steps
+        those that ngspice accepted.
+    seconds, compilation_seconds
+        of the run, and of compiling the model.
+    compiled
+        whether the model was compiled, rather than run in plain Python.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+
+    >>> import harvester as hv
+    >>> sorted(hv.Cosimulation.DERIVED)
+    ['duration', 'number_of_events', 'ranges']
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ("duration", "number_of_events", "ranges")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset(
+        {"time", "state", "voltage", "current", "load_power", "probes", "probe_units", "events", "compilation_seconds"}
+    )
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"ranges"})
+    SHORT: ClassVar[tuple[str, ...]] = ("duration", "step", "mean_power", "ledger_residual", "number_of_events")
+
+    time: Floats
+    state: dict[str, Floats]
+    voltage: Floats
+    current: Floats
+    load_power: Floats
+    events: Floats
+    mean_power: Value
+    ledger: dict[str, float]
+    ledger_residual: float
+    step: float
+    steps: int
+    seconds: float
+    compilation_seconds: float
+    compiled: bool
+    probes: dict[str, Floats] = field(default_factory=dict)
+    probe_units: dict[str, str] = field(default_factory=dict)
+    physical: bool = True
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """How long it is (s)."""
+        return float(self.time[-1])
+
+    @property
+    def number_of_events(self) -> int:
+        """How many events it has."""
+        return len(self.events)
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The path as a matplotlib figure."""
+        return figures.cosimulation(self.table, title)
+
+    @property
+    def table(self) -> Table:
+        """Time, the model's state, voltage, current, the load's power, and the probes."""
+        columns = [Column("time", self.time, "s", "time"), *(Column(one, cells) for one, cells in self.state.items())]
+        columns += [Column("voltage", self.voltage, "V"), Column("current", self.current, "A")]
+        columns += [Column("load_power", self.load_power, "W")]
+        columns += [Column(name, values, self.probe_units[name]) for name, values in self.probes.items()]
+        return Table(tuple(columns), index=("time",))
+
+    @property
+    def ranges(self) -> Table:
+        """Between which ends each of its quantities goes."""
+        ends = [Column(one.name, [min(one.cells), max(one.cells)], one.unit) for one in self.table.columns[1:]]
+        return Table((Column("end", ["least", "largest"]), *ends), "On this path")
+
+
+@names_arguments
+def cosimulate(
+    model: Any,
+    circuit: Load | str,
+    port: Port,
+    start: Any,
+    duration: float | str,
+    step: float | str,
+    seed: int = 0,
+    probe: Sequence[str] = (),
+    every: int = 1,
+    tolerance: float = 1e-4,
+    volts: float = 1.0,
+    compiled: bool | None = None,
+) -> Cosimulation:
+    """Run a model of the user's own and an ngspice circuit in lock-step: each acts on the other inside the step.
+
+    Parameters
+    ----------
+    model
+        an object with the functions of `harvester.cosimulation.Model`; a NamedTuple of numbers is compiled.
+    circuit
+        the load on the port: a name of the package's netlists such as "bridge", the path of a file, the text of a
+        netlist, or a `harvester.Load` with values of its parameters.
+    port
+        a `harvester.Piezo` (coupling and capacitance) or a `harvester.cosimulation.Coil`.
+    start
+        the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages and currents.
+    duration, step
+        in seconds, or as texts such as "2 s" and "1 ms".
+    seed
+        of the noise: the same seed, the same path.
+    probe
+        further quantities of the circuit, such as "store", "v(a,b)" or "p(d1)".
+    every
+        how many steps a reading comes.
+    tolerance
+        ngspice's relative tolerance of its own steps between those of the model.
+    volts
+        the size of the voltages, which its absolute tolerances go by: 1e-3 where they are of some millivolts.
+    compiled
+        True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a NamedTuple of numbers.
+
+    Returns
+    -------
+    Cosimulation
+        arrays over time, in SI units, and the energy ledger.
+
+    Raises
+    ------
+    InputError
+        for a model without one of its functions, or one that gives what it must not; a start that is no NamedTuple of
+        numbers; and a netlist that cannot be used.
+    SimulationError
+        where ngspice does not come to the end.
+    MissingProgramError
+        without ngspice.
+
+    >>> from typing import NamedTuple
+    >>> from harvester.cosimulation import cosimulate, Coil
+    >>> class State(NamedTuple):
+    ...     x: float
+    ...     v: float
+    >>> class Oscillator(NamedTuple):
+    ...     m: float
+    ...     k: float
+    ...     def drift(self, s, h):
+    ...         return State(s.x + h * s.v, s.v)
+    ...     def kick(self, s, h, reaction, noise):
+    ...         return State(s.x, s.v - h * (self.k * s.x + reaction) / self.m)
+    >>> cosimulate(Oscillator(0.02, 300.0), "bridge", Coil(coupling=10.0), State(1e-3, 0.0), "1 s", "1 ms")
+    Traceback (most recent call last):
+    harvester.errors.InputError: `model` must have the functions drift, kick, source, but 'Oscillator' has no source
+    """
+    span, h = _time("duration", duration), _time("step", step)
+    steps = max(math.ceil(span / h * (1.0 - 1e-9)), 1)
+    _check_integer("every", every, 1, steps)
+    _check_integer("seed", seed, 0, 2**63)
+    if steps > MOST_STEPS or steps // every > MOST_READINGS:
+        must = f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
+        raise invalid("`duration`", must, span)
+    if not 1e-9 <= tolerance <= 1e-2:
+        raise invalid("`tolerance`", "be between 1e-9 and 1e-2", tolerance)
+    if not 1e-9 <= volts <= 1e9:
+        raise invalid("`volts`", "be between 1e-9 and 1e9", volts)
+    if not isinstance(port, Piezo | Coil):
+        raise invalid("`port`", "be a Piezo or a Coil", port)
+    if isinstance(port, Piezo) and port.coupling is None:
+        raise InputError("piezo.coupling must be given for a `port`, but only open_circuit_frequency is")
+    check_model(model, start, h)
+    for name in start._fields:
+        if name in OWN:
+            raise invalid("`start`", f"have no number of the name {', '.join(OWN)}, which are columns", name)
+    if compiled and not can_be_compiled(model):
+        raise invalid("`model`", "be a NamedTuple of numbers for `compiled`=True", model)
+    load = _circuit(circuit, port)
+    texts = [probe] if isinstance(probe, str) else list(probe)
+    probes = read_probes(texts, load)
+    find_library()
+    whole = can_be_compiled(model) if compiled is None else compiled
+    job = ModelJob(model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole)
+    run = next(map_in_workers(run_model, [(packed(job),)]))
+    state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
+    ledger = {LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")}
+    return Cosimulation(
+        time=h * every * np.arange(len(run.samples), dtype=np.float64),
+        state=state,
+        voltage=run.samples[:, -3],
+        current=run.samples[:, -2],
+        load_power=run.samples[:, -1],
+        events=run.events,
+        mean_power=Value(run.ledger.load, unknown=STEP_AND_TOLERANCE),
+        ledger=ledger,
+        ledger_residual=run.ledger.residual,
+        step=h,
+        steps=run.steps,
+        seconds=run.seconds,
+        compilation_seconds=run.compilation,
+        compiled=whole,
+        probes={one.name: values for one, values in zip(probes, run.probed, strict=True)},
+        probe_units={one.name: one.unit for one in probes},
+        diagnostics=(note("model_path"),),
+    )
+
+
+def _time(name: str, value: float | str) -> float:
+    """A time above 0 in seconds."""
+    try:
+        return float(time(value if isinstance(value, str) else repr(float(value))))
+    except (TypeError, ValueError):
+        raise invalid(f"`{name}`", "be a time above 0, such as 0.001 or '1 ms'", value) from None
+
+
+def _check_integer(name: str, value: int, least: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise invalid(f"`{name}`", f"be a whole number from {least} to {most}", value)
+
+
+def _circuit(circuit: Load | str, port: Port) -> LoadCircuit:
+    """The load circuit of a table, a name, a path or a text."""
+    capacitance = None if isinstance(port, Coil) else port.capacitance
+    if isinstance(circuit, Load):
+        return load_circuit(circuit, capacitance)
+    if not isinstance(circuit, str):
+        raise invalid("`circuit`", "be the name of a netlist, a path, the text of one, or a Load", circuit)
+    if "\n" not in circuit.strip():
+        return load_circuit(Load(netlist=circuit.strip()), capacitance)
+    with tempfile.TemporaryDirectory(prefix="harvester-") as folder:
+        path = Path(folder) / "circuit.cir"
+        path.write_text(f".title of a text\n{circuit.strip()}\n", encoding="utf-8")
+        return load_circuit(Load(netlist=str(path)), capacitance)

@@ -1,0 +1,181 @@
+"""Runs of ngspice in lock-step with a model of the user's own, in this process, which is a worker."""
+
+import pickle
+import re
+import sys
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import cloudpickle
+import numba
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.cosimulation.lockstep import any_mechanics
+from harvester.cosimulation.lockstep.any_mechanics import Functions, begin_model
+from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
+from harvester.cosimulation.lockstep.model_drive import ModelDrive
+from harvester.cosimulation.models import check_event
+from harvester.cosimulation.ports import Coil, Port
+from harvester.cosimulation.probe_series import values_of, vectors_of
+from harvester.errors import InputError
+from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.probes import Probe
+
+PATIENCE = 30.0  # seconds in which a run must get on
+NAMES = {
+    any_mechanics.DRIFT: "drift",
+    any_mechanics.KICKED: "kick",
+    any_mechanics.JUMP: "jump",
+    any_mechanics.SOURCE: "source",
+}
+
+
+@dataclass(frozen=True)
+class ModelJob:
+    """A model, its circuit, and how they run: arguments as of `harvester.cosimulation.coupled_models.cosimulate`.
+
+    ``tolerances`` are ngspice's relative tolerance, and the voltage that its absolute ones go by (V).
+    """
+
+    model: Any
+    start: Any
+    load: LoadCircuit
+    port: Port
+    h: float
+    steps: int
+    stride: int
+    seed: int
+    tolerances: tuple[float, float]
+    probes: tuple[Probe, ...]
+    compiled: bool
+
+    @property
+    def capacitance(self) -> float:
+        """That of the piezo (F), 0 of a coil."""
+        return 0.0 if isinstance(self.port, Coil) else float(self.port.capacitance)
+
+
+@dataclass(frozen=True)
+class ModelRun:
+    """What a run gave: readings as of `ModelRecord`, times of events, the probes at the readings, and the ledger."""
+
+    samples: Floats
+    events: Floats
+    probed: Floats
+    ledger: EnergyLedger
+    steps: int
+    seconds: float
+    compilation: float
+
+
+def packed(job: ModelJob) -> bytes:
+    """A job as a worker takes it: with the model's code, whose module may be found from here alone."""
+    names = {type(one).__module__ for one in (job.model, job.start)} - {"__main__", "builtins"}
+    modules = [sys.modules[name] for name in names if name in sys.modules]
+    for one in modules:
+        cloudpickle.register_pickle_by_value(one)
+    try:
+        return bytes(cloudpickle.dumps(job))
+    finally:
+        for one in modules:
+            cloudpickle.unregister_pickle_by_value(one)
+
+
+def run_model(data: bytes) -> ModelRun:
+    """Run a job that is `packed`; the same seed, the same noise.
+
+    Raises InputError where a function of the model fails during the run; and as
+    `harvester.cosimulation.runs.run_in_this_process`.
+    """
+    from harvester.cosimulation.ngspice.instance import ngspice
+    from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of
+
+    job: ModelJob = pickle.loads(data)
+    coil, piezo = isinstance(job.port, Coil), job.capacitance
+    noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
+    start = np.array(job.start, dtype=np.float64)
+    coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
+    exact = job.load.linear and not coil  # the rule of a load resistor is exact for each drift
+    coupling = float(job.port.coupling or 0.0)
+    volts = coupling if coil else coupling / piezo
+    drive = ModelDrive(start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact)
+    begin_model(drive.state[0], job.start, drive.record.samples, _bound(job.model), None)
+    begin = time.perf_counter()
+    callbacks = None
+    if job.compiled:
+        functions = _compiled(job)
+    else:
+        callbacks = PlainCallbacks(job.model, job.start, drive, ngspice().state)
+        functions = callbacks.addresses
+    drive.state["source_at"], drive.state["accepted_at"] = functions
+    middle = time.perf_counter()
+    try:
+        ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
+    finally:
+        if callbacks is not None:
+            callbacks.finish()
+    s: Any = drive.state[0]
+    _check(job, s, drive.at if callbacks is None else callbacks.at)
+    times = job.h * job.stride * np.arange(len(drive.record.samples))
+    seen = [np.interp(times, drive.series["time"], values_of(one, drive)) for one in job.probes]
+    return ModelRun(
+        drive.record.samples,
+        drive.record.events[: s.impacts].copy(),
+        np.array(seen, dtype=np.float64).reshape(len(seen), len(times)),
+        drive.ledger(piezo, exact),
+        int(s.accepted),
+        time.perf_counter() - middle,
+        middle - begin,
+    )
+
+
+def _bound(model: Any) -> Functions:
+    """The one function of a model that the beginning of a run asks."""
+    return Functions(None, None, lambda _, at: model.source(at), None, None, None)
+
+
+def _deck(job: ModelJob, drive: ModelDrive) -> Any:
+    """The circuit of a job."""
+    from harvester.cosimulation.ngspice.deck import build_deck, coil_deck
+
+    times, (tolerance, volts), vectors = (job.h, drive.duration), job.tolerances, vectors_of(job.probes)
+    if isinstance(job.port, Coil):
+        return coil_deck(job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors)
+    s: Any = drive.state[0]
+    begin = float(s.volts * s.driven), 0.0, 0.0
+    return build_deck(job.load, job.capacitance, *times, begin, volts, tolerance, probes=vectors)
+
+
+def _compiled(job: ModelJob) -> tuple[int, int]:
+    """The addresses of the model's C functions."""
+    from harvester.cosimulation.ngspice.model_callbacks import compiled
+
+    try:
+        kinds: Any = type(job.model), type(job.start)
+        made = compiled(*kinds, tuple(one is None for one in job.model))
+    except numba.core.errors.NumbaError as error:
+        lines = [one.strip() for one in re.sub(r"\x1b\[\d*m", "", str(error)).splitlines() if one.strip()]
+        told = next((one for one in lines if not one.startswith(("Failed in", "During:"))), "it says no reason")
+        raise InputError(
+            f"`model` must be such that numba compiles it, but {type(job.model).__name__} is not: {told[:200]} "
+            "(`compiled`=False runs it in plain Python)"
+        ) from None
+    return made[0].address, made[1].address
+
+
+def _check(job: ModelJob, s: Any, at: Any) -> None:
+    """Refuse a run that a function of the model has ended."""
+    state = type(job.start)(*map(float, at))
+    where = f" at {float(s.end):.6g} s, in {state}"
+    if s.fault in NAMES:
+        raise InputError(f"`model.{NAMES[s.fault]}` must give finite numbers, but does not{where}: check it, or `step`")
+    if s.fault == any_mechanics.OFTEN:
+        raise InputError(
+            f"`model.event` must come to an end within a step, but has more than {any_mechanics.MOST}{where}: let "
+            "`model.jump` bring to rest what would meet the next event within a step"
+        )
+    if s.fault == any_mechanics.EVENT:
+        check_event(job.model.event(state, float(s.h - s.phase)), float(s.h - s.phase), where)
+        raise InputError(f"`model.event` must give a time within the drift, but does not{where}")
