@@ -7,6 +7,7 @@ The published curves are those of benchmarks/published.py; ours come from the en
 """
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from harvester.studies import paper
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "benchmarks"))
+import predictions  # noqa: E402
 import published  # noqa: E402
 
 THEIRS = {"color": ENGINES["published"].LOOK.colour, "linestyle": (0, (5, 2))}
@@ -170,7 +172,27 @@ def entropy() -> Plot:
     return finished(figure)
 
 
+def prediction(device: str) -> Plot:
+    """The intervals of a device's predictions and what was measured, both over the predicted value."""
+    found = predictions.measured()
+    rows = [one for one in predictions.kept() if one.device == device and (device, one.what) in found][::-1]
+    figure, axes = new(1, 1, (7.0, 0.9 + 0.32 * len(rows)))
+    for place, one in enumerate(rows):
+        axes.plot([one.low / one.value, one.high / one.value], [place, place], linewidth=5.0, alpha=0.4, **OURS)
+        axes.plot(1.0, place, "|", markersize=12.0, label="predicted" if place == 0 else "_", **OURS)
+        measured = found[device, one.what].value / one.value
+        axes.plot(measured, place, "X", color=THEIRS["color"], label="measured" if place == 0 else "_")
+    axes.set_yticks(range(len(rows)), [f"{one.what}: {one.value:.3g} {one.unit}" for one in rows])
+    axes.set(xlabel="over the prediction; bar: interval with 95 %", xscale="log", ylim=(-0.7, len(rows) - 0.3))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.tick_params(axis="x", which="minor", labelsize=7)
+    legend(figure)
+    return figure
+
+
 FIGURES = {one.__name__: one for one in (erturk_inman, bridge, parallel_sshi, bistable, entropy)}
+FIGURES |= {device: partial(prediction, device) for device in predictions.DEVICES}
 
 
 def main() -> None:

@@ -107,8 +107,12 @@ def least_friction(eqs: Equations) -> float:
 
 
 def friction_bounds(eqs: Equations) -> bool:
-    """Whether friction, or what impacts take between two stops, grows so that no noise makes the response endless."""
-    return _loss_at_large_amplitude(eqs)[1] > 0.0
+    """Whether friction, or what impacts take between two stops, grows so that no noise makes the response endless.
+
+    Quadratic damping does where no higher term feeds energy.
+    """
+    loss = _loss_at_large_amplitude(eqs)[1]
+    return loss > 0.0 or (loss == 0.0 and eqs.cv is not None)
 
 
 def barriers(eqs: Equations) -> Floats:

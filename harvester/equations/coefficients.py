@@ -17,9 +17,10 @@ FRICTION = {"c1": -1.0, "c2": -1.0, "c3": 1.0}
 class Equations:
     """The coefficients of Eq. 2; None is an effect that is absent.
 
-    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The stop is at x = -gap (None: at rest,
-    x = 0), rigid where ``restitution`` is given, compliant where ``stop_stiffness`` is; the opposite one is rigid,
-    at x = opposite_gap.  n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities.
+    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The friction is f(x) + cv |x'|.  The stop
+    is at x = -gap (None: at rest, x = 0), rigid where ``restitution`` is given, compliant where ``stop_stiffness`` is;
+    the opposite one is rigid, at x = opposite_gap.  n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the
+    noise intensities.
     beta None is a voltage without force on the mass, mu None an open circuit, restitution None
     no stop, and so on.
 
@@ -35,6 +36,7 @@ class Equations:
     c1: float | None = None
     c2: float | None = None
     c3: float | None = None
+    cv: float | None = None
     restitution: float | None = None
     n1: float | None = None
     n2: float | None = None

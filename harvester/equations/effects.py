@@ -52,6 +52,7 @@ EFFECTS = (
     Effect("linear_damping", "c1", THEORIES),
     Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
     Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
+    Effect("damping_v", "cv", (REST, SWEPT)),
     Effect("impact", "restitution", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
     Effect("compliant_stop", "stop_stiffness", (DENSITY, SWEPT, PART)),
     Effect("gap", "gap", (AVERAGED, DENSITY, SWEPT, PART)),

@@ -2,7 +2,7 @@
 
     t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(k/M), k = |stiffness|
     alpha = l^2 k3/k    alpha2 = l k2/k    stops: gap/l, k_s/k and c_s/(M w0)
-    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)
+    c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)    cv = b_v l/M
     beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
     white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
     other shaking: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T; coloured noise as white;
@@ -47,6 +47,7 @@ _SCALED: dict[str, tuple[str, Callable[[Scales, float], float]]] = {
     "alpha": ("oscillator.cubic_stiffness", lambda s, k: s.length**2 / k),
     "c2": ("oscillator.damping_x2", lambda s, k: -(s.length**2) / _rate(s)),
     "c3": ("oscillator.damping_x4", lambda s, k: s.length**4 / _rate(s)),
+    "cv": ("oscillator.damping_v", lambda s, k: s.length / s.mass),
     "gap": ("stop.gap", lambda s, k: 1.0 / s.length),
     "stop_stiffness": ("stop.stiffness", lambda s, k: 1.0 / k),
     "stop_damping": ("stop.damping", lambda s, k: 1.0 / _rate(s)),
@@ -120,7 +121,7 @@ def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
 
 
 # Keys of [nondimensional] that are coefficients as they stand; 0 is an absent effect.
-_ALIKE = ("alpha", "alpha2", "beta", "mu", "c1", "c2", "c3", "gap", "stop_stiffness", "stop_damping", "drive")
+_ALIKE = ("alpha", "alpha2", "beta", "mu", "c1", "c2", "c3", "cv", "gap", "stop_stiffness", "stop_damping", "drive")
 
 
 def _from_table(table: Nondimensional) -> Equations:

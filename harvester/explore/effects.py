@@ -35,6 +35,7 @@ PHYSICAL = (
     EffectCard("oscillator", "cubic spring", ("oscillator.cubic_stiffness",)),
     EffectCard("oscillator", "damping of X^2", ("oscillator.damping_x2",)),
     EffectCard("oscillator", "damping of X^4", ("oscillator.damping_x4",)),
+    EffectCard("oscillator", "quadratic damping", ("oscillator.damping_v",)),
     EffectCard("piezo", "clamped capacitance", ("piezo.capacitance",), fixed=True),
     EffectCard("piezo", "coupling, as a force per volt", ("piezo.coupling",), "coupling"),
     EffectCard("piezo", "coupling, as a frequency in open circuit", ("piezo.open_circuit_frequency",), "coupling"),

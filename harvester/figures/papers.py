@@ -54,6 +54,10 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
     for name in ("published", "averaged"):
         style = look_of(name).style() | {"color": paler(look_of(name).colour, _PALER * number), "linewidth": 1.2}
         here.plot(x, np.array([getattr(p, name) for p in rows]) / unit, **style | ({"label": "_"} if number else {}))
+    solved = [(p.x, p.density / unit) for p in rows if p.density is not None]
+    if solved:
+        style = look_of("density").style() | {"linewidth": 1.2}
+        here.plot(*np.transpose(solved), **style | ({"label": "_"} if number else {}))
     error = np.array([p.ensemble_error95 for p in rows])
     marks: dict[str, Any] = {"color": look_of("ensemble").colour, "linestyle": "none", "zorder": 2.5}
     marks |= {"marker": _MARKERS[number % 3], "markersize": 4 if len(rows) < 20 else 3, "markeredgewidth": 0.6}

@@ -140,16 +140,16 @@ def _section(one: PaperFigure) -> Section:
     rows = []
     for panel in dict.fromkeys(p.panel for p in one.points):
         points = [p for p in one.points if p.panel == panel]
-        theories = (_off(points, name) for name in ("published", "averaged"))
+        theories = (_off(points, name) for name in ("published", "averaged", "density"))
         rows.append([signs(panel), str(len(points)), *theories, _noise(points)])
-    heads = ["panel", "points", "published off by", "averaged off by", "Monte Carlo, 95 %"]
+    heads = ["panel", "points", "published off by", "averaged off by", "density off by", "Monte Carlo, 95 %"]
     note = (
         "Largest differences from the Monte Carlo, and its widest 95 % half-interval, relative to the largest"
         " value of the panel."
     )
     summary = "; ".join(f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows)
     figure = drawing(figures.paper(one.points, None), f"{one.title}. {summary}.", one.title)
-    table = TextTable("How far the theories are off", heads, rows, range(1, 5), note)
+    table = TextTable("How far the theories are off", heads, rows, range(1, 6), note)
     return Section(f"Figure {one.number}", drawings=[figure], tables=[table])
 
 
@@ -158,8 +158,9 @@ def _size(points: list[FigurePoint]) -> float:
 
 
 def _off(points: list[FigurePoint], name: str) -> str:
-    far = np.max(np.abs([getattr(p, name) - p.ensemble for p in points]))
-    return share(float(far), _size(points))
+    both = [(getattr(p, name), p.ensemble) for p in points]
+    far = [abs(value - sampled) for value, sampled in both if value is not None]
+    return share(max(far), _size(points)) if far else "not solved"
 
 
 def _noise(points: list[FigurePoint]) -> str:

@@ -27,6 +27,7 @@ class Nondimensional(SceneTable):
     c1: Annotated[OptNumber, NUMBER, "linear damping is -c1"] = NONE
     c2: Annotated[OptNumber, NUMBER, "damping of x^2 is -c2"] = NONE
     c3: Annotated[OptNumber, NUMBER, "damping of x^4"] = NONE
+    cv: Annotated[OptNumber, NUMBER_FROM_0, "quadratic damping, of |x'|"] = NONE
     alpha: Annotated[OptNumber, NUMBER, "cubic stiffness"] = NONE
     alpha2: Annotated[OptNumber, NUMBER, "quadratic stiffness"] = NONE
     linear: Annotated[OptNumber, NUMBER, "1, or -1 for two wells"] = NONE

@@ -14,6 +14,7 @@ from harvester.quantities.kinds import (
     COUPLING,
     CUBIC_STIFFNESS,
     DAMPING,
+    DAMPING_V,
     DAMPING_X2,
     DAMPING_X4,
     FREQUENCY,
@@ -44,7 +45,7 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 class Oscillator(SceneTable):
     """The mass on its spring and its damper, which moves relative to the base.
 
-        M X'' + (damping + damping_x2 X^2 + damping_x4 X^4) X' + spring = ...
+        M X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + spring = ...
 
     spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
     negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
@@ -68,6 +69,7 @@ class Oscillator(SceneTable):
     q: Annotated[OptNumber, QUALITY, "instead of damping: quality factor in short circuit"] = NONE
     damping_x2: Annotated[OptNumber, DAMPING_X2, "damping of X^2 X'"] = NONE
     damping_x4: Annotated[OptNumber, DAMPING_X4, "damping of X^4 X'"] = NONE
+    damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = NONE
 
     def __post_init__(self) -> None:
         if self.stiffness == 0.0:

@@ -29,6 +29,7 @@ cubic_stiffness = 1e5
 damping = -1e-3
 damping_x2 = 2.0
 damping_x4 = 1e5
+damping_v = 3.0
 [piezo]
 coupling = 1e-3
 capacitance = 50e-9
@@ -69,6 +70,7 @@ SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
         c1=st.none() | SIGNED,
         c2=st.none() | SIGNED,
         c3=st.none() | SIGNED,
+        cv=st.none() | SIZE,
         n1=st.none() | SIZE,
         n2=st.none() | SIZE,
         n12=st.none(),
@@ -112,6 +114,7 @@ def test_every_coefficient_by_hand():
         c1=1e-3 / 0.8,
         c2=-2 * 4e-6 / 0.8,
         c3=1e5 * 16e-12 / 0.8,
+        cv=3.0 * 2e-3 / 0.04,
         restitution=0.9,
         gap=-0.2,
         opposite_restitution=0.8,
@@ -134,7 +137,7 @@ def test_damping_ratio():
 @pytest.mark.parametrize("factor", [1e-3, 0.5, 7.0])
 def test_coefficients_follow_the_length(factor):
     one, other = equations(FULL, length=1e-3), equations(FULL, length=1e-3 * factor)
-    powers = {"alpha2": 1, "alpha": 2, "c2": 2, "c3": 4, "n1": -2, "gap": -1, "opposite_gap": -1}
+    powers = {"alpha2": 1, "alpha": 2, "c2": 2, "c3": 4, "cv": 1, "n1": -2, "gap": -1, "opposite_gap": -1}
     for name, value in dataclasses.asdict(one).items():
         expected = None if value is None else value * factor ** powers.get(name, 0)
         assert getattr(other, name) == pytest.approx(expected, rel=1e-12, abs=0)
@@ -176,7 +179,7 @@ def test_zero_is_absent():
     zero = Nondimensional(alpha=0, beta=0, mu=0, c1=0, c2=0, c3=0, eps1=0, D11=1, D22=0, D12=0)
     assert equations(Scene(nondimensional=zero)) == Equations()
     text = FULL.to_toml()
-    for number in ("2000.0", "100000.0", "-0.001", "2.0", "0.0001", "0.002", "-0.0004"):
+    for number in ("2000.0", "100000.0", "3.0", "-0.001", "2.0", "0.0001", "0.002", "-0.0004"):
         assert f" = {number}\n" in text
         text = text.replace(f" = {number}\n", " = 0\n")
     assert equations(loads(text)).effects == ("impact", "opposite_stop", "back_coupling", "resistive_load")

@@ -12,7 +12,7 @@ import harvester as hv
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-published = importlib.import_module("published")
+published, predictions = importlib.import_module("published"), importlib.import_module("predictions")
 
 PAGE = (ROOT / "docs" / "validation.md").read_text()
 README = (ROOT / "README.md").read_text()
@@ -53,6 +53,38 @@ def test_rows_of_the_page(name, how_many, most):
         assert abs(row.ours - ours) <= 2.0 * (row.error or 0.0) + 1e-4 * ours, row.what
         assert abs(100.0 * row.deviation) < most, row.what
         assert deviation == pytest.approx(100.0 * row.deviation, abs=0.02 + 200.0 * (row.error or 0.0) / ours), row.what
+
+
+def test_predictions_on_the_page():
+    """Each table of predictions is that of the files, and each measured value has a prediction of its own."""
+    for device in predictions.DEVICES:
+        for line in predictions.table(device):
+            assert line in PAGE
+    assert predictions.summary() in PAGE.replace("\n", " ")
+    assert set(predictions.measured()) == {(one.device, one.what) for one in predictions.kept()}
+
+
+@pytest.mark.slow
+def test_a_prediction_computed_now():
+    """A sine on the cantilever of a bridge: the nominal power is near the middle of the interval kept."""
+    scene = hv.load(published.SCENES / "peigney_siegert_2013.toml")
+    [kept] = [one for one in predictions.kept() if one.what == "most power on 100 kohm, sine"]
+    powers = []
+    for damping in (0.015, 0.02, 0.025):
+        top = hv.response(scene.vary("oscillator.damping", damping), "13.5Hz:15.5Hz:41").peak("up")
+        powers.append(1e3 * top.mean_power.value)
+    assert powers[0] > kept.high > kept.value > kept.low > powers[2]
+    assert kept.value == pytest.approx(powers[1], rel=0.03)
+
+
+@pytest.mark.thorough("test_a_prediction_computed_now")
+@pytest.mark.slow
+@pytest.mark.statistics
+def test_held_out_runs_of_the_two_wells_are_predicted_as_kept():
+    """All seven rows, computed anew: the same numbers, as far as the steps of another processor let them be."""
+    kept = {one.what: one for one in predictions.kept() if one.device == "norenberg"}
+    for now in predictions.norenberg():
+        assert now.value == pytest.approx(kept[now.what].value, rel=0.2), now.what
 
 
 @pytest.mark.slow

@@ -80,7 +80,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ("[oscillator]\nmas = 1", "unknown [oscillator] key 'mas': did you mean 'mass'?"),
         ("[oscillator]\nmass = 1", "oscillator.stiffness must be given, but is missing"),
         (ND + "C1 = 1", "unknown [nondimensional] key 'C1': did you mean 'c1'?"),
-        (ND + "zzz = 1", "unknown [nondimensional] key 'zzz': it must be one of c1, c2, c3, alpha, "),
+        (ND + "zzz = 1", "unknown [nondimensional] key 'zzz': it must be one of c1, c2, c3, cv, alpha, "),
         (PLATE.replace("50.2 nF", "50 nH"), CAPACITANCE + "'50 nH'"),
         (PLATE.replace("50.2 nF", "50"), CAPACITANCE + "'50'"),
         (PLATE.replace('"50.2 nF"', "-50e-9"), CAPACITANCE + "-5e-08"),
@@ -320,7 +320,7 @@ LIKELY = st.fixed_dictionaries(
         "oscillator": st.fixed_dictionaries(
             {"mass": NUMBERS.map(abs), "stiffness": NUMBERS.map(abs)},
             optional=dict.fromkeys(
-                ("quadratic_stiffness", "cubic_stiffness", "damping", "damping_x2", "damping_x4"), NUMBERS
+                ("quadratic_stiffness", "cubic_stiffness", "damping", "damping_x2", "damping_x4", "damping_v"), NUMBERS
             ),
         ),
         "piezo": st.fixed_dictionaries({"coupling": NUMBERS.map(abs), "capacitance": NUMBERS.map(abs)}),

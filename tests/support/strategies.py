@@ -127,7 +127,9 @@ def tables(draw, sensible=True, plain=False):
         keys += draw(st.sampled_from(STOPS_OF_NUMBERS[:PLAIN] if plain else STOPS_OF_NUMBERS))
         return {"nondimensional": draw(table("nondimensional", keys, sensible))}
     keys = draw(st.sampled_from([("damping",), ("damping_ratio",), ("damping_ratio",), ()]))
-    keys += maybe("cubic_stiffness", "damping_x2", "damping_x4", *(() if plain else ("quadratic_stiffness",)))
+    keys += maybe(
+        "cubic_stiffness", "damping_x2", "damping_x4", *(() if plain else ("quadratic_stiffness", "damping_v"))
+    )
     scene = {"oscillator": draw(table("oscillator", ("mass", "stiffness", *keys), sensible))}
     scene["piezo"] = draw(table("piezo", ("coupling", "capacitance"), sensible))
     stop = draw(st.sampled_from(STOPS[:PLAIN] if plain else STOPS))

@@ -35,6 +35,7 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         damping=scaled(eqs.c1, -rate),
         damping_x2=scaled(eqs.c2, -rate / s.length**2),
         damping_x4=scaled(eqs.c3, rate / s.length**4),
+        damping_v=scaled(eqs.cv, s.mass / s.length),
     )
     coupling = s.coupling if eqs.beta is None else math.sqrt(eqs.beta * stiffness * s.capacitance)
     noise = Excitation(

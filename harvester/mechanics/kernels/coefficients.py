@@ -35,6 +35,7 @@ class Coefficients(NamedTuple):
     c1: float | None = None
     c2: float | None = None
     c3: float | None = None
+    cv: float | None = None
     n1: float | None = None
     n2: float | None = None
     n12: float | None = None

@@ -2,7 +2,7 @@
 
 The equations (paper, Eq. 2; nondimensional) are
 
-    x'' + f(x) x' + x + alpha x^3 + beta V = noise,   f(x) = c3 x^4 - c2 x^2 - c1
+    x'' + f(x) x' + x + alpha x^3 + beta V = noise,   f(x) = c3 x^4 - c2 x^2 - c1  (+ cv |x'|)
     x'+ = -r x'-   at x = 0 (other stops: `harvester.mechanics.kernels.offset_stops`)
     V' + mu V = x'
 
@@ -166,12 +166,12 @@ def _drift_and_stick(s, d, c, r, a):
 @inlined
 def is_damped(c):
     """Whether the friction has a term."""
-    return not (c.c1 is None and c.c2 is None and c.c3 is None)
+    return not (c.c1 is None and c.c2 is None and c.c3 is None and c.cv is None)
 
 
 @inlined
-def friction(x, c):
-    """Friction f(x) = c3 x^4 - c2 x^2 - c1 of Eq. 2, of the terms present."""
+def friction(x, v, c):
+    """Friction c3 x^4 - c2 x^2 - c1 of Eq. 2, and cv |v|, of the terms present."""
     f = 0.0
     if c.c1 is not None:
         f -= c.c1
@@ -179,6 +179,8 @@ def friction(x, c):
         f -= c.c2 * x * x
     if c.c3 is not None:
         f += c.c3 * x * x * x * x
+    if c.cv is not None:
+        f += c.cv * abs(v)
     return f
 
 
@@ -228,12 +230,19 @@ def impulse(x, xi, h, c, other=None):
 
 
 @inlined
+def _damped(v, dv, y):
+    """The velocity after a kick that would give dv without friction, of y = f h."""
+    return (v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)
+
+
+@inlined
 def kick(s, xi, h, c, a=None, other=None):
     """The velocity after a kick of length h at fixed x, V and shaking a; xi and other are as of `impulse`.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
-    y, and going to 0 with stiff damping, so that no step makes it unstable.
+    y, and going to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping takes the mean of the
+    speeds before and after, the latter found with the one before: second order again.
     """
     force = spring(s.x, c)
     if c.beta is not None:
@@ -245,5 +254,7 @@ def kick(s, xi, h, c, a=None, other=None):
         dv += impulse(s.x, xi, h, c, other)
     if not is_damped(c):
         return s.v + dv
-    y = h * friction(s.x, c)
-    return (s.v + (1.0 + 0.5 * y) * dv) / (1.0 + y + 0.5 * y * y)
+    v = s.v
+    if c.cv is not None:
+        v = 0.5 * (s.v + _damped(s.v, dv, h * friction(s.x, s.v, c)))
+    return _damped(s.v, dv, h * friction(s.x, v, c))

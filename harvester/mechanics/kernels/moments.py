@@ -186,7 +186,7 @@ def from_path(
         v2=mean(v**2),
         xV=mean(0.5 * (xk * Vk + x * V)),
         vV=mean(v * V),
-        damped=mean(_friction(x, eqs) * v**2),
+        damped=mean(_friction(x, v, eqs) * v**2),
         impacts=np.histogram(times, edges)[0] / length,
         impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
         driven=mean(a * v),

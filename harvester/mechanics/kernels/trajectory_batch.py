@@ -135,7 +135,7 @@ def add_sample(i, sums, s, mid, c):
     sums[7, i] += 0.5 * (s.x * s.V + mid.x * mid.V)
     sums[8, i] += mid.v * mid.V
     if is_damped(c):
-        sums[9, i] += friction(mid.x, c) * mid.v * mid.v
+        sums[9, i] += friction(mid.x, mid.v, c) * mid.v * mid.v
 
 
 @forced
