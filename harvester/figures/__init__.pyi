@@ -1,6 +1,7 @@
 """The names of `harvester.figures`, each with the file that it comes from."""
 
 from .charging import charging as charging
+from .density_curves import densities as densities
 from .engines import comparison as comparison
 from .engines import cost as cost
 from .engines import estimate as estimate
