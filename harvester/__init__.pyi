@@ -62,6 +62,8 @@ from .studies.sensitivity import Sensitivity as Sensitivity
 from .studies.sensitivity import sensitivity as sensitivity
 from .studies.stability.exponent import Stability as Stability
 from .studies.stability.exponent import stability as stability
+from .studies.stationary_densities import Densities as Densities
+from .studies.stationary_densities import densities as densities
 from .studies.sweep.sweep import sweep as sweep
 from .studies.sweep.sweep_table import SweepTable as SweepTable
 from .studies.tolerance.tolerance import tolerance as tolerance

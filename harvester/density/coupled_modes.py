@@ -1,6 +1,7 @@
 """The solution of all modes: from the lowest to the highest, again and again where the voltage acts on the mass."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -18,39 +19,41 @@ REFINEMENTS = 3
 class Factors:
     """The factors of every mode, that solve the form for any right side.
 
-    ``pin`` is the element in which the density has its mass while the equations are solved.
+    ``pin`` is the element in which the density has its mass while the equations are solved; None where they are not
+    singular.  With a ``shift`` the form is less shift times the mass matrix, and right sides are complex if it is.
     """
 
     form: WeakForm
-    pin: int
+    pin: int | None
+    shift: complex = 0.0
 
     def __post_init__(self) -> None:
         blocks = [self.form.diagonal_block(e) for e in range(self.form.shape[1])]
-        self.chains = [Chain(self.form, k, blocks, self.pin) for k in range(self.form.modes)]
+        self.chains = [Chain(self.form, k, blocks, self.pin, self.shift) for k in range(self.form.modes)]
         self.sweeps = 0
 
-    def without_higher(self, right: Floats) -> Floats:
+    def without_higher(self, right: Any) -> Any:
         """The solution in which no mode acts on a lower one."""
-        p, y = np.zeros(right.shape), right.copy()
+        p, y = np.zeros_like(right), right.copy()
         for k, chain in enumerate(self.chains):
             if k:
                 y[k] -= self.form.from_lower(p, k)
             p[k] = chain.solve(y[k])
         return p
 
-    def solve(self, right: Floats) -> Floats:
+    def solve(self, right: Any) -> Any:
         """The solution of (form + pin) p = right."""
         if not self.form.back_coupled:
             return self.without_higher(right)
 
-        def preconditioned(q: Floats) -> Floats:
+        def preconditioned(q: Any) -> Any:
             p = self.without_higher(q.reshape(self.form.shape))
             self.sweeps += 1
             return q + self.form.from_higher(p).ravel()
 
         n = right.size
-        operator = LinearOperator((n, n), matvec=preconditioned, dtype=np.float64)
-        p, left = np.zeros(right.shape), right
+        operator = LinearOperator((n, n), matvec=preconditioned, dtype=right.dtype)
+        p, left = np.zeros_like(right), right
         for _ in range(REFINEMENTS):  # of what rounding left of the equations
             q, _ = gmres(operator, left.ravel(), rtol=RESIDUAL, restart=SWEEPS, maxiter=1)
             p += self.without_higher(q.reshape(self.form.shape))
@@ -59,9 +62,13 @@ class Factors:
                 break
         return p
 
-    def applied(self, p: Floats) -> Floats:
+    def applied(self, p: Any) -> Any:
         """The equations' left side, with the mass of the pinned element."""
-        made = self.form.apply(p)
+        made: Any = self.form.apply(p)
+        if self.shift:
+            made = made - self.shift * self.form.mass(p)
+        if self.pin is None:
+            return made
         share = self.chains[0].integrals(self.pin)
         made[0, self.pin] += share * np.vdot(share, p[0, self.pin])
         return made
@@ -70,11 +77,13 @@ class Factors:
 def stationary(factors: Factors) -> Floats:
     """The stationary density of mass 1."""
     form = factors.form
+    assert factors.pin is not None, "the equations of a stationary density are singular"
     right = np.zeros(form.shape)
     right[0, factors.pin] = factors.chains[0].integrals(factors.pin)
     p = factors.solve(right)
     mass = float(np.einsum("eij,eij->", p[0], integrals(form)))
-    return p / mass
+    found: Floats = p / mass
+    return found
 
 
 def integrals(form: WeakForm) -> Floats:

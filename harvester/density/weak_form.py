@@ -27,6 +27,7 @@ E[V^2] and the balance of power hold on every mesh.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -73,10 +74,14 @@ def noise(eqs: Equations, x: Floats) -> Floats:
 class WeakForm:
     """The bilinear form on densities of the shape (modes, x-elements, nodes in x, nodes in v).
 
-    ``back_coupled``: whether mode j + 1 acts on mode j.
+    ``back_coupled``: whether mode j + 1 acts on mode j.  What leaves the mesh at an end that is ``lost`` does not
+    come back: a first passage.
     """
 
-    def __init__(self, eqs: Equations, mesh: Mesh, frame: ModeFrame, modes: int) -> None:
+    def __init__(
+        self, eqs: Equations, mesh: Mesh, frame: ModeFrame, modes: int, lost: tuple[bool, bool] = (False, False)
+    ) -> None:
+        self.lost = lost
         self.mesh, self.frame, self.modes, self.mu = mesh, frame, modes, eqs.mu or 0.0
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale
@@ -109,8 +114,11 @@ class WeakForm:
         at_low = 1.0 if eqs.restitution is None else eqs.restitution
         at_high = 1.0 if eqs.opposite_restitution is None else eqs.opposite_restitution
         # The end of a box where no stop is gives back what leaves it, with the speed turned round.
-        self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
-        self.high_end = -up + impact_flux(mesh.v_breaks, mesh.degree, at_high, 1.0)
+        self.low_end, self.high_end = down, -up
+        if not self.lost[0]:
+            self.low_end = down + impact_flux(mesh.v_breaks, mesh.degree, at_low, -1.0)
+        if not self.lost[1]:
+            self.high_end = -up + impact_flux(mesh.v_breaks, mesh.degree, at_high, 1.0)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -137,6 +145,17 @@ class WeakForm:
         """The integrals of products of shape functions of one x-element."""
         return np.kron(self.x_mass[element], self.v_mass)
 
+    def loss(self) -> Floats:
+        """The weights, on the first mode, of the mass that is lost in a unit of time."""
+        weights = np.zeros(self.shape[1:])
+        weights[0, 0] -= self.lost[0] * self.v_down.sum(axis=0)
+        weights[-1, -1] += self.lost[1] * self.v_up.sum(axis=0)
+        return weights
+
+    def mass(self, p: Any) -> Any:
+        """The integrals of a density with every test function."""
+        return self.x_mass @ p @ self.v_mass.T
+
     def apply(self, p: Floats) -> Floats:
         """The form with every test function, for a density."""
         k = np.arange(self.modes)[:, None, None, None]
@@ -149,7 +168,7 @@ class WeakForm:
         total[:, -1, -1] += p[:, -1, -1] @ self.high_end.T
         total[:, :-1, -1] -= p[:, :-1, -1] @ self.v_up.T + p[:, 1:, 0] @ self.v_down.T
         if self.modes > 1:
-            total -= self.mu * k * (self.x_mass @ p @ self.v_mass.T)
+            total -= self.mu * k * self.mass(p)
             total += self.from_higher(p)
             for j in range(1, self.modes):
                 total[j] += self.from_lower(p, j)
@@ -168,7 +187,7 @@ class WeakForm:
 
     def from_higher(self, p: Floats) -> Floats:
         """What the mode above makes in each mode: the voltage's force on the mass."""
-        made = np.zeros(p.shape)
+        made = np.zeros_like(p)
         if self.back_coupled:
             root = np.sqrt(np.arange(1.0, self.modes))[:, None, None, None]
             made[:-1] = self.lift * root * (self.x_mass @ p[1:] @ self.v_slope.T)

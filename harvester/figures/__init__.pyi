@@ -2,6 +2,7 @@
 
 from .charging import charging as charging
 from .cosimulations import cosimulation as cosimulation
+from .density_curves import densities as densities
 from .engines import comparison as comparison
 from .engines import cost as cost
 from .engines import estimate as estimate

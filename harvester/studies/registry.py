@@ -68,6 +68,19 @@ STUDIES = (
         "--lifetime '5 years'",
     ),
     Study(
+        "densities",
+        "stationary_densities:densities",
+        "stationary_densities:Densities",
+        "How SCENE's displacement, velocity, voltage and impacts are distributed; hops; first passages: no sampling.",
+        (
+            Option("level", str, None, "A displacement such as '2 mm': the mean time until it is first passed."),
+            Option("spectrum", int, 0, "At how many frequencies the density of the voltage is computed."),
+            Option("within", str, None, "The relative error of the power that is aimed at.  Default: 0.01 %."),
+            Option("seed", int, 0, "Of the path whose histogram stands beside the densities."),
+        ),
+        "--level '2 mm' --report densities.html",
+    ),
+    Study(
         "node",
         "node:node",
         "node:NodeResult",

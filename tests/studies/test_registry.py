@@ -30,6 +30,7 @@ CALLS = {
     "response": (DRIVEN, {"sweep": [0.9, 1.0, 1.1]}),
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
+    "densities": (NOISY, {"within": 1e-3}),
     "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
 SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result

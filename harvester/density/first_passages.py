@@ -1,0 +1,44 @@
+"""The rates at which a displacement is first passed, on either side.
+
+The mesh ends at the level, where what leaves is lost (`harvester.density.relaxation.first_passage`).  Every rare
+passage ends a wait of the same law, so that the largest value in a time T stays below the level with exp(-lambda T).
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from harvester.density.box import Setting, potential
+from harvester.density.mesh import RESOLUTIONS, mesh
+from harvester.density.relaxation import first_passage
+from harvester.density.weak_form import WeakForm
+from harvester.equations.coefficients import Equations
+
+BEYOND = 6.0  # energies of the motion by which the speeds of the mesh go beyond what reaches the level
+HIGHEST = 60.0  # energies of a level that is asked for
+
+
+def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int, modes: int) -> float:
+    """The rate at which |displacement| passes a level for the first time, on the mesh of a place in `RESOLUTIONS`.
+
+    0 where the level is too far up to be resolved.
+    """
+    if eqs.stop_stiffness is not None and level <= (eqs.gap or 0.0):  # the compliant stop is never reached
+        eqs = replace(eqs, stop_stiffness=None, stop_damping=None, gap=None)
+    low, high = eqs.rigid_stops
+    box = setting.box
+    warmth = box.speed**2 / (2.0 * box.tail)
+    ends = max(low, -level), min(high, level)
+    x = np.linspace(*ends, 2001)
+    energy = potential(eqs, setting.frame, x)
+    tail = max(float(energy[-1] if high > level else 0.0), float(energy[0] if low < -level else 0.0)) / warmth + BEYOND
+    if tail > HIGHEST:
+        return 0.0
+    rest = x[int(np.argmin(energy))]
+    reach = max(rest - ends[0], ends[1] - rest)
+    inside = replace(
+        box, low=ends[0], high=ends[1], speed=math.sqrt(2.0 * tail * warmth), reach=float(reach), tail=tail
+    )
+    on = mesh(eqs, inside, RESOLUTIONS[place])
+    return first_passage(WeakForm(eqs, on, setting.frame, modes, (low < -level, high > level)), float(rest))

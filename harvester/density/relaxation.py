@@ -1,0 +1,108 @@
+"""How the density comes to rest: the slowest decay, hops between wells, first passages, and spectra.
+
+A density that is not stationary changes by M dp/dt = A p, with the form A and the mass matrix M of `weak_form`.
+
+Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that is far slower than all others.  With
+the shares P of the time in them the mass leaves them at the rates k_1 = lambda P_2 and k_2 = lambda P_1.
+
+First passage: where what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda is the mean time of
+the first passage, but for the time in which the motion forgets where it began.
+
+Spectrum: with the density u of (A - i w M) u = -M (g p_s) that of a quantity g without a mean is, two-sided and over w,
+
+    S(w) = 2 Re int_0^oo E[g(t) g(0)] exp(-i w t) dt = 2 Re int g u
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.density.coupled_modes import Factors, integrals, pinned
+from harvester.density.elements import products, quadrature
+from harvester.density.moment_weights import MomentWeights, value
+from harvester.density.refine import Solution
+from harvester.density.weak_form import WeakForm
+from harvester.errors import SimulationError
+from harvester.presentation.diagnostic import refusal
+
+ROUNDS, STILL = 60, 1e-7  # of inverse iteration, and the relative change of the decay at which it ends
+
+
+def slowest_decay(found: Solution) -> tuple[float, Any]:
+    """The smallest rate lambda > 0 at which a density comes to rest, and that density, whose mass is 0.
+
+    By inverse iteration from the sign of x - E[x].  Raises SimulationError where that does not end: the slowest is no
+    single, real rate.
+    """
+    form, factors, stationary = found.form, found.factors, found.p
+    masses = integrals(form)
+    middle = value(MomentWeights(form).of(1, 0), stationary)
+    centres = 0.5 * (form.mesh.x_breaks[1:] + form.mesh.x_breaks[:-1])
+    q = stationary * np.sign(centres - middle)[:, None, None]
+    before = np.inf
+    for _ in range(ROUNDS):
+        q = q - stationary * np.vdot(masses, q[0])
+        q = q / np.abs(q).max()
+        u = factors.solve(-form.mass(q))
+        u = u - stationary * np.vdot(masses, u[0])
+        rate = float(np.vdot(q, q) / np.vdot(q, u))
+        if abs(rate - before) <= STILL * abs(rate):
+            return rate, u
+        before, q = rate, u
+    raise SimulationError(refusal("density_without_slow_decay"))
+
+
+def first_passage(form: WeakForm, x: float) -> float:
+    """The rate at which mass is lost of a form that loses some, once the motion has forgotten where it began.
+
+    A u = -M q is solved by inverse iteration.  A is all but singular where passages are rare, A + c c^T with the
+    integrals c of the element around ``x`` is not.  With its solutions s of c and t of -M q, and the losses F of both,
+
+        u = t + s (1 - F(t))/F(s).
+    """
+    factors, masses, loss = Factors(form, pinned(form, x)), integrals(form), form.loss()
+    right = np.zeros(form.shape)
+    share = factors.chains[0].integrals(factors.pin or 0)
+    right[0, factors.pin] = share
+    s = factors.solve(right)
+    q, before = s / np.vdot(masses, s[0]), np.inf
+    for _ in range(ROUNDS):
+        t = factors.solve(-form.mass(q))
+        u = t + s * (1.0 - np.vdot(loss, t[0])) / np.vdot(loss, s[0])
+        rate = 1.0 / float(np.vdot(masses, u[0]))
+        if abs(rate - before) <= STILL * abs(rate):
+            return rate
+        before, q = rate, u * rate
+    raise SimulationError(refusal("density_without_slow_decay"))
+
+
+def voltage_spectrum(found: Solution, frequencies: Sequence[float] | Floats) -> Floats:
+    """The two-sided density of the voltage over the angular frequency, shape (n,)."""
+    form, p = found.form, found.p
+    weights = voltage_weights(form)
+    mean = float(np.vdot(weights, p))
+    right = -(times_voltage(form, p) - mean * form.mass(p)).astype(complex)
+    return np.array([2.0 * np.vdot(weights, Factors(form, None, 1j * w).solve(right)).real for w in frequencies])
+
+
+def voltage_weights(form: WeakForm) -> Floats:
+    """The weights of E[V]."""
+    m = MomentWeights(form)
+    return m.of(1, 0) if form.modes == 1 else m.of(1, 0) - m.mean(0, 0, 1)
+
+
+def times_voltage(form: WeakForm, p: Floats) -> Floats:
+    """The integrals of V p with every test function; V = x without a load, else x - y."""
+    mesh, frame = form.mesh, form.frame
+    along = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+    voltage = along.points if form.modes == 1 else (1.0 - frame.slope) * along.points - frame.offset
+    weighted = products(along.weights * voltage, along.values, along.values)
+    made: Floats = weighted @ p @ form.v_mass.T
+    if form.modes > 1:  # z He_k/sqrt(k!) = sqrt(k + 1) He_(k+1)/sqrt((k+1)!) + sqrt(k) He_(k-1)/sqrt((k-1)!)
+        root = frame.scale * np.sqrt(np.arange(1.0, form.modes))[:, None, None, None]
+        mass = form.mass(p)
+        made[1:] -= root * mass[:-1]
+        made[:-1] -= root * mass[1:]
+    return made

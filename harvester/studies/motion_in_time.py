@@ -1,0 +1,92 @@
+"""How long what a motion does takes: hops between wells, first passages of a level, and the voltage's spectrum."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.density.first_passages import displacement_rate
+from harvester.density.functionals import NAMES
+from harvester.density.marginals import Marginals
+from harvester.density.refine import Answer
+from harvester.density.relaxation import slowest_decay, voltage_spectrum
+from harvester.density.weak_form import noise
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, SimulationError, invalid
+from harvester.quantities.kinds import GAP
+from harvester.uncertainty.value import Value
+
+APART = 0.3  # the slowest decay over that of the energy, above which two wells are one
+
+
+def read_level(level: float | str, problem: Problem) -> float:
+    """The nondimensional level of a displacement; raises InputError for one that is none, or beyond both stops."""
+    if isinstance(level, str) and not problem.physical:
+        try:
+            level = float(level)
+        except ValueError:
+            raise invalid("`level`", "be a number for a nondimensional scene", level) from None
+    try:
+        found = GAP.read(level) / problem.units.length
+    except ValueError as error:
+        raise InputError(f"`level` {error}") from None
+    low, high = problem.equations.stops if problem.equations.pressure else problem.equations.rigid_stops
+    if not (max(0.0, low) < found < math.inf) or (found >= high and -found <= low):
+        raise invalid("`level`", "be a displacement above 0 that the mass can pass, between its stops", level)
+    return float(found)
+
+
+def _forgetting(problem: Problem, answer: Answer) -> float:
+    """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
+    squares = answer.means[NAMES.index("displacement_squared")], answer.means[NAMES.index("velocity_squared")]
+    return float(noise(problem.equations, np.array(math.sqrt(squares[0]))) / squares[1])
+
+
+def hop_rate(problem: Problem, answer: Answer) -> Value | None:
+    """Hops between two wells a second; each begins anew only where the decay is far slower than that of the energy."""
+    eqs = problem.equations
+    places = eqs.resting_places
+    if len(places) != 2:
+        return None
+    roots = np.roots([eqs.spring[2], eqs.spring[1], eqs.spring[0], 0.0]).real
+    top = next((float(x) for x in roots if places[0] < x < places[1]), 0.5 * (places[0] + places[1]))
+    try:
+        decays = [slowest_decay(one)[0] for one in (answer.solution, answer.coarser)]
+    except SimulationError:
+        return None
+    ratio = decays[0] / min(_forgetting(problem, answer), eqs.mu or math.inf)  # a slow load would be the slowest
+    if ratio > APART:
+        return None
+    share = Marginals(answer.solution.form, answer.solution.p).share_below(top)
+    rate = 2.0 * share * (1.0 - share) * decays[0]
+    known = Value(rate, bias=rate * abs(decays[1] / decays[0] - 1.0), model=rate * ratio)
+    return known.scaled(problem.units.frequency)
+
+
+def passage_time(problem: Problem, answer: Answer, level: float) -> Value:
+    """The mean time until |displacement| first passes a level, with the error of mesh, modes and of forgetting."""
+    modes = answer.solution.form.modes
+    fewer = modes - 2 if modes > 3 else modes
+    rate, coarse = (
+        displacement_rate(problem.equations, answer.setting, level, *which) for which in ((1, modes), (0, fewer))
+    )
+    if not (rate > 0.0 and coarse > 0.0):
+        raise SimulationError(
+            f"`level` is passed too rarely to be resolved: give less than {level * problem.units.length:.3g}"
+        )
+    known = Value(1.0 / rate, bias=abs(1.0 / rate - 1.0 / coarse), model=1.0 / _forgetting(problem, answer))
+    return known.scaled(1.0 / problem.units.frequency)
+
+
+def spectrum_of(problem: Problem, answer: Answer, w: Floats) -> dict[str, Any]:
+    """Frequencies, the one-sided density of the voltage, and its relative error: one frequency on the finer mesh.
+
+    In Hz and V^2/Hz, or over the angular frequency of a nondimensional scene.
+    """
+    u = problem.units
+    (fine,), *rest = voltage_spectrum(answer.solution, [1.0]), *voltage_spectrum(answer.coarser, [1.0, *w])
+    per_hertz = 2.0 * u.volts**2 / u.frequency if problem.physical else 1.0 / math.pi
+    hertz = u.frequency / (2.0 * math.pi) if problem.physical else 1.0
+    error = abs(float(rest[0] / fine) - 1.0)
+    return {"frequency": w * hertz, "spectrum": np.array(rest[1:]) * per_hertz, "spectrum_error": error}

@@ -1,0 +1,262 @@
+"""How displacement, velocity, voltage and impacts are distributed, without sampling, and what follows from it.
+
+Long because the result and its function explain their arrays and arguments to users.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from harvester import figures
+from harvester.arrays import Floats
+from harvester.density.functionals import NAMES
+from harvester.density.marginals import Marginals
+from harvester.density.refine import LIGHTEST, Answer, refined
+from harvester.engines.density import Density
+from harvester.engines.moment_existence import existence
+from harvester.engines.options import number
+from harvester.engines.protocol import AnyScene, served
+from harvester.equations.bounds import check_bounded
+from harvester.equations.impact_order import accumulation
+from harvester.equations.problem import Problem
+from harvester.errors import invalid, names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.result import TableResult
+from harvester.presentation.table import Column, Table
+from harvester.studies.motion import Motion, motion
+from harvester.studies.motion_in_time import hop_rate, passage_time, read_level, spectrum_of
+from harvester.uncertainty.value import Value
+
+USUAL = 1e-4  # the relative error of E[V^2] that is aimed at
+POINTS = 401  # of a curve
+MOST_FREQUENCIES = 10_000
+SPAN = (0.2, 5.0)  # times the resonance: frequencies of a spectrum
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, eq=False)
+class Densities(TableResult):
+    """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and what follows from them.
+
+    Attributes
+    ----------
+    engine
+        the name of the engine that computed it.
+    displacement_mean, displacement_rms, velocity_rms, voltage_rms
+        each a `Value` (m, m/s, V).
+    impact_rate
+        a `Value`, impacts a second; None without a stop and where impacts accumulate.
+    hop_rate
+        a `Value`: hops a second from one well to the other, either way; None without two wells that are apart.
+    level, first_passage_time
+        a displacement (m), and the mean time (s), a `Value`, until it is first passed on either side; None where no
+        level was asked for.
+    displacement, velocity, voltage
+        places (m, m/s, V).
+    displacement_density, velocity_density, voltage_density
+        the densities there (1/m, s/m, 1/V).
+    phase_plane
+        the density of displacement and velocity, shape (k, k), at every fourth of their places.
+    impact_speed, impact_density
+        speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
+    largest_error
+        the largest difference between a density and that on a coarser mesh, over its peak: of the worst curve.
+    frequency, spectrum
+        frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided density of the voltage (V^2/Hz); None
+        where none was asked for.
+    spectrum_error
+        its relative change by a finer mesh, at the resonance.
+    path
+        a path of the scene, whose histogram stands beside the densities in the picture.
+    seconds
+        the time of computing, without compilation (s).
+    physical
+        whether its numbers are in SI units, rather than nondimensional.
+    diagnostics
+        warnings and notes, each with a code, numbers and a sentence (``str``).
+
+    >>> import harvester as hv
+    >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
+    >>> found = hv.densities(scene)
+    >>> round(float(found.displacement_density.sum() * (found.displacement[1] - found.displacement[0])), 2)
+    1.0
+    """
+
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"path", "level"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"path", "phase_plane"})
+    SHORT: ClassVar[tuple[str, ...]] = ("engine", "displacement_rms", "voltage_rms", "hop_rate", "first_passage_time")
+
+    engine: str
+    displacement_mean: Value
+    displacement_rms: Value
+    velocity_rms: Value
+    voltage_rms: Value
+    impact_rate: Value | None
+    hop_rate: Value | None
+    level: float | None
+    first_passage_time: Value | None
+    displacement: Floats
+    displacement_density: Floats
+    velocity: Floats
+    velocity_density: Floats
+    voltage: Floats
+    voltage_density: Floats
+    phase_plane: Floats
+    impact_speed: Floats | None
+    impact_density: Floats | None
+    largest_error: float
+    path: Motion
+    seconds: float
+    physical: bool
+    diagnostics: tuple[Diagnostic, ...] = ()
+    frequency: Floats | None = None
+    spectrum: Floats | None = None
+    spectrum_error: float | None = None
+
+    @property
+    def table(self) -> Table:
+        """Places and densities side by side."""
+        of = self.unit_names
+        columns = []
+        for name, unit in (("displacement", of.length), ("velocity", of.speed), ("voltage", of.voltage)):
+            density = getattr(self, f"{name}_density")
+            columns += [Column(name, getattr(self, name), unit), Column(f"{name}_density", density, _per(unit))]
+        if self.impact_speed is not None and self.impact_density is not None:
+            columns.append(Column("impact_speed", self.impact_speed, of.speed))
+            columns.append(Column("impact_density", self.impact_density, "1/m" if self.physical else ""))
+        return Table(tuple(columns))
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The densities as a matplotlib figure, with the histogram of a path behind them."""
+        return figures.densities(self, title)
+
+
+@names_arguments
+def densities(
+    scene: AnyScene,
+    *,
+    level: float | str | None = None,
+    spectrum: int = 0,
+    within: float | str | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Densities:
+    """How displacement, velocity, voltage and impact speeds are distributed, without sampling.
+
+    Parameters
+    ----------
+    scene
+        a `Scene` that engine `Density` serves, or the path of a scene file.
+    level
+        a displacement such as "2 mm", either side of 0, of which the mean time of the first passage is asked for.
+    spectrum
+        at how many frequencies, from a fifth of the resonance to five times it, the voltage's density is computed.
+    within
+        the relative error of the power that is aimed at, such as .001; None: 1e-4.
+    seed
+        of the path in the picture.
+    progress
+        is called with the fraction done.
+
+    Returns
+    -------
+    Densities
+        in SI units (nondimensional scene: without units).
+
+    Raises
+    ------
+    InputError
+        for a scene that engine `Density` does not serve, or a level that is none.
+    SimulationError
+        where the response grows without bound, or the density cannot be resolved.
+
+    >>> import harvester as hv
+    >>> wells = hv.Nondimensional(c1=-0.5, D11=0.025, linear=-1.0, alpha=1.0)
+    >>> f"{hv.densities(hv.Scene(nondimensional=wells)).hop_rate.value:.3g}"
+    '0.00111'
+    """
+    problem = served(Density, scene)
+    eqs = problem.equations
+    asked = None if level is None else read_level(level, problem)
+    if not 0 <= spectrum <= MOST_FREQUENCIES:
+        raise invalid("`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum)
+    check_bounded(eqs)
+    exists = existence(problem, sampled=False)
+    begin = time.perf_counter()
+    tail = LIGHTEST if exists.tail is None else exists.tail.lowest
+    answer = refined(eqs, number(Density(within=within).within) or USUAL, None, progress, tail)
+    curves = _curves(problem, answer)
+    made = (exists.warning, accumulation(eqs), note("density_solved"))
+    explained = note("densities_explained", error=curves["largest_error"])
+    return Densities(
+        engine=Density.NAME,
+        **_means(problem, answer),
+        **curves,
+        hop_rate=hop_rate(problem, answer),
+        level=None if asked is None else asked * problem.units.length,
+        first_passage_time=None if asked is None else passage_time(problem, answer, asked),
+        **(spectrum_of(problem, answer, np.geomspace(*SPAN, spectrum)) if spectrum else {}),
+        path=motion(problem, seed=seed),
+        seconds=time.perf_counter() - begin,
+        physical=problem.physical,
+        diagnostics=(*(one for one in made if one is not None), explained),
+    )
+
+
+def _means(problem: Problem, answer: Answer) -> dict[str, Any]:
+    """The means, in the scene's units."""
+    u, eqs = problem.units, problem.equations
+    counted = eqs.restitution is not None and accumulation(eqs) is None
+    return {
+        "displacement_mean": _mean(answer, "displacement").scaled(u.length),
+        "displacement_rms": _root(answer, "displacement_squared").scaled(u.length),
+        "velocity_rms": _root(answer, "velocity_squared").scaled(u.length * u.frequency),
+        "voltage_rms": _root(answer, "voltage_squared").scaled(u.volts),
+        "impact_rate": _mean(answer, "impact_rate").scaled(u.frequency) if counted else None,
+    }
+
+
+def _curves(problem: Problem, answer: Answer) -> dict[str, Any]:
+    """The densities at their places, in the scene's units, and the largest error of one over its peak."""
+    u, box = problem.units, answer.setting.box
+    speed, most = u.length * u.frequency, 5.5 * math.sqrt(abs(float(answer.means[0])))
+    x, v = np.linspace(box.low, box.high, POINTS), np.linspace(-box.speed, box.speed, POINTS)
+    volts, w = np.linspace(-most, most, POINTS), np.linspace(0.0, box.speed, POINTS)
+    stopped = problem.equations.restitution is not None
+    both = []
+    for one in (answer.solution, answer.coarser):
+        of = Marginals(one.form, one.p)
+        both.append([of.displacement(x), of.velocity(v), of.voltage(volts), *([of.impacts(w)] if stopped else [])])
+    ours, coarse = both
+    plane = Marginals(answer.solution.form, answer.solution.p).phase_plane(x[::4], v[::4])
+    return {
+        "displacement": x * u.length,
+        "displacement_density": ours[0] / u.length,
+        "velocity": v * speed,
+        "velocity_density": ours[1] / speed,
+        "voltage": volts * u.volts,
+        "voltage_density": ours[2] / u.volts,
+        "phase_plane": plane / (u.length * speed),
+        "impact_speed": w * speed if stopped else None,
+        "impact_density": ours[3] * u.frequency / speed if stopped else None,
+        "largest_error": max(float(np.abs(a - b).max() / a.max()) for a, b in zip(ours, coarse, strict=True)),
+    }
+
+
+def _per(unit: str) -> str:
+    return {"m": "1/m", "m/s": "s/m", "V": "1/V"}.get(unit, "")
+
+
+def _mean(answer: Answer, name: str) -> Value:
+    place = NAMES.index(name)
+    return Value(float(answer.means[place]), bias=float(answer.error[place]))
+
+
+def _root(answer: Answer, name: str) -> Value:
+    square = _mean(answer, name)
+    root = math.sqrt(square.value)
+    return Value(root, bias=(square.bias or 0.0) / (2.0 * root))

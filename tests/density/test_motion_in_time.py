@@ -1,0 +1,175 @@
+"""Marginal densities, hops, first passages and spectra: against closed forms, and against counting."""
+
+import math
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.density.box import settled
+from harvester.density.first_passages import displacement_rate
+from harvester.density.marginals import Marginals
+from harvester.density.mesh import RESOLUTIONS, mesh
+from harvester.density.refine import solution
+from harvester.density.relaxation import slowest_decay, voltage_spectrum
+from harvester.equations.coefficients import Equations
+from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.linear.level_crossings import peaks
+from harvester.linear.transfer import gains
+from harvester.mechanics.kernels.noise import gaussian_grid
+from harvester.mechanics.kernels.path import trace
+from tests.support.systems import PAPER, changed, linear, linear_v2, scene
+
+WELLS = Equations(c1=-0.5, n1=0.025, linear=-1.0, alpha=1.0)
+
+
+def solved(eqs, place=0, modes=6, tail=20.0):
+    """A density on a coarse mesh."""
+    setting = settled(eqs, tail)
+    return setting, solution(eqs, setting, mesh(eqs, setting.box, RESOLUTIONS[place]), modes)
+
+
+@pytest.mark.slow
+def test_marginal_densities_of_a_linear_scene_are_gaussian():
+    eqs = linear(0.3, 0.7, c=0.1)
+    _, found = solved(eqs, 1, 8)
+    ours = Marginals(found.form, found.p)
+    points = np.linspace(-3.0, 3.0, 13)
+    s, (px, _) = math.sqrt(linear_v2(eqs)), peaks(eqs)
+    gaussian = np.exp(-0.5 * points**2) / math.sqrt(2.0 * math.pi)
+    assert ours.voltage(points * s) * s == pytest.approx(gaussian, abs=1e-5)
+    assert ours.displacement(points * px.deviation) * px.deviation == pytest.approx(gaussian, abs=1e-5)
+    assert ours.passages(2.0 * px.deviation) == pytest.approx(0.5 * px.rice(2.0 * px.deviation), rel=1e-4)
+    plane = ours.with_voltage(np.linspace(*found.form.mesh.x_breaks[[0, -1]], 201), points * s)
+    step = np.ptp(found.form.mesh.x_breaks[[0, -1]]) / 200.0
+    assert plane.sum(axis=0) * step == pytest.approx(ours.voltage(points * s), abs=1e-5)
+
+
+def test_impact_speeds_of_an_elastic_stop_are_those_of_maxwell():
+    """The flux w exp(-w^2/2T), T = N1/c, at 1/pi impacts a unit of time."""
+    c, n1 = 0.1, 0.02
+    _, found = solved(Equations(c1=-c, n1=n1, restitution=1.0), 1, 1)
+    ours, warmth = Marginals(found.form, found.p), n1 / c
+    speeds = np.linspace(0.1, 1.5, 8)
+    law = speeds / warmth * np.exp(-0.5 * speeds**2 / warmth) / math.pi
+    assert ours.impacts(speeds) == pytest.approx(law, abs=1e-5)
+    assert ours.harder(0.8) == pytest.approx(math.exp(-0.32 / warmth) / math.pi, rel=1e-4)
+
+
+def test_rate_between_wells_is_that_of_kramers_and_below_it():
+    """The slowest decay of a deep double well; Kramers' formula counts every climb of the barrier, and is above it."""
+    _, found = solved(WELLS, 1, 1)
+    rate, density = slowest_decay(found)
+    c = 0.5
+    climbs = math.sqrt(1.0 + c * c / 4.0) - c / 2.0
+    kramers = 2.0 * climbs * math.sqrt(2.0) / (2.0 * math.pi) * math.exp(-0.25 / 0.05)
+    assert kramers == pytest.approx(0.00237, abs=1e-5)
+    assert rate == pytest.approx(0.0022168, abs=2e-7)
+    assert 0.9 * kramers < rate < kramers
+    left = Marginals(found.form, density / np.abs(density).max())
+    assert left.displacement(np.array([-1.0]))[0] == pytest.approx(-left.displacement(np.array([1.0]))[0], rel=1e-5)
+
+
+@pytest.mark.statistics
+def test_hops_are_those_that_a_path_makes():
+    """From the middle of one well to that of the other, in 600000 time units."""
+    told = hv.densities(scene(WELLS)).hop_rate
+    path, spent = [], 0.0
+    start = None
+    for k in range(6):
+        one = trace(WELLS, gaussian_grid(np.random.SeedSequence([k, 3]), 2_000_000), 0.05, 4, start)
+        start = float(one.x[-1]), float(one.v[-1]), float(one.V[-1])
+        path.append(one.x[np.abs(one.x) > 0.9] > 0.0)
+        spent += 100_000.0
+    hops = int(np.sum(np.diff(np.concatenate(path).astype(int)) != 0))
+    assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
+
+
+@pytest.mark.slow
+def test_spectrum_of_a_linear_scene_is_the_closed_form():
+    eqs = linear(0.3, 0.7, c=0.1)
+    _, found = solved(eqs, 0, 6)
+    w = np.array([0.3, 1.05, 2.0])
+    assert voltage_spectrum(found, w) == pytest.approx(2.0 * eqs.n1 * gains(eqs, w)[1], rel=1e-5)
+
+
+@pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
+@pytest.mark.statistics
+def test_spectrum_beside_a_stop_is_that_of_a_path():
+    """The density at three frequencies, by Fourier sums over pieces of a path."""
+    eqs = changed(PAPER, c1=-0.1, c2=None, c3=None, n2=None, mu=1.0, restitution=0.7)
+    _, found = solved(eqs, 0, 6)
+    h, pieces, length = 0.05, 1500, 4000
+    path = trace(eqs, gaussian_grid(np.random.SeedSequence(5), (pieces + 10) * length), h)
+    volts = path.V[-pieces * length :].reshape(pieces, length)
+    steps = np.array([20, 60, 120])  # whole periods of a piece
+    w = 2.0 * math.pi * steps / (length * h)
+    window = np.hanning(length)
+    turned = np.exp(-1j * np.outer(w, h * np.arange(length))) * window
+    powers = np.abs(volts @ turned.T) ** 2 * h / (window**2).sum()
+    z = (powers.mean(axis=0) - voltage_spectrum(found, w)) / (powers.std(axis=0) / math.sqrt(pieces))
+    assert np.abs(z).max() < 4.0
+
+
+@pytest.mark.slow
+def test_first_passages_are_fewer_than_passages():
+    """Rice counts all passages of a clump, the rate of first passages only the clumps; of high levels both are one."""
+    eqs = linear(0.3, 0.7, c=0.1)
+    setting, px = settled(eqs, 20.0), peaks(eqs)[0]
+    ratios = [displacement_rate(eqs, setting, k * px.deviation, 0, 4) / px.rice(k * px.deviation) for k in (2, 3, 4)]
+    assert ratios == sorted(ratios) and ratios[0] > 0.5 and ratios[-1] < 1.0
+    assert displacement_rate(eqs, setting, 3.0 * px.deviation, 1, 4) == pytest.approx(
+        displacement_rate(eqs, setting, 3.0 * px.deviation, 0, 4), rel=0.01
+    )
+
+
+@pytest.mark.thorough("test_first_passages_are_fewer_than_passages")
+@pytest.mark.statistics
+@pytest.mark.parametrize("restitution", [None, 0.7])
+def test_rate_of_first_passages_is_that_counted_on_a_path(restitution):
+    """Two lengths of blocks that keep below the level: their logarithms differ by the rate times the time between."""
+    eqs = changed(linear(0.3, 0.7, c=0.1), restitution=restitution)
+    setting, found = solved(eqs)
+    level = 2.7 * math.sqrt(found.means[2])
+    rate = displacement_rate(eqs, setting, level, 1, 6)
+    h, length, count = 0.05, 4000, 6000
+    peaks_of = []
+    for k in range(3):
+        path = trace(eqs, gaussian_grid(np.random.SeedSequence([k, 9]), count // 3 * length), h)
+        peaks_of.append(np.abs(path.x[: count // 3 * length]).reshape(-1, length // 2).max(axis=1))
+    short = np.concatenate(peaks_of) < level
+    both = short.reshape(-1, 2).all(axis=1)
+    # P(200)/P(100) = exp(-100 rate), each from the same blocks.
+    ratio = both.mean() / short.mean()
+    parts = both / both.mean() - short.reshape(-1, 2).mean(axis=1) / short.mean()
+    error = parts.std() / math.sqrt(len(parts))
+    assert abs(math.log(ratio) + 100.0 * rate) < 4.0 * error
+
+
+@pytest.mark.slow
+def test_a_study_has_all_of_it_in_units():
+    found = hv.densities("examples/plate_with_stop.toml", level="1.2 mm", within=1e-3)
+    step = found.voltage[1] - found.voltage[0]
+    assert found.voltage_density.sum() * step == pytest.approx(1.0, abs=1e-3)
+    assert math.sqrt((found.voltage**2 * found.voltage_density).sum() * step) == pytest.approx(
+        found.voltage_rms.value, rel=1e-3
+    )
+    speeds = found.impact_speed
+    assert np.trapezoid(found.impact_density, speeds) == pytest.approx(found.impact_rate.value, rel=1e-3)
+    assert found.first_passage_time.unit == "s" and found.first_passage_time.value > 10.0
+    assert found.hop_rate is None
+
+
+def test_bad_input_is_told():
+    with pytest.raises(InputError, match="`level` must be"):
+        hv.densities(scene(PAPER), level=-1.0)
+    with pytest.raises(InputError, match="for a nondimensional scene"):
+        hv.densities(scene(PAPER), level="1 mm")
+    with pytest.raises(InputError, match="between its stops"):
+        hv.densities(scene(changed(PAPER, c1=-0.05, gap=-0.2)), level=0.1)
+    with pytest.raises(InputError, match="`spectrum` must be"):
+        hv.densities(scene(PAPER), spectrum=-1)
+    with pytest.raises(SimulationError, match="too rarely"):
+        hv.densities(scene(WELLS), level=100.0)
+    with pytest.raises(CannotServeError, match="must have a load resistance"):
+        hv.densities("examples/plate_bridge.toml")
