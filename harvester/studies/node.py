@@ -183,17 +183,14 @@ def _measure(problem: Problem, storage: Storage, seed: int) -> _Known:
     from harvester.storage.direct_check import direct_check
     from harvester.storage.measured_current import HELD
     from harvester.storage.plain_store import FINE, times_to
-    from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store, with_held_store, with_store
+    from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"
-    cut = cut_behind_rectifier(circuit)
-    farads = HELD * scales.capacitance
-    plain = is_plain_store(circuit)
-    elements = with_held_store(circuit, farads) if cut is None or plain else cut.held(farads)
-    ideal = ideal_circuit(circuit, scales) if plain else None
+    elements = held_rectifier(circuit, HELD * scales.capacitance)
+    ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
     with compilation():
-        table, rough, steps = measured(problem, elements, ideal, storage.clamp_voltage, seed=seed)
+        table, rough, steps, _ = measured(problem, elements, ideal, storage.clamp_voltage, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
             assert table.stderr is not None, "noise is sampled"

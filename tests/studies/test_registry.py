@@ -30,6 +30,7 @@ CALLS = {
     "response": (DRIVEN, {"sweep": [0.9, 1.0, 1.1]}),
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
+    "design": (ROOT / "examples" / "bimorph_sensor.toml", {"needs": "40 uW at 3.3 V", "circuits": ["bridge"]}),
     "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
 SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result

@@ -1,6 +1,7 @@
 """How a scene key scatters from device to device: the spreads that a user may write, and their inverse distributions.
 
 KEY=10%                 anywhere within 10 % of the scene's value (uniform)
+KEY=2 Hz                anywhere within so much of the scene's value, also written +-2 Hz
 KEY=.94:.98             anywhere between two values (uniform)
 KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
 KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
@@ -18,11 +19,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, named_once, shown
 from harvester.quantities.preferred_numbers import SERIES, nearest
-from harvester.quantities.units import fraction
+from harvester.quantities.units import fraction, split_unit
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
-FORMS = "10%, LOW:HIGH, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+FORMS = (
+    "10%, 2 Hz, LOW:HIGH, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+)
+_ABOUT = ("+-", "±")
 CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.006 % of it lies
 
 
@@ -79,6 +83,8 @@ def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
 
 def spread(key: str, written: str, scene: Scene) -> PartSpread:
     """The spread of one key; raises InputError as `parse`."""
+    if key == "frequency" and scene.excitation is not None:  # of the drive, where there is one
+        key = "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
     key = ".".join(split_key(key))  # which may be given without its table
     parts = [part.strip() for part in written.split(":")]
     if "," in written:
@@ -93,6 +99,9 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
         return _uniform(key, *_about(made, _share(key, parts[1])), written)
     if len(parts) == 1 and written.endswith("%"):
         return _uniform(key, *_about(_nominal(key, scene), _share(key, written)), written)
+    if len(parts) == 1 and (written.startswith(_ABOUT) or (split_unit(written) or (0.0, ""))[1]):
+        nominal, half = _nominal(key, scene), read_value(key, written.removeprefix("+-").removeprefix("±").strip())
+        return _uniform(key, nominal - half, nominal + half, written)
     if len(parts) == 2:
         return _uniform(key, read_value(key, parts[0]), read_value(key, parts[1]), written)
     raise invalid(f"the spread of {key}", f"be {FORMS}", written)
