@@ -14,6 +14,7 @@ MESSAGES = {
     ),
     "node_has_more": lambda lost: f"its interval limits it: {amount(lost, 'W')} more come in, which the clamp takes",
     "node_keeps_its_interval": "its interval limits it, {interval:.3g} s: the store lasts",
+    "node_change_helps": lambda gain: f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets",
     "circuit_left_out": "left out: {why}",
     "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",
     "coils_saturate": "an inversion at {voltage:g} V takes more current than any coil of the list bears",
