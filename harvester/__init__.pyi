@@ -43,6 +43,9 @@ from .studies.charging.answer import ChargingResult as ChargingResult
 from .studies.charging.charge import charge as charge
 from .studies.compare import Comparison as Comparison
 from .studies.compare import compare as compare
+from .studies.design.decision import design as design
+from .studies.design.design_result import DesignCandidate as DesignCandidate
+from .studies.design.design_result import DesignResult as DesignResult
 from .studies.extremes.extremes import Extremes as Extremes
 from .studies.extremes.extremes import extremes as extremes
 from .studies.frequency_response.curve import FrequencyResponse as FrequencyResponse

@@ -13,6 +13,7 @@ from harvester import __version__
 from harvester.commands.charge import charge
 from harvester.commands.compare import compare
 from harvester.commands.cost import cost
+from harvester.commands.design import design
 from harvester.commands.doctor import doctor
 from harvester.commands.examples import examples
 from harvester.commands.explore import explore
@@ -55,7 +56,7 @@ A first session (harvester tour runs one):
     help=HELP,
     sections=[
         cloup.Section("Your device", [new, keys, examples, tour, identify, record, export]),
-        cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, compare]),
+        cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, design, compare]),
         cloup.Section("A closer look", [charge, cost, motion, response, stability, *study_commands()]),
         cloup.Section("The paper, this machine", [paper, doctor]),
     ],

@@ -46,6 +46,19 @@ class PathShape(Protocol):
     def decoupled_rms_error(self) -> float: ...
 
 
+class NodeShape(Protocol):
+    """The course of a store that feeds a node, whose ``thresholds`` are where the node begins and stops (V)."""
+
+    @property
+    def t(self) -> Floats: ...
+    @property
+    def voltage(self) -> Floats: ...
+    @property
+    def thresholds(self) -> tuple[float, float]: ...
+    @property
+    def first_packet(self) -> Value | None: ...
+
+
 class MotionShape(Protocol):
     """One path; rows of ``impacts``, shape (m, 2), are (time, speed), and ``shown`` is the length of its last part.
 

@@ -76,7 +76,7 @@ def read_record(path: str) -> Record:
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
     equal steps, values that are no finite numbers, or too few of them.
     """
-    return _once(_record, path)
+    return read_once(_record, path)
 
 
 def _record(path: str) -> Record:
@@ -84,7 +84,7 @@ def _record(path: str) -> Record:
     table = read_table(path, key)
     time = times(table, key)
     if time is None:
-        raise _no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
+        raise no_column(table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times")
     check_numbers(table, table.find(is_time)[0], time, key)
     found = table.find(is_acceleration)
     if len(found) > 1:
@@ -93,7 +93,7 @@ def _record(path: str) -> Record:
             f"{key} must have one acceleration, but has {shown(names)}: "
             "'harvester record FILE --axis z --out clean.csv' takes one of them"
         )
-    column, values = _values(table, key, is_acceleration, "acceleration", ACCELERATION)
+    column, values = numbers(table, key, is_acceleration, "acceleration", ACCELERATION)
     check_numbers(table, column, values, key)
     steps, mend = np.diff(time), "'harvester record FILE --out clean.csv' mends it"
     if len(time) < FEWEST:
@@ -112,14 +112,14 @@ def _record(path: str) -> Record:
 
 def read_density(path: str) -> TabulatedDensity:
     """Read the density of a CSV file, in SI units; InputError as for `read_record`."""
-    return _once(_density, path)
+    return read_once(_density, path)
 
 
 def _density(path: str) -> TabulatedDensity:
     key = "excitation.acceleration_psd_file"
     table = read_table(path, key)
-    frequency, f = _values(table, key, is_frequency, "frequency", FREQUENCY)
-    column, values = _values(table, key, _is_density, "psd", ACCELERATION_PSD)
+    frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
+    column, values = numbers(table, key, _is_density, "psd", ACCELERATION_PSD)
     check_numbers(table, frequency, f, key)
     check_numbers(table, column, values, key)
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
@@ -129,13 +129,13 @@ def _density(path: str) -> TabulatedDensity:
     return TabulatedDensity(f, values)
 
 
-def _values(
+def numbers(
     table: CsvTable, key: str, wanted: Callable[[CsvColumn], bool], name: str, kind: Kind
 ) -> tuple[CsvColumn, Floats]:
     """The first column that is wanted, and its numbers in SI units."""
     found = table.find(wanted)
     if not found:
-        raise _no_column(table, key, name, kind)
+        raise no_column(table, key, name, kind)
     column = found[0]
     values = column.in_si(kind)
     if values is not None:
@@ -147,12 +147,13 @@ def _values(
     raise invalid(f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated)
 
 
-def _no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
+def no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
+    """The error of a file without a column."""
     has = shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
     return InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}{more}")
 
 
-def _once(read: Callable[[str], _T], path: str) -> _T:
+def read_once(read: Callable[[str], _T], path: str) -> _T:
     """What a file holds; one that did not change is read once."""
     try:
         state = Path(path).stat()

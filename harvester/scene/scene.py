@@ -252,8 +252,8 @@ class Scene(SceneTable):
     def digest(self) -> str:
         """A short hash of all that the scene says, the contents of its records included."""
         whole = hashlib.sha256(self.to_toml().encode())
-        for key in FILES:
-            if (name := getattr(self.excitation, key, None)) is not None:
+        for table, key in (*((self.excitation, key) for key in FILES), (self.node, "trace")):
+            if (name := getattr(table, key, None)) is not None:
                 path = Path(name)
                 whole.update(path.read_bytes() if path.is_file() else b"")
         return whole.hexdigest()[:16]

@@ -4,6 +4,7 @@ from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import CURRENT, ENERGY, RESISTANCE_FROM_0, SHARE, STORAGE, TIME, VOLTAGE_FROM_0
+from harvester.records.current_trace import read_trace
 from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_table
 
 
@@ -22,20 +23,26 @@ class Storage(SceneTable):
     esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = NONE
     initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = NONE
     clamp_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"] = NONE
+    capacitance_left: Annotated[OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"] = NONE
 
     def __post_init__(self) -> None:
         if self.leakage_resistance == 0.0:
             raise invalid("storage.leakage_resistance", "be above 0, or left out for none", 0.0)
+
+    @property
+    def farads(self) -> float:
+        """The capacitance that is left (F)."""
+        return self.capacitance * (self.capacitance_left or 1.0)
 
 
 @scene_table
 class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
-    A packet is a list of ``currents`` with their ``durations``, or a ``packet_energy`` that takes the first of the
-    ``durations`` (10 ms where left out).  Currents and energies are those that the node takes from its
-    ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one the store itself gives
-    its currents.
+    A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the first of the
+    ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and current as power profilers write it.
+    Currents and energies are those that the node takes from its ``supply_voltage``, which a regulator of an
+    ``efficiency`` makes of the store; without one the store itself gives its currents.
 
     >>> import harvester as hv
     >>> packet = {"currents": ["4 mA"], "durations": ["9 ms"]}
@@ -54,6 +61,7 @@ class SensorNode(SceneTable):
         Annotated[tuple[Annotated[float, TIME], ...], "of a packet's states, in turn", "['10 ms', '5 ms']"] | None
     ) = None
     packet_energy: Annotated[OptNumber, ENERGY, "of a packet, instead of its currents"] = NONE
+    trace: Annotated[str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"] | None = None
     sleep_current: Annotated[OptNumber, CURRENT, "between packets"] = NONE
     stopped_current: Annotated[OptNumber, CURRENT, "while it waits for the wake voltage, from the store"] = NONE
     supply_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"] = NONE
@@ -62,9 +70,12 @@ class SensorNode(SceneTable):
     def __post_init__(self) -> None:
         if not self.wake_voltage > self.stop_voltage:
             raise invalid("node.wake_voltage", f"be above stop_voltage, {self.stop_voltage:g} V", self.wake_voltage)
-        if (self.currents is None) == (self.packet_energy is None):
-            which = "neither is" if self.currents is None else "both are"
-            raise InputError(f"node must have either currents or packet_energy, but {which} given")
+        given = [key for key in ("currents", "packet_energy", "trace") if getattr(self, key) is not None]
+        if len(given) != 1:
+            has = " and ".join(given) + " are given" if given else "none is given"
+            raise InputError(f"node must have one of currents, packet_energy and trace, but {has}")
+        if self.trace is not None and self.durations is not None:
+            raise InputError("node.durations must be left out with node.trace, which has its times, but is given")
         _check_durations(self.currents, self.durations)
         for key in ("packet_energy", "efficiency"):
             if getattr(self, key) is not None and not self.supply_voltage:
@@ -74,7 +85,9 @@ class SensorNode(SceneTable):
 
     @property
     def states(self) -> tuple[tuple[float, float], ...]:
-        """Current (A) and duration (s) of each state of a packet."""
+        """Current (A) and duration (s) of each state of a packet; InputError for a trace that cannot be read."""
+        if self.trace is not None:
+            return read_trace(self.trace)
         if self.packet_energy is not None:
             duration = self.durations[0] if self.durations else PACKET
             return ((self.packet_energy / (duration * (self.supply_voltage or 1.0)), duration),)

@@ -58,13 +58,16 @@ class Held(Protocol):
 
 
 class HeldPath:
-    """One run under a drive, of the compiled circuit of ``parts``, whose store has `HELD` times the capacitance."""
+    """One run under a drive, of the compiled circuit of ``parts``, whose store has `HELD` times the capacitance.
+
+    ``peak`` is the largest displacement so far, nondimensional.
+    """
 
     def __init__(self, problem: Problem, load: LoadCircuit, parts: Sequence[CircuitPart], h: float) -> None:
         self.eqs, self.scales = problem.equations, problem.scales
         self.circuit = CompiledCircuit(load, problem.scales, parts)
         self.h, self.farads = whole_steps(h, self.eqs.shaking_period), HELD * self.scales.capacitance
-        self.steps = 0
+        self.steps, self.peak = 0, 0.0
         self.restart()
 
     def restart(self) -> None:
@@ -86,6 +89,7 @@ class HeldPath:
         self._start = now.x, float(kick_at_stops(now, 0.0, -0.5 * self.h, coefficients(self.eqs), shaking[-1]))
         self._state = path.state
         self.steps += path.steps
+        self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
         square = float(np.mean(path.told[:, 0] ** 2))
         return np.array([path.state[at] - held]), square, kicks * self.h / self.scales.frequency
 

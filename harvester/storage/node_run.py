@@ -140,7 +140,7 @@ class NodeRun:
         seen = self.volts - (self.storage.esr or 0.0) * drawn
         above = np.flatnonzero(seen >= self.node.stop_voltage)
         stop = float(self.volts[above[0]]) if len(above) else math.inf
-        return _State(((self.charging - drawn) / self.storage.capacitance).tolist(), self.charging.tolist(), stop)
+        return _State(((self.charging - drawn) / self.storage.farads).tolist(), self.charging.tolist(), stop)
 
     def _follow(
         self, found: NodeCourse, v: float, state: _State, duration: float, threshold: float, side: float
@@ -172,7 +172,7 @@ class NodeRun:
             gain = charging[min(int(0.5 * (v + min(new, top)) * scale), GRID)] * 0.5 * (v + min(new, top)) * step
             found.given += gain
             if new > top:
-                found.clamped += self.storage.capacitance * (new - top) * top
+                found.clamped += self.storage.farads * (new - top) * top
                 new = top
             found.end += step
             left -= step

@@ -63,6 +63,12 @@ def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]
     return [_element(one.name, one.nodes, new[one.name]) if one.name in new else one for one in parts]
 
 
+def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
+    """The rectifier with a store that hardly changes its voltage: what is behind that of a chip is left out."""
+    cut = cut_behind_rectifier(load)
+    return with_held_store(load, farads) if cut is None or is_plain_store(load) else cut.held(farads)
+
+
 def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
     nodes = {one.name: set(one.nodes[:2]) for one in parts_of(load) if one.name in (STORE, LOAD)}

@@ -56,7 +56,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     """
     assert problem.circuit is not None
     scales = problem.scales
-    table, rough, measuring = measured(problem, cut.held(HELD * scales.capacitance))
+    table, rough, measuring, _ = measured(problem, cut.held(HELD * scales.capacitance))
     circuit = SlowCircuit(problem.circuit, cut, scales)
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import PowerBound, power_bound
@@ -32,6 +33,9 @@ from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.uncertainty.value import Value, bound95
 
+CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
+STORE_KEYS = ("capacitance", "leakage_resistance", "esr", "clamp_voltage")
+NODE_KEYS = ("interval", "wake_voltage", "stop_voltage", "sleep_current", "stopped_current", "efficiency")
 DAY, HOUR, MOST_DAYS = 86400.0, 3600.0, 366.0
 
 
@@ -58,8 +62,13 @@ class NodeResult(TableResult):
         the power (W) that the node takes from the store while it runs.
     limit
         what limits it: "interval", "energy", "store", "wake_voltage" or "time".
+    helps
+        how many more packets, as a part of those that it sends, a tenth more or less of each key and of the rectifier's
+        current would give, whichever gives more; empty where it sends none.
     bound
         the most that any device of this mass could take (W), and why; None where no bound applies.
+    thresholds
+        the voltages (V) at which the node begins and stops.
     t, voltage
         the course in time (s), shape (n,), and the store's voltage (V) then, shape (n,).
     seconds
@@ -77,10 +86,10 @@ class NodeResult(TableResult):
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = ("share_of_possible", "table")
-    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "table"})
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "limit", "helps", "table"})
     NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"table"})
     OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible"})
-    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage"})
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"t", "voltage", "thresholds"})
     SHORT: ClassVar[tuple[str, ...]] = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
 
@@ -92,7 +101,9 @@ class NodeResult(TableResult):
     harvested: Value
     needed: float
     limit: str
+    helps: dict[str, float]
     bound: PowerBound | None
+    thresholds: tuple[float, float]
     t: Floats
     voltage: Floats
     seconds: float
@@ -104,6 +115,10 @@ class NodeResult(TableResult):
     def share_of_possible(self) -> float | None:
         """What the rectifier gives over the most that any device of this mass could take; None without a bound."""
         return None if self.bound is None else self.harvested.value / self.bound.value
+
+    def plot(self, title: str | None = "") -> "figures.Plot":
+        """The store's voltage over time, with the voltages at which the node begins and stops."""
+        return figures.node(self, title)
 
     @property
     def table(self) -> Table:
@@ -183,26 +198,23 @@ def _measure(problem: Problem, storage: Storage, seed: int) -> _Known:
     from harvester.storage.direct_check import direct_check
     from harvester.storage.measured_current import HELD
     from harvester.storage.plain_store import FINE, times_to
-    from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store, with_held_store, with_store
+    from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"
-    cut = cut_behind_rectifier(circuit)
-    farads = HELD * scales.capacitance
-    plain = is_plain_store(circuit)
-    elements = with_held_store(circuit, farads) if cut is None or plain else cut.held(farads)
-    ideal = ideal_circuit(circuit, scales) if plain else None
+    elements = held_rectifier(circuit, HELD * scales.capacitance)
+    ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
     with compilation():
-        table, rough, steps = measured(problem, elements, ideal, storage.clamp_voltage, seed=seed)
+        table, rough, steps, _ = measured(problem, elements, ideal, storage.clamp_voltage, seed=seed)
         if not problem.equations.is_steady:
             unknown = f"{IDEAL_ELEMENTS if ideal else COMPILED_CIRCUIT} and {TIME_SCALES}"
             assert table.stderr is not None, "noise is sampled"
             sampling = float(np.sqrt((table.stderr**2).mean()) / max(table.current.max(), 1e-300))
             return _Known(table, rough, table.halved(), 0.0, sampling, steps, unknown)
         volts = np.linspace(0.0, float(table.voltages[-1]), FINE)
-        curve = times_to(volts, table, storage.capacitance, math.inf)
+        curve = times_to(volts, table, storage.farads, math.inf)
         reached = np.isfinite(curve)
-        both = CompiledCircuit(circuit, scales, with_store(elements, storage.capacitance))
+        both = CompiledCircuit(circuit, scales, with_store(elements, storage.farads))
         check = direct_check(problem, both, volts[reached], curve[reached], DAY)
     separation = (abs(check.late) + check.error) / check.seconds
     return _Known(table, rough, table.halved(), separation, 0.0, steps + check.steps, COMPILED_CIRCUIT)
@@ -232,6 +244,9 @@ def _live(known: _Known, storage: Storage, node: SensorNode, days: float, bound:
     if all(one.first is not None for one in (base, *courses)):
         first = value(lambda one: one.first or 0.0)
     limit, told = _limit(run, base, seconds)
+    helps = _helps(known.table, storage, node, seconds, base.packets)
+    most = max(helps, key=lambda key: helps[key], default="")
+    change = [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
     return NodeResult(
         days=days,
         packets_per_hour=value(lambda one: one.packets / seconds * HOUR),
@@ -242,12 +257,39 @@ def _live(known: _Known, storage: Storage, node: SensorNode, days: float, bound:
         needed=run.needed,
         limit=limit,
         bound=bound,
+        thresholds=(node.wake_voltage, node.stop_voltage),
         t=np.array(base.t),
         voltage=np.array(base.volts),
         seconds=0.0,
         steps=known.steps,
-        diagnostics=(told,),
+        helps=helps,
+        diagnostics=(told, *change),
     )
+
+
+def _helps(
+    table: RectifiedCurrent, storage: Storage, node: SensorNode, seconds: float, packets: int
+) -> dict[str, float]:
+    """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain."""
+    found = {}
+    for part, keys in ((storage, STORE_KEYS), (node, NODE_KEYS)):
+        for key in keys:
+            now = getattr(part, key)
+            if not now or not packets:
+                continue
+            gains = []
+            for factor in (1.0 - CHANGE, 1.0 + CHANGE):
+                try:
+                    other = dataclasses.replace(part, **{key: now * factor})
+                except InputError:  # such as an efficiency above 1
+                    continue
+                both = (other, node) if part is storage else (storage, other)
+                gains.append(NodeRun(table, *both).course(seconds).packets / packets - 1.0)
+            found[f"{part.TABLE}.{key}"] = max([0.0, *gains])
+    stronger = dataclasses.replace(table, current=table.current * (1.0 + CHANGE))
+    if packets:
+        found["current"] = max(NodeRun(stronger, storage, node).course(seconds).packets / packets - 1.0, 0.0)
+    return found
 
 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:

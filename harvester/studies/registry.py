@@ -52,6 +52,7 @@ STUDIES = (
     Study("optimise", "optimum.optimise:optimise", "optimum.optimum_result:Optimum"),
     Study("tolerance", "tolerance.tolerance:tolerance", "tolerance.tolerance_result:ToleranceResult"),
     Study("charge", "charging.charge:charge", "charging.answer:ChargingResult"),
+    Study("design", "design.decision:design", "design.design_result:DesignResult"),
     Study("motion", "motion:motion", "motion:Motion"),
     Study("response", "frequency_response.response:responses", "frequency_response.responses:FrequencyResponses"),
     Study("stability", "stability.exponent:stability", "stability.exponent:Stability"),

@@ -57,6 +57,32 @@ def test_a_store_too_small_for_a_packet():
     assert found.limit == "store" and found.packets_per_hour.value == 0.0 and found.brown_outs > 0.0
 
 
+def test_the_change_that_helps_most():
+    """Where energy limits, packets grow as the current does; where the interval does, a shorter one gives 1/0.9."""
+    energy = hv.node(changed(node__interval=0.2, node__sleep_current=0.0), days=0.2)
+    assert energy.helps["current"] == pytest.approx(0.1, abs=0.03) and energy.helps["node.interval"] < 0.05
+    enough = hv.node(SCENE, days=0.1)
+    assert enough.helps["node.interval"] == pytest.approx(1 / 0.9 - 1, abs=0.01) and enough.helps["current"] < 0.01
+    assert enough.notes[-1].about == "node.interval" and enough.plot() is not None
+
+
+def test_an_aged_store_is_a_smaller_one():
+    """The rate of a store of half the capacitance is the same as of one that has half of its own left."""
+    aged, small = hv.node(changed(storage__capacitance_left=0.5)), hv.node(changed(storage__capacitance=235e-6))
+    assert aged.first_packet.value == small.first_packet.value < hv.node(SCENE).first_packet.value
+
+
+def test_a_trace_is_as_its_states(tmp_path):
+    """A profiler's file of the packet in the scene, at 0.1 ms, gives what the states themselves do."""
+    rows = [f"{k * 0.1:.1f},{4.0 if k < 100 else 20.0}" for k in range(150)]
+    (tmp_path / "packet.csv").write_text("Timestamp (ms),Current (mA)\n" + "\n".join(rows) + "\n")
+    text = SCENE.read_text().replace('currents = ["4 mA", "20 mA"]', 'trace = "packet.csv"')
+    (tmp_path / "scene.toml").write_text(text.replace('durations = ["10 ms", "5 ms"]\n', ""))
+    found, states = hv.node(tmp_path / "scene.toml", days=0.05), hv.node(SCENE, days=0.05)
+    assert found.needed == pytest.approx(states.needed, rel=1e-9)
+    assert found.packets_per_hour.value == states.packets_per_hour.value
+
+
 def test_the_command_prints_one_object():
     done = CliRunner().invoke(cli, ["node", str(SCENE), "--days", "0.05", "--json"])
     assert done.exit_code == 0, done.output

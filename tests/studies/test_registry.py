@@ -31,6 +31,7 @@ CALLS = {
     "stability": (NOISY, {"trajectories": 64, "duration": 20.0}),
     "extremes": (NOISY, {"lifetime": 1e6}),
     "densities": (NOISY, {"within": 1e-3}),
+    "design": (ROOT / "examples" / "bimorph_sensor.toml", {"needs": "40 uW at 3.3 V", "circuits": ["bridge"]}),
     "node": (ROOT / "examples" / "bimorph_packets.toml", {"days": 0.02}),
 }
 SLOW = {"cost"}  # measures for seconds: tests/studies/work_precision has its result

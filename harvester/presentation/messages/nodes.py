@@ -14,5 +14,17 @@ MESSAGES = {
     ),
     "node_has_more": lambda lost: f"its interval limits it: {amount(lost, 'W')} more come in, which the clamp takes",
     "node_keeps_its_interval": "its interval limits it, {interval:.3g} s: the store lasts",
+    "node_change_helps": lambda gain: f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets",
+    "circuit_left_out": "left out: {why}",
+    "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",
+    "coils_saturate": "an inversion at {voltage:g} V takes more current than any coil of the list bears",
+    "design_simplest": "the first of the circuits that meets everything, in the order in which they are asked for; "
+    "a spread would tell them apart",
+    "design_by_share": "the circuit that most devices meet everything with; of those that cannot be told apart the "
+    "first",
+    "design_check": lambda needed, whole: (
+        f"load {amount(needed, 'ohm')} takes what is needed at that voltage, {amount(whole, 'ohm')} all that is "
+        "available: 'harvester run' and 'harvester tolerance' check it with these"
+    ),
     "node_of_mean_current": "the mean current counts; how the noise makes it fluctuate is left out",
 }

@@ -95,7 +95,7 @@ def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) 
     circuit, top = problem.circuit, float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     elements = with_held_store(circuit, HELD * problem.scales.capacitance)
-    table, rough, steps = measured(problem, elements, top=top, h=h)
+    table, rough, steps, _ = measured(problem, elements, top=top, h=h)
     both = compiled_circuit(circuit, problem.scales)
     store = circuit.smoothing, both.resistance
     volts = np.linspace(0.0, top, FINE)
@@ -140,7 +140,7 @@ def _random(
     ideal, top = ideal_circuit(circuit, scales), float(levels[-1])
     store = circuit.smoothing, compiled_circuit(circuit, scales).resistance
     elements = with_held_store(circuit, HELD * scales.capacitance)
-    table, _, steps = measured(problem, elements, ideal, top, h, seed)
+    table, _, steps, _ = measured(problem, elements, ideal, top, h, seed)
     mean = times_to(levels, table, *store)
     end = min(duration, LONGER * float(mean[-1]))
     found = [random_paths(table, *store, top, end, count, seed, coarse) for coarse in (False, True)]
@@ -184,7 +184,7 @@ def _behind_a_rectifier(problem: Problem, levels: Floats, duration: float, whole
     assert circuit is not None, "the refusal checks this"
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
-    table, rough, steps = measured(problem, cut.held(HELD * scales.capacitance))
+    table, rough, steps, _ = measured(problem, cut.held(HELD * scales.capacitance))
     slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
     runs = [slow.run(one, duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
     times, coarse, other = (first_passages(one.t, one.store, levels) for one in runs)

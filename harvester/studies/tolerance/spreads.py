@@ -1,6 +1,7 @@
 """How a scene key scatters from device to device: the spreads that a user may write, and their inverse distributions.
 
 KEY=10%                 anywhere within 10 % of the scene's value (uniform)
+KEY=2 Hz                anywhere within so much of the scene's value, also written +-2 Hz
 KEY=.94:.98             anywhere between two values (uniform)
 KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
 KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
@@ -18,11 +19,14 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, named_once, shown
 from harvester.quantities.preferred_numbers import SERIES, nearest
-from harvester.quantities.units import fraction
+from harvester.quantities.units import fraction, split_unit
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
-FORMS = "10%, LOW:HIGH, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+FORMS = (
+    "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, triangular:LOW:MODE:HIGH or a list A,B,C"
+)
+_ABOUT = ("+-", "±")
 CUT = 4.0  # standard deviations: a normal spread is cut there, beyond which 0.006 % of it lies
 
 
@@ -79,23 +83,42 @@ def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
 
 def spread(key: str, written: str, scene: Scene) -> PartSpread:
     """The spread of one key; raises InputError as `parse`."""
-    key = ".".join(split_key(key))  # which may be given without its table
+    key = _whole_key(key, scene)
     parts = [part.strip() for part in written.split(":")]
     if "," in written:
         return PartSpread(key, "measured", tuple(sorted(read_value(key, part) for part in written.split(","))), written)
     if parts[0] in ("normal", "triangular"):
         return _named(key, parts[0], parts[1:], written, scene)
     if parts[0].upper() in SERIES and len(parts) == 2:
-        nominal = _nominal(key, scene)
-        if nominal <= 0.0:
-            raise invalid(f"{key} in the scene", f"be above 0 to have a value of the series {parts[0]}", nominal)
-        made = nearest(parts[0].upper(), nominal)
-        return _uniform(key, *_about(made, _share(key, parts[1])), written)
+        return _of_series(key, parts[0], parts[1], written, scene)
     if len(parts) == 1 and written.endswith("%"):
         return _uniform(key, *_about(_nominal(key, scene), _share(key, written)), written)
+    if len(parts) == 1 and _is_width(written):
+        nominal, half = _nominal(key, scene), read_value(key, written.removeprefix("+-").removeprefix("±").strip())
+        return _uniform(key, nominal - half, nominal + half, written)
     if len(parts) == 2:
         return _uniform(key, read_value(key, parts[0]), read_value(key, parts[1]), written)
     raise invalid(f"the spread of {key}", f"be {FORMS}", written)
+
+
+def _whole_key(key: str, scene: Scene) -> str:
+    """A key that may be given without its table; a bare frequency is that of the drive, where there is one."""
+    if key == "frequency" and scene.excitation is not None:
+        key = "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
+    return ".".join(split_key(key))
+
+
+def _is_width(written: str) -> bool:
+    """Whether a text is a quantity with its unit, or begins with +-."""
+    return written.startswith(_ABOUT) or bool((split_unit(written) or (0.0, ""))[1])
+
+
+def _of_series(key: str, series: str, share: str, written: str, scene: Scene) -> PartSpread:
+    """A spread about the value of a series that is nearest to the scene's."""
+    nominal = _nominal(key, scene)
+    if nominal <= 0.0:
+        raise invalid(f"{key} in the scene", f"be above 0 to have a value of the series {series}", nominal)
+    return _uniform(key, *_about(nearest(series.upper(), nominal), _share(key, share)), written)
 
 
 def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:

@@ -1,0 +1,83 @@
+"""The command `harvester design`."""
+
+from typing import Any
+
+import cloup
+
+from harvester.commands.completion import scene_keys
+from harvester.commands.help import command
+from harvester.commands.messages import echo_answer, echo_written
+from harvester.commands.options import json_option, scene_argument, seed_option
+from harvester.commands.reports import report_file, report_option, save_report
+
+
+@command(
+    "harvester design mine.toml --needs '40 uW at 3.3 V' --spread frequency=2Hz --out design",
+    "harvester design mine.toml --needs '1 mW at 1.8 V' --wake '10 s' --limit 'peak_displacement < 1 mm' "
+    "--circuits bridge --chips ltc3588",
+)
+@scene_argument
+@cloup.option_group(
+    "What it must do",
+    cloup.option(
+        "--needs", metavar="TEXT", help="POWER at VOLTAGE, such as '40 uW at 3.3 V'.  Default: what [node] takes."
+    ),
+    cloup.option("--wake", metavar="TIME", help="How long an empty store may take to that voltage, such as '10 s'."),
+    cloup.option(
+        "--limit",
+        multiple=True,
+        metavar="TEXT",
+        help="Such as 'peak_displacement < 1 mm' or 'mean_power > 50 uW'; repeatable.",
+    ),
+    cloup.option(
+        "--spread",
+        shell_complete=scene_keys,
+        multiple=True,
+        metavar="KEY=SPREAD",
+        help="How devices or their shaking scatter, as --vary of tolerance, such as frequency=2Hz; repeatable.",
+    ),
+)
+@cloup.option_group(
+    "What to choose from",
+    cloup.option(
+        "--circuits",
+        metavar="A,B,...",
+        help="Netlists, the simplest first.  Default: bridge, doubler, series_sshi, parallel_sshi and all chips.",
+    ),
+    cloup.option("--chips", metavar="A,B,...", help="Chips: ltc3588, bq25570."),
+    seed_option,
+)
+@cloup.option_group(
+    "Output",
+    cloup.option("--out", help="Folder for design.toml (the scene with what was chosen), design.csv and a report."),
+    report_option,
+    json_option,
+)
+def design(
+    path: str,
+    circuits: str | None,
+    chips: str | None,
+    out: str | None,
+    report: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Which circuit, coil or chip, and capacitor meet a requirement, and how many devices do with it."""
+    from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
+    from harvester.report.result import of_result
+    from harvester.scene.toml import load
+    from harvester.studies.design.decision import design as study
+
+    scene, file = load(path), report_file("." if report is None and out is not None else report, out)
+    options |= {"circuits": _names(circuits), "chips": _names(chips)}
+    with Bar("design") as bar:
+        answer = study(scene, execution=Execution(out=out, progress=bar), **options)
+    echo_answer(answer, as_json)
+    if out is not None and not as_json:
+        echo_written(out, "design.toml", "design.csv", "provenance.json")
+    save_report(file, lambda _: of_result(answer.scene, "design", answer), quiet=as_json, scene=path)
+
+
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [one.strip() for one in text.split(",") if one.strip()]

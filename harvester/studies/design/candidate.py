@@ -1,0 +1,167 @@
+"""A circuit with its parts, and what it gives at the voltage that is asked for: measured at a held store."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError
+from harvester.netlists.probes import STORE, Probe
+from harvester.presentation.diagnostic import refusal
+from harvester.presentation.messages.unknown_parts import CHIP, COMPILED_CIRCUIT, IDEAL_ELEMENTS
+from harvester.quantities.preferred_numbers import between
+from harvester.scene.load import Load
+from harvester.scene.scene import Scene
+from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
+from harvester.storage.supply import Supply
+from harvester.studies.charging.by_slow import refusal_of_slow
+from harvester.studies.design.design_need import DesignNeed
+from harvester.uncertainty.value import Value, amount
+
+SERIES, SMALLEST, LARGEST = "E6", 1e-6, 1.0  # of capacitors (F)
+WIDE = 1.2  # for capacitors that have less than they say
+RIPPLE = 0.01  # of the voltage, at twice the frequency of the shaking
+FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A circuit by its name, with a coil or a chip's settings among its ``parameters``."""
+
+    circuit: str
+    coil: str | None
+    parameters: dict[str, float]
+    supply: Supply
+
+    def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
+        """The scene with this circuit, the load that takes the power needed, and a store."""
+        own = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
+        return dataclasses.replace(scene, load=Load(netlist=self.circuit, parameters=own), storage=None, node=None)
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a candidate gives of a scene: the power there (W), and the rest.
+
+    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under noise.
+    """
+
+    power: Value
+    wake: float
+    displacement: float | None
+    steps: int
+
+    def unmet(self, needed: DesignNeed) -> list[str]:
+        """What it does not meet of a requirement, each as it was written with what was found."""
+        found = []
+        if self.power.value < needed.power:
+            found.append(f"{needed.needs}, but {amount(self.power.value, 'W')}")
+        if needed.wake is not None and not self.wake <= needed.wake:
+            what = "never" if math.isinf(self.wake) else f"after {amount(self.wake, 's')}"
+            found.append(f"awake in {needed.wake_written}, but {what}")
+        values = {"mean_power": self.power.value, "peak_displacement": self.displacement}
+        for one in needed.limits:
+            value = values[one.quantity]
+            if value is not None and not bool(one.met(np.array(value))):
+                unit = "W" if one.quantity == "mean_power" else "m"
+                found.append(f"{one.written}, but {amount(value, unit)}")
+        return found
+
+
+def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate]:
+    """The candidates of a circuit: with each coil that it may have, or with a chip's settings.
+
+    Raises InputError for a circuit that cannot be read, CannotServeError for one that cannot be measured at a held
+    store, and for a chip without that output.
+    """
+    chip = CHIPS.get(circuit)
+    if chip is not None:
+        levels = chip.thresholds(needed.voltage)
+        if levels is None:
+            raise CannotServeError(refusal("chip_without_output", chip=circuit, voltage=needed.voltage))
+        values = (needed.voltage, *levels, chip.full)
+        own = dict(zip(chip.names, values, strict=False))
+        return [Candidate(circuit, None, own, Supply(needed.voltage, chip, *levels))]
+    bare = Candidate(circuit, None, {}, Supply(needed.voltage))
+    problem = Problem(bare.scene(scene, needed))
+    reason = refusal_of_slow(problem, Probe(STORE, "V"))
+    if reason is not None:
+        raise CannotServeError(reason)
+    assert problem.circuit is not None, "a netlist was asked for"
+    if "L" not in problem.circuit.values:
+        return [bare]
+    return [dataclasses.replace(bare, coil=name, parameters=_with(coil)) for name, coil in COILS.items()]
+
+
+def _with(coil: BoughtCoil) -> dict[str, float]:
+    return {"L": coil.inductance, "Rcoil": coil.resistance, "Rcore": float(f"{coil.core_resistance:.3g}")}
+
+
+def saturates(candidate: Candidate, scene: Scene) -> bool:
+    """Whether the current of an inversion, V sqrt(Cp/L), is more than the coil takes."""
+    if candidate.coil is None:
+        return False
+    coil = COILS[candidate.coil]
+    return candidate.supply.voltage * math.sqrt(scene.modal.capacitance / coil.inductance) > coil.current
+
+
+def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float, seed: int, count: int) -> Given:
+    """What a candidate gives, with a store of so many ``farads``.
+
+    Raises HarvesterError where the current cannot be measured.
+    """
+    from harvester.cosimulation.idealised import ideal_circuit
+    from harvester.mechanics.kernels.compiled import compilation
+    from harvester.storage.current_with_errors import measured
+    from harvester.storage.measured_current import HELD
+    from harvester.storage.rectifier_cut import held_rectifier, is_plain_store
+
+    problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply
+    circuit, scales = problem.circuit, problem.scales
+    assert circuit is not None, "a netlist was asked for"
+    ideal = ideal_circuit(circuit, scales) if is_plain_store(circuit) else None
+    elements = held_rectifier(circuit, HELD * scales.capacitance)
+    with compilation():
+        found = measured(problem, elements, ideal, supply.top, seed=seed, count=count)
+    table = found.best
+    power = supply.power(table, needed.power)
+    known = Value(
+        power,
+        stderr=None if table.stderr is None else power * _relative(supply.power(table.shifted(), needed.power), power),
+        bias=abs(supply.power(found.rough, needed.power) - power),
+        model=None if supply.chip is None else abs(supply.power(table.halved(), needed.power) - power),
+        unknown=(IDEAL_ELEMENTS if ideal is not None and table.stderr is not None else COMPILED_CIRCUIT)
+        + ("" if supply.chip is None else f" and {CHIP}"),
+    )
+    return Given(known, supply.wake(table, farads), found.displacement, found.steps)
+
+
+def _relative(one: float, other: float) -> float:
+    return abs(one - other) / max(abs(other), 1e-300)
+
+
+def capacitance(needed: DesignNeed, scene: Scene) -> float:
+    """The smallest capacitor that keeps the voltage, and `WIDE` times the energy of a node's packet."""
+    frequency = scene.modal.frequency / (2.0 * math.pi)
+    if scene.excitation is not None and scene.excitation.frequency is not None:
+        frequency = scene.excitation.frequency
+    least = needed.power / (2.0 * frequency * RIPPLE * needed.voltage**2)
+    if needed.packet:
+        least = max(least, 2.0 * WIDE * needed.packet / (needed.voltage**2 - needed.stop**2))
+    series = between(SERIES, SMALLEST, LARGEST)
+    return next((one for one in series if one >= least), series[-1])
+
+
+def nominal(scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int) -> tuple[Candidate, Given]:
+    """The best candidate of a circuit: of several coils the one of most power, none of which is saturated.
+
+    Raises CannotServeError where every coil is saturated, and as `candidates` and `evaluate`.
+    """
+    some = [one for one in candidates(scene, circuit, needed) if not saturates(one, scene)]
+    if not some:
+        raise CannotServeError(refusal("coils_saturate", voltage=needed.voltage))
+    rough = [evaluate(one, scene, needed, farads, seed, 3).power.value if len(some) > 1 else 0.0 for one in some]
+    best = some[int(np.argmax(rough))]
+    return best, evaluate(best, scene, needed, farads, seed, MANY)

@@ -1,0 +1,237 @@
+"""The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
+
+The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`), which says at once what
+is there at the voltage needed and how long an empty store takes to it.
+"""
+
+import dataclasses
+import math
+import time
+from collections.abc import Mapping, Sequence
+
+from harvester.engines.protocol import AnyScene
+from harvester.equations.power_bound import power_bound
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
+from harvester.machine import files
+from harvester.machine.execution import DEFAULT, Execution
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.scene.plausibility import unusual_values
+from harvester.scene.scene import Scene
+from harvester.scene.scene_writer import as_written
+from harvester.storage.bought_parts import CHIPS
+from harvester.studies.design.candidate import Candidate, Given, capacitance, nominal
+from harvester.studies.design.design_need import DesignNeed, read_need
+from harvester.studies.design.design_result import DesignCandidate, DesignResult
+from harvester.studies.design.yield_share import share_met
+from harvester.studies.output_folder import OutputFolder, provenance
+from harvester.studies.tolerance.distribution import ShareInterval
+from harvester.studies.tolerance.spreads import PartSpread
+from harvester.studies.tolerance.spreads import spreads as read_spreads
+from harvester.uncertainty.value import amount
+
+CIRCUITS = ("bridge", "doubler", "series_sshi", "parallel_sshi")
+MOST_SHARES = 3  # circuits of most power whose share of devices is computed, beside the simplest
+
+
+@names_arguments
+def design(
+    scene: AnyScene,
+    *,
+    needs: str | None = None,
+    wake: float | str | None = None,
+    spread: Mapping[str, str] | Sequence[str] | str = (),
+    limit: Sequence[str] | str = (),
+    circuits: Sequence[str] | None = None,
+    chips: Sequence[str] | None = None,
+    seed: int = 0,
+    execution: Execution = DEFAULT,
+) -> DesignResult:
+    """The circuit, coil or chip, and capacitor that give a power at a voltage, and how many devices meet it.
+
+    Without a spread the first circuit that meets everything is chosen, with one that which most devices do with.
+
+    Parameters
+    ----------
+    scene
+        a `Scene`, or the path of its file; its load does not matter.
+    needs
+        the power at a voltage, such as "40 uW at 3.3 V"; left out: what the scene's [node] takes.
+    wake
+        how long an empty store may take to that voltage (s, or a text such as "10 s").
+    spread
+        keys and how they scatter, as ``vary`` of `tolerance`, such as "frequency=2Hz".
+    limit
+        texts such as "peak_displacement < 1 mm" (under a drive) and "mean_power > 50 uW".
+    circuits, chips
+        names of netlists, the simplest first, and of chips; both left out: bridge, doubler, series_sshi, parallel_sshi
+        and every chip.
+    seed
+        the same seed, the same noise.
+    execution
+        how the study is carried out, with a folder for design.csv, design.toml and provenance.json.
+
+    Returns
+    -------
+    DesignResult
+        what was chosen, and all candidates.
+
+    Raises
+    ------
+    InputError
+        for texts of another form, a scene without a device in SI units, a limit of the displacement under noise, and
+        where no circuit meets everything, with the nearest.
+
+    >>> import harvester as hv
+    >>> hv.design("examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge"]).circuit
+    'bridge'
+    """
+    problem = Problem.of(scene)
+    device = problem.scene
+    if not device.physical:
+        raise InputError("scene must be a device in SI units for a design, but is nondimensional")
+    needed = read_need(device, needs, wake, limit)
+    spreads = read_spreads(spread, device, "spread") if spread else ()
+    folder, begin = OutputFolder.of(execution), time.perf_counter()
+    names = _asked(circuits, chips)
+    farads = capacitance(needed, device)
+    found, told = _nominal(device, names, needed, farads, seed, execution)
+    meeting = {name: one for name, one in found.items() if not one[1].unmet(needed)}
+    if not meeting:
+        raise InputError(_nearest(found, needed, problem, told))
+    shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
+    order = _order(meeting, shares)
+    remarks = (*told, note("design_by_share" if spreads else "design_simplest"), _check(found[order[0]][1], needed))
+    result = _result(problem, needed, farads, found, order, shares, (*unusual_values(device), *remarks))
+    result = dataclasses.replace(result, seconds=time.perf_counter() - begin)
+    if folder is not None:
+        folder.table("design", result.table.csv())
+        files.write(folder.path / "design.toml", as_written(result.scene))
+        folder.provenance(provenance(problem, needs=needed.needs, wake=needed.wake_written, circuits=list(names)))
+    return result
+
+
+def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None) -> tuple[str, ...]:
+    """The names of circuits and chips to choose from; InputError for a chip that there is not."""
+    if circuits is None and chips is None:
+        return (*CIRCUITS, *CHIPS)
+    for one in chips or ():
+        if one not in CHIPS:
+            raise unknown("chip of `chips`", one, CHIPS)
+    return tuple(dict.fromkeys((*(circuits or ()), *(chips or ()))))
+
+
+def _nominal(
+    device: Scene, names: Sequence[str], needed: DesignNeed, farads: float, seed: int, execution: Execution
+) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
+    """What each circuit gives of the scene itself, and those that were left out, with why.
+
+    Raises SimulationError where none gives anything.
+    """
+    found, told = {}, []
+    for k, name in enumerate(names):
+        execution.progress.step(0.3 * k / len(names), name)
+        try:
+            found[name] = nominal(device, name, needed, farads, seed)
+        except (CannotServeError, SimulationError) as error:
+            told.append(note("circuit_left_out", name, why=str(error)))
+    if not found:
+        raise SimulationError(f"no circuit has an answer: {'; '.join(one.line for one in told)}")
+    return found, told
+
+
+def _shares(
+    device: Scene,
+    meeting: Mapping[str, tuple[Candidate, Given]],
+    needed: DesignNeed,
+    farads: float,
+    spreads: Sequence[PartSpread],
+    seed: int,
+    execution: Execution,
+) -> dict[str, ShareInterval]:
+    """The share of devices that meet everything, of the simplest circuit and of those of most power."""
+    by_power = sorted(meeting, key=lambda name: -meeting[name][1].power.value)[:MOST_SHARES]
+    wanted = [name for name in meeting if name in by_power or name == next(iter(meeting))]
+    found = {}
+    for k, name in enumerate(wanted):
+        candidate = meeting[name][0]
+
+        def told(share: float, k: int = k, name: str = name) -> None:
+            execution.progress.step(0.3 + 0.7 * (k + share) / len(wanted), name)
+
+        found[name] = share_met(candidate, device, needed, farads, spreads, seed, told)
+    return found
+
+
+def _order(meeting: Mapping[str, tuple[Candidate, Given]], shares: Mapping[str, ShareInterval]) -> list[str]:
+    """The circuits that meet everything, the one to choose first, then the runner-up."""
+    if not shares:
+        first, *others = meeting
+        return [first, *sorted(others, key=lambda name: -meeting[name][1].power.value)]
+    best = max(shares.values(), key=lambda one: one.value)
+    alike = [name for name, one in shares.items() if one.value >= (best.low or 0.0)]
+    others = [name for name in meeting if name != alike[0]]
+    return [alike[0], *sorted(others, key=lambda name: -shares[name].value if name in shares else 1.0)]
+
+
+def _check(best: Given, needed: DesignNeed) -> Diagnostic:
+    return note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
+
+
+def _result(
+    problem: Problem,
+    needed: DesignNeed,
+    farads: float,
+    found: Mapping[str, tuple[Candidate, Given]],
+    order: Sequence[str],
+    shares: Mapping[str, ShareInterval],
+    told: Sequence[Diagnostic],
+) -> DesignResult:
+    """The decision, without its seconds."""
+    chosen, best = found[order[0]]
+    asked = [needed.needs, *([f"awake in {needed.wake_written}"] if needed.wake is not None else [])]
+    return DesignResult(
+        circuit=chosen.circuit,
+        coil=chosen.coil,
+        settings=chosen.parameters,
+        load_resistance=needed.load,
+        capacitor=farads,
+        available=best.power,
+        wake=best.wake,
+        largest_displacement=best.displacement,
+        met=shares.get(chosen.circuit),
+        verdict=dict.fromkeys([*asked, *(one.written for one in needed.limits)], True),
+        runner_up=order[1] if len(order) > 1 else None,
+        bound=power_bound(problem),
+        candidates=tuple(
+            DesignCandidate(
+                circuit=name,
+                coil=found[name][0].coil,
+                available=found[name][1].power,
+                share_met=shares[name].value if name in shares else None,
+                wake=found[name][1].wake if math.isfinite(found[name][1].wake) else None,
+                meets=name in order,
+            )
+            for name in (*order, *(one for one in found if one not in order))
+        ),
+        scene=chosen.scene(problem.scene, needed, farads),
+        seconds=0.0,
+        steps=sum(one.steps for _, one in found.values()),
+        diagnostics=tuple(told),
+    )
+
+
+def _nearest(
+    found: Mapping[str, tuple[Candidate, Given]], needed: DesignNeed, problem: Problem, told: Sequence[Diagnostic]
+) -> str:
+    """The one line that says that no circuit meets everything, and which comes nearest."""
+    name = min(found, key=lambda one: (len(found[one][1].unmet(needed)), -found[one][1].power.value))
+    candidate, best = found[name]
+    with_coil = "" if candidate.coil is None else f" with {candidate.coil}"
+    bound = power_bound(problem)
+    most = "" if bound is None else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
+    out = f" (left out: {', '.join(one.about for one in told)})" if told else ""
+    return (
+        f"`needs`, `wake` and `limit` must be met by a circuit, but none of {', '.join(found)}{out} does: nearest is "
+        f"{name}{with_coil}, asked for {'; '.join(best.unmet(needed))}{most}"
+    )

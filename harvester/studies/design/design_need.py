@@ -1,0 +1,85 @@
+"""What a design must do: a power at a voltage, how soon, and limits."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harvester.errors import InputError, invalid
+from harvester.quantities.kinds import TIME, VOLTAGE, Kind, with_prefix
+from harvester.scene.scene import Scene
+from harvester.studies.tolerance.device_limits import QUANTITIES, Limit, parse
+
+POWER = Kind("a power (W)", "W", "'40 uW'", above=0.0)
+_FORM = re.compile(r"\s*(.+?)\s+at\s+(.+?)\s*")
+_LIMITED = ("mean_power", "peak_displacement")
+
+
+@dataclass(frozen=True)
+class DesignNeed:
+    """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty store, and ``limits``; and how it was written.
+
+    ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the store must keep then.
+    """
+
+    power: float
+    voltage: float
+    wake: float | None
+    limits: tuple[Limit, ...]
+    needs: str
+    wake_written: str = ""
+    packet: float = 0.0
+    stop: float = 0.0
+
+    @property
+    def load(self) -> float:
+        """The resistance (ohm) that takes the power at the voltage."""
+        return self.voltage**2 / self.power
+
+
+def read_need(scene: Scene, needs: str | None, wake: float | str | None, limit: Sequence[str] | str) -> DesignNeed:
+    """What texts ask for; without ``needs`` what the scene's [node] takes.
+
+    Raises InputError for texts of another form, a scene without [node] where ``needs`` is left out, and a limit of the
+    displacement under noise.
+    """
+    limits = _limits(scene, [limit] if isinstance(limit, str) else limit)
+    seconds = None if wake is None else _read("wake", str(wake), TIME)
+    wake_written = "" if wake is None else str(wake)
+    if needs is None:
+        return _of_node(scene, seconds, limits, wake_written)
+    match = _FORM.fullmatch(needs)
+    if match is None:
+        raise invalid("`needs`", "be POWER at VOLTAGE, such as '40 uW at 3.3 V'", needs)
+    volts = _read("needs", match[2], VOLTAGE)
+    if not volts > 0.0:
+        raise invalid("the voltage of `needs`", "be above 0", volts)
+    watts, written = _read("needs", match[1], POWER), " ".join(needs.split())
+    return DesignNeed(watts, volts, seconds, limits, written, wake_written)
+
+
+def _limits(scene: Scene, texts: Sequence[str]) -> tuple[Limit, ...]:
+    found = tuple(parse(one, quantities={name: QUANTITIES[name] for name in _LIMITED}) for one in texts)
+    steady = scene.excitation is not None and scene.excitation.frequency is not None
+    if not steady and any(one.quantity == "peak_displacement" for one in found):
+        raise InputError("a limit of peak_displacement under noise is for 'harvester tolerance' with `lifetime`")
+    return found
+
+
+def _read(argument: str, text: str, kind: Kind) -> float:
+    try:
+        return with_prefix(text, kind)
+    except ValueError as error:
+        raise InputError(f"`{argument}` {error}, but is {text[:80]!r}") from None
+
+
+def _of_node(scene: Scene, wake: float | None, limits: tuple[Limit, ...], written: str) -> DesignNeed:
+    """What a scene's [node] takes on average, at its wake voltage."""
+    node = scene.node
+    if node is None:
+        raise InputError("`needs` must be given, such as '40 uW at 3.3 V', where the scene has no [node]")
+    sleep = node.sleep_current or 0.0
+    asleep = node.interval - sum(seconds for _, seconds in node.states)
+    packet = sum(amperes * seconds for amperes, seconds in node.states)
+    volts = node.wake_voltage if node.supply_voltage is None else node.supply_voltage / (node.efficiency or 1.0)
+    power = volts * (packet + sleep * asleep) / node.interval
+    return DesignNeed(*(power, node.wake_voltage, wake, limits, "[node]"), written, packet * volts, node.stop_voltage)

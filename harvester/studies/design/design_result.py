@@ -1,0 +1,122 @@
+"""What `harvester design` decides: the circuit with its parts, what it gives, and what else could be."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from harvester.equations.power_bound import PowerBound
+from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.result import Result, TableResult
+from harvester.presentation.sheet import table_of
+from harvester.presentation.table import Table
+from harvester.scene.scene import Scene
+from harvester.studies.tolerance.distribution import ShareInterval
+from harvester.uncertainty.value import Value
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DesignCandidate(Result):
+    """A circuit that was looked at; ``share_met`` is None where it was not computed, ``wake`` where it never wakes."""
+
+    SHORT: ClassVar[tuple[str, ...]] = ("circuit", "available")
+
+    circuit: str
+    coil: str | None
+    available: Value
+    share_met: float | None
+    wake: float | None
+    meets: bool
+
+
+@names_arguments
+@dataclass(frozen=True, repr=False, eq=False)
+class DesignResult(TableResult):
+    """A decision, and the candidates that it was taken from.
+
+    Attributes
+    ----------
+    circuit, coil
+        the name of the netlist, and that of the coil; None without one.
+    settings
+        the netlist's parameters, in SI units, beside load and capacitor.
+    load_resistance
+        the resistance (ohm) that takes the power needed at the voltage needed.
+    capacitor
+        the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a node's packet.
+    available
+        a `Value`: the mean power (W) that is there at the voltage needed.
+    wake
+        the time (s) from empty to the voltage needed.
+    largest_displacement
+        the largest on the way there (m); None under noise.
+    met
+        the share of devices that meet everything, with its interval; None without a spread.
+    verdict
+        each requirement, and whether the device of the scene meets it.
+    runner_up
+        the circuit that comes second; None where no other meets everything.
+    bound
+        the most that any device of this mass could take (W), and why; None where no bound applies.
+    candidates
+        all that were looked at, in the order of the decision.
+    scene
+        the scene with what was chosen.
+    seconds, steps
+        what the computation took.
+    physical
+        whether its numbers are in SI units: they are.
+    diagnostics
+        notes, each with a code, numbers and a sentence (``str``).
+
+    >>> import harvester as hv
+    >>> hv.DesignResult.SHORT
+    ('circuit', 'available')
+    """
+
+    DERIVED: ClassVar[tuple[str, ...]] = (*("share_of_possible", "share_met", "share_met_between"), "table")
+    NOT_SHOWN: ClassVar[frozenset[str]] = frozenset({"bound", "met", "table"})
+    NOT_IN_JSON: ClassVar[frozenset[str]] = frozenset({"share_met", "share_met_between", "table"})
+    JSON_NAMES: ClassVar[dict[str, str]] = {"met": "yield"}
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"bound", "share_of_possible"})
+    INTERNAL: ClassVar[frozenset[str]] = frozenset({"scene"})
+    SHORT: ClassVar[tuple[str, ...]] = ("circuit", "available")
+    engine: ClassVar[str] = "slow"
+
+    circuit: str
+    coil: str | None
+    settings: dict[str, float]
+    load_resistance: float
+    capacitor: float
+    available: Value
+    wake: float
+    largest_displacement: float | None
+    met: ShareInterval | None
+    verdict: dict[str, bool]
+    runner_up: str | None
+    bound: PowerBound | None
+    candidates: tuple[DesignCandidate, ...]
+    scene: Scene
+    seconds: float
+    steps: int
+    physical: bool = True
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def share_of_possible(self) -> float | None:
+        """What is available over the most that any device of this mass could take; None without a bound."""
+        return None if self.bound is None else self.available.value / self.bound.value
+
+    @property
+    def share_met(self) -> float | None:
+        """The share of devices that meet everything; None without a spread."""
+        return None if self.met is None else self.met.value
+
+    @property
+    def share_met_between(self) -> tuple[float, float] | None:
+        """The 95 % interval of that share."""
+        return None if self.met is None else (self.met.low or 0.0, 1.0 if self.met.high is None else self.met.high)
+
+    @property
+    def table(self) -> Table:
+        """The candidates."""
+        return table_of(self.candidates, "", self.unit_names)

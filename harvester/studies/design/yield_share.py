@@ -1,0 +1,74 @@
+"""The share of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
+
+Of one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement between them follow
+a monotone curve; what that says without every other of them is its error.  Of several keys `SAMPLES` devices are.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import HarvesterError
+from harvester.machine.progress import ProgressCallback
+from harvester.scene.scene import Scene
+from harvester.studies.design.candidate import FEW, MANY, Candidate, evaluate
+from harvester.studies.design.design_need import DesignNeed
+from harvester.studies.tolerance.design import places, values_at
+from harvester.studies.tolerance.distribution import ShareInterval, wilson
+from harvester.studies.tolerance.spreads import PartSpread
+
+NODES, SAMPLES, FINE = 13, 64, 20_001
+
+
+def share_met(
+    candidate: Candidate,
+    scene: Scene,
+    needed: DesignNeed,
+    farads: float,
+    spreads: Sequence[PartSpread],
+    seed: int,
+    told: ProgressCallback,
+) -> ShareInterval:
+    """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
+    alone = len(spreads) == 1 and spreads[0].kind != "measured"
+    u = np.linspace(0.0, 1.0, NODES)[:, None] if alone else places(SAMPLES, len(spreads), seed)
+    rows = []
+    for k, values in enumerate(values_at(spreads, u)):
+        device = scene.varied({one.key: float(value) for one, value in zip(spreads, values, strict=True)})
+        rows.append(_found(candidate, device, needed, farads, seed))
+        told((k + 1) / len(u))
+    found = np.array(rows)
+    if not alone:
+        met = int(_met(found, needed).sum())
+        return ShareInterval(met / len(u), *wilson(met, len(u)))
+    share, rough = (_by_curve(u[::step, 0], found[::step], needed) for step in (1, 2))
+    error = abs(share - rough) + 1.0 / FINE
+    return ShareInterval(share, max(share - error, 0.0), min(share + error, 1.0))
+
+
+def _found(candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int) -> list[float]:
+    """Power (W), one over the time to wake (1/s) and displacement (m, 0 where not known) of one device."""
+    try:
+        one = evaluate(candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW)
+    except HarvesterError:
+        return [0.0, 0.0, np.inf]
+    return [one.power.value, 1.0 / one.wake, one.displacement or 0.0]
+
+
+def _met(found: Floats, needed: DesignNeed) -> Floats:
+    """Which rows of `_found` meet everything."""
+    power, speed, displacement = found.T
+    good = power >= needed.power
+    if needed.wake is not None:
+        good &= speed * needed.wake >= 1.0
+    for one in needed.limits:
+        good &= one.met(power if one.quantity == "mean_power" else displacement)
+    return np.asarray(good)
+
+
+def _by_curve(u: Floats, found: Floats, needed: DesignNeed) -> float:
+    from scipy.interpolate import PchipInterpolator
+
+    finite = np.minimum(found, 1e30)
+    return float(_met(PchipInterpolator(u, finite)(np.linspace(0.0, 1.0, FINE)), needed).mean())

@@ -1,0 +1,135 @@
+"""`harvester design`: what it says is available and its yield against other engines, and requirements nobody meets."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.storage.bought_parts import CHIPS, COILS
+from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.supply import Supply
+from tests.support.paths import EXAMPLES
+
+SCENE = EXAMPLES / "bimorph_sensor.toml"
+NEEDS = "40 uW at 3.3 V"
+
+
+def into(circuit, resistance, **parameters):
+    """The scene with a circuit and a load."""
+    return dataclasses.replace(hv.load(SCENE), load=hv.Netlist(circuit, R=resistance, **parameters))
+
+
+@pytest.fixture(scope="module")
+def bridge():
+    return hv.design(SCENE, needs=NEEDS, wake="2 s", spread="frequency=2Hz", circuits=["bridge"])
+
+
+@pytest.mark.slow
+def test_what_is_available_is_what_another_engine_finds(bridge):
+    """A resistor that takes all of it at 3.3 V holds the store there."""
+    all_of_it = 3.3**2 / bridge.available.value
+    other = hv.run(into("bridge", all_of_it, C=3.3e-6), engine="ideal")
+    assert bridge.available.value == pytest.approx(other.mean_power.value, rel=0.02)  # ideal diodes: 0.6 % off here
+    assert bridge.verdict == {NEEDS: True, "awake in 2 s": True} and bridge.bound.value > bridge.available.value
+
+
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.slow
+def test_the_yield_is_that_of_tolerance(bridge):
+    """Devices whose load of what is needed gets it: the bridge's voltage is then 3.3 V or more."""
+    other = hv.tolerance(
+        *[into("bridge", bridge.load_resistance, C=3.3e-6)],
+        **{"vary": ["frequency=2 Hz"], "limits": "mean_power > 40 uW", "engine": "ideal", "checks": 0, "runs": 48},
+    )
+    assert bridge.met.value == pytest.approx(other.met.value, abs=0.03)
+    assert 0.5 < bridge.met.value < 0.95
+
+
+@pytest.mark.slow
+def test_the_time_to_wake_is_that_of_charge(bridge):
+    scene = into("bridge", 1e12, C=bridge.capacitor * 100)
+    assert bridge.wake < hv.charge(scene, to="3.3 V", engine="slow").time.value < 100 * bridge.wake
+
+
+@pytest.mark.slow
+def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
+    status, _, said = harvester("design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler")
+    assert status == 2 and said.count("\n") == 1
+    assert "nearest is bridge" in said and "no device of this mass takes more than 574 uW" in said
+    status, _, said = harvester("design", SCENE, "--needs", NEEDS, "--wake", "1 ms", "--circuits", "bridge")
+    assert status == 2 and "awake in 1 ms, but after" in said
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"needs": "40 uW"}, "`needs` must be POWER at VOLTAGE"),
+        ({"needs": "40 uV at 3 V"}, "`needs` must be a power"),
+        ({"needs": "40 uW at -3 V"}, "must be above 0"),
+        ({}, "`needs` must be given"),
+        ({"needs": NEEDS, "wake": "soon"}, "`wake` must be a time"),
+        ({"needs": NEEDS, "circuits": ["brigde"]}, "did you mean 'bridge'"),
+        ({"needs": NEEDS, "chips": ["bq2557"]}, "did you mean 'bq25570'"),
+        ({"needs": NEEDS, "spread": "frequency=2"}, "the spread of excitation.frequency must be"),
+        ({"needs": NEEDS, "limit": "voltage > 3 V"}, "unknown quantity of a limit"),
+    ],
+)
+def test_bad_input_is_one_line(options, said):
+    with pytest.raises(hv.InputError, match="(?s)" + said) as error:
+        hv.design(SCENE, **options)
+    assert "\n" not in str(error.value)
+
+
+def table(current, top):
+    """A current that falls straight to 0."""
+    volts = np.linspace(0.0, top, 12)
+    none = np.zeros(12)
+    return RectifiedCurrent(volts, current * (1 - volts / top), None, none, none, none, 0.0)
+
+
+def test_supply_of_a_straight_current():
+    """I = I0 (1 - V/V0): from the store V I, a chip's window has its end at V0/2 of most power, and tracking half."""
+    some = table(100e-6, 10.0)
+    assert Supply(4.0).power(some, 1e-6) == pytest.approx(4.0 * 60e-6, rel=1e-6)
+    assert Supply(4.0).wake(some, 1e-4) == pytest.approx(1e-4 * 10.0 / 100e-6 * np.log(10.0 / 6.0), rel=1e-3)
+    ltc = Supply(3.3, CHIPS["ltc3588"], *CHIPS["ltc3588"].thresholds(3.3))
+    assert ltc.power(some, 1e-6) == pytest.approx(0.85 * 5.0 * (50e-6 - 950e-9), rel=1e-3)
+    bq = CHIPS["bq25570"]
+    tracking = Supply(1.8, bq, *bq.thresholds(1.8))
+    held = 0.5 * 5.1
+    stored = 0.8 * (1 - 0.016) * held * 100e-6 * (1 - held / 10.0)
+    assert tracking.power(some, 1.8 * 32e-6) == pytest.approx(0.88 * (stored - 5.0 * 488e-9), rel=1e-3)
+    assert ltc.power(table(100e-6, 4.0), 1e-6) == 0.0  # its output never begins
+
+
+def test_chips_have_their_outputs_only():
+    assert CHIPS["ltc3588"].thresholds(3.0) is None and CHIPS["bq25570"].thresholds(5.0) is None
+    assert all(coil.core_resistance > 1e4 and coil.source for coil in COILS.values())
+
+
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_the_engineers_case_in_ngspice():
+    """Every default circuit, the machine's frequency within 2 Hz: what is available of each is that of ngspice."""
+    asked = {"needs": NEEDS, "wake": "10 s", "spread": "frequency=2Hz", "limit": "peak_displacement < 1 mm"}
+    found = hv.design(SCENE, **asked)
+    assert found.circuit == "parallel_sshi" and found.met.value > 0.99 and found.runner_up == "bridge"
+    by_name = {one.circuit: one for one in found.candidates}
+    for name, own in (("bridge", {}), ("parallel_sshi", found.settings)):
+        power = by_name[name].available
+        other = hv.run(into(name, 3.3**2 / power.value, C=3.3e-6, **own), engine="spice", budget=60)
+        assert power.value == pytest.approx(other.mean_power.value, rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_command_writes_a_scene_that_runs(harvester, tmp_path):
+    asked = ("--needs", NEEDS, "--circuits", "bridge", "--chips", "ltc3588", "--json", "--out", tmp_path)
+    status, said, _ = harvester("design", SCENE, *asked)
+    found = json.loads(said)
+    assert status == 0 and found["circuit"] == "bridge" and found["runner_up"] == "ltc3588" and found["yield"] is None
+    chosen = hv.load(tmp_path / "design.toml")
+    assert chosen.load.netlist == "bridge" and chosen.load.parameters["C"] == found["capacitor"]
+    assert "<h1" in (tmp_path / "report.html").read_text() and len((tmp_path / "design.csv").read_text().split()) > 2
