@@ -256,8 +256,13 @@ def bound95(change: float, stderr: float) -> float:
 
 
 def z_score(a: Value, b: Value) -> float | None:
-    """The difference of two values over its standard error; None where neither value has one."""
-    error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
+    """The difference of two values over their half-widths of 95 % by 1.96; None where an error is not known.
+
+    The errors of step and model are in the half-widths: what they cover is no difference.
+    """
+    if a.error95 is None or b.error95 is None:
+        return None
+    error = stderr_of95(math.hypot(a.error95, b.error95))
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 
 
