@@ -45,9 +45,9 @@ def stated_error_distant(
 
     Orbits that meet the stop and free ones have an error each; where both are likely, there is that of a voltage which
     remembers the other kind.  ``load`` and ``exchange`` are what the load takes and the noise brings in a cycle.  The
-    constants are the least, as a linear program finds them, that cover 131 random scenes of engine `density` 1.6 times, and a quarter more
-    (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of which
-    averaging knows the mean only, 19 % too high at worst.
+    constants are the least, by a linear program, that cover 131 random scenes of engine `density` 1.6 times, and a
+    quarter more (`benchmarks/averaged_error.py`): a slow load with strong coupling is a spring that lets go slowly, of
+    which averaging knows the mean only, 19 % too high at worst.
     """
     i, q, o, taken = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5), np.minimum(load, 1.5)
     beyond = np.maximum(q - 0.22, 0.0)
@@ -62,9 +62,10 @@ def stated_error_preloaded(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
 
-    ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload E[V^2] goes with the square of the energy; and a strong coupling with a slow load lifts the
-    mass off its stop, by small free orbits that are left out: E[V^2] is more than twice too high at worst.  Constants
-    as in `stated_error_distant`, of 69 scenes and without the quarter.
+    ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload E[V^2] goes with
+    the square of the energy; and a strong coupling with a slow load lifts the mass off its stop, by small free orbits that
+    are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69 scenes and
+    without the quarter.
     """
     i, q, o, taken = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5), np.minimum(load, 1.5)
     lifted = (3.0 + 15.0 / (1.0 + slowness)) * q**2

@@ -168,8 +168,8 @@ class RareTail:
 def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
     """The tail of blocks of which many have 0, by maximum likelihood; None where fewer than `FEW` have another.
 
-    The threshold is the median of what is not 0.  For a size the likeliest rate is (blocks beyond the threshold)/(sum of
-    exp(-y/size) over all), with y = 0 below it.
+    The threshold is the median of what is not 0.  For a size the likeliest rate is (blocks beyond the threshold)/(sum
+    of exp(-y/size) over all), with y = 0 below it.
     """
     from scipy.optimize import minimize_scalar
 
