@@ -63,9 +63,9 @@ def stated_error_preloaded(
     """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
 
     ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload E[V^2] goes with
-    the square of the energy; and a strong coupling with a slow load lifts the mass off its stop, by small free orbits that
-    are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69 scenes and
-    without the quarter.
+    the square of the energy; and a strong coupling with a slow load lifts the mass off its stop, by small free orbits
+    that are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69
+    scenes and without the quarter.
     """
     i, q, o, taken = np.minimum(impact_loss, _LARGEST), stored, np.minimum(friction, 1.5), np.minimum(load, 1.5)
     lifted = (3.0 + 15.0 / (1.0 + slowness)) * q**2

@@ -292,7 +292,7 @@ def test_engine():
     ],
 )  # fmt: skip
 def test_stated_error_covers_what_density_finds(table, true, most):
-    """Off by 19 % with 12 % stated, by 3.6 % with 3 % stated; the first of `density` to 2e-6, 25 s of processor time."""
+    """Off by 19 % with 12 % stated, by 3.6 % with 3 % stated; the first truth is that of `density`, to 2e-6."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(**table))
     found = hv.Averaged().run(scene).mean_square_voltage
     true = true or hv.Density(within=1e-3).run(scene).mean_square_voltage.value
