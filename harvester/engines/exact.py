@@ -53,10 +53,10 @@ class Exact(Formula):
         return solve_many
 
     def _estimate(self, problem: Problem, solution: Any, seconds: float) -> Estimate:
-        from harvester.linear.record_doubts import record_doubts
+        from harvester.linear.record_doubts import join_change, record_doubts
 
         eqs = problem.equations
-        diagnostics = [*record_doubts(eqs), note("closed_form")]
+        diagnostics = [*record_doubts(eqs), note("closed_form" + "_joined" * bool(join_change(eqs)))]
         if eqs.mu is None:
             diagnostics.append(warning("open_circuit"))
         if not eqs.is_shaken:

@@ -11,6 +11,7 @@ from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
+from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.scene.plausibility import unusual_values
@@ -144,7 +145,8 @@ def estimate(
     To its ``diagnostics`` (None: nothing to say) come those of the scene.
     """
     eqs, units, shocks = problem.equations, problem.units, problem.events
-    power = with_power(v2, eqs) if power is None else power
+    join = join_change(eqs)
+    v2, power = (one.with_model(join) for one in (v2, with_power(v2, eqs) if power is None else power))
     told = [one for one in diagnostics if one is not None]
     gives = has(told, "netlist_gives")
     impossible = None if gives else impossible_power(problem, power)

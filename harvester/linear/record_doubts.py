@@ -14,11 +14,12 @@ from harvester.equations.coefficients import Equations
 from harvester.linear.shaking import lines
 from harvester.linear.transfer import gains
 from harvester.presentation.diagnostic import Diagnostic, warning
-from harvester.records.records import BRIDGE, Record
+from harvester.records.records import BRIDGE, Record, bridge
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is told
 LEAST_LOSS = 1e-6  # of the linear response, so that it has a size
 FINER = 16  # times as many lines show what the lines of a density leave out
+CUTS = 8  # other ends of a record, within a period of its strongest response
 TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond them
 
 
@@ -35,11 +36,28 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
     beyond = top * np.trapezoid(_gain(eqs, higher), higher) / whole
     if beyond > BEYOND:
         found.append(warning("coarse_record", samples=float(2.0 * w[-1]), change=float(beyond)))
-    w, p = _lines(Record(record.spacing, record.values[: 1 - BRIDGE]))
-    join = abs(p @ _gain(eqs, w) / whole - 1.0)
-    if join > JOIN:
-        found.append(warning("record_join", change=float(join)))
+    if (join := join_change(eqs)) > JOIN:
+        found.append(warning("record_join", change=join))
     return found
+
+
+def join_change(eqs: Equations) -> float:
+    """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 where it has no bridge.
+
+    It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response before is taken,
+    and that without the bridge.
+    """
+    record = eqs.record
+    if record is None or not record.bridged:
+        return 0.0
+    w, p = _lines(record)
+    own = p * _gain(eqs, w)
+    values = record.values[: 1 - BRIDGE]
+    turn = min(2.0 * math.pi / (w[own.argmax()] * record.spacing), 0.5 * len(values))
+    ends = [len(values) - math.ceil(k * turn / CUTS) for k in range(1, CUTS + 1)]
+    others = [values, *(np.append(values[:end], bridge(values[:end])) for end in ends)]
+    found = [q @ _gain(eqs, v) for v, q in (_lines(Record(record.spacing, one)) for one in others)]
+    return float(max(abs(one / own.sum() - 1.0) for one in found))
 
 
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:

@@ -16,7 +16,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
-from harvester.records.records import Record, TabulatedDensity, bridge
+from harvester.records.records import Record, TabulatedDensity, bridge, whole_period
 
 _T = TypeVar("_T")
 FEWEST = 16  # rows of a record
@@ -71,7 +71,7 @@ def times(table: CsvTable, key: str) -> Floats | None:
 
 
 def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge`.
+    """Read the record of a CSV file, in SI units, with its `bridge` where it is no whole period.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that do not ascend in
     equal steps, values that are no finite numbers, or too few of them.
@@ -107,7 +107,10 @@ def _record(path: str) -> Record:
         raise InputError(f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {mend}")
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
-    return Record(spacing, np.append(values, bridge(values)))
+    period = whole_period(values)
+    if period is not None:
+        return Record(spacing, period)
+    return Record(spacing, np.append(values, bridge(values)), bridged=True)
 
 
 def read_density(path: str) -> TabulatedDensity:

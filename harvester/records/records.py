@@ -3,8 +3,10 @@
 `harvester.records.record_files` reads them.  Between its points a density is a straight line in log-log; beside
 a 0, which has no logarithm, it is one in the density itself.
 
-A record is repeated for ever.  Its end is joined to its beginning by a cubic over `BRIDGE` steps; between its samples
-it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing is folded back.
+A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is taken as it stands
+(`whole_period`); the end of any other is joined to its beginning by a cubic over `BRIDGE` steps, which nobody recorded.
+Between its samples it is the Fourier series through them, of which a grid of steps h sees what is below pi/h: nothing
+is folded back.
 """
 
 import math
@@ -17,6 +19,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError
 
 BRIDGE = 4  # steps
+SMOOTH, KINK = 0.05, 1.5  # fourth difference to the RMS below which a join can be judged; and to the largest inside
 SPAN = 8192.0  # period of a record made from a density, in units of 1/w0
 LINES = 12.0  # of such a record in the narrowest band, at least: E[V^2] is then off by 1 % at worst
 MOST_SAMPLES = 2**20  # of such a record, of which an ensemble has 64 or more: .5 GB
@@ -28,11 +31,13 @@ class Record:
     """One period of a record: samples of shape (n,), ``spacing`` apart.
 
     ``exact``: the shaking is just that Fourier series, as that of a profile, rather than what a sensor read of it.
+    ``bridged``: the last samples are those of a `bridge`.
     """
 
     spacing: float
     values: Floats
     exact: bool = False
+    bridged: bool = False
 
     @property
     def period(self) -> float:
@@ -46,7 +51,7 @@ class Record:
 
     def scaled(self, time: float, value: float) -> "Record":
         """The record with its times multiplied by ``time`` and its values by ``value``, as for other units."""
-        return Record(self.spacing * time, self.values * value, self.exact)
+        return Record(self.spacing * time, self.values * value, self.exact, self.bridged)
 
     def sampled(self, count: int, cut: float = math.inf) -> Floats:
         """The Fourier series at ``count`` even times of a period, without frequencies above theirs or above ``cut``."""
@@ -151,6 +156,22 @@ class TabulatedDensity:
             )
         series[lines] = np.sqrt(0.5 * powers) * np.exp(2j * math.pi * rng.uniform(size=len(lines))) * count
         return Record(h, np.asarray(irfft(series, count)))
+
+
+def whole_period(values: Floats) -> Floats | None:
+    """The samples of one period where a record holds whole periods, else None.
+
+    The last sample is either the one before the first, or the first again.  Across the join the fourth differences,
+    which see a jump of the value, slope or curvature, must be no larger than inside.  A record so rough that they
+    are large everywhere cannot show that it is periodic.
+    """
+    inside = np.abs(np.diff(values, 4))
+    if not inside.std() < SMOOTH * values.std():
+        return None
+    for period in (values, values[:-1]):
+        if np.abs(np.diff(np.append(period[-4:], period[:4]), 4)).max() <= KINK * inside.max():
+            return period
+    return None
 
 
 def bridge(values: Floats) -> Floats:

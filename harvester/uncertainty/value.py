@@ -116,6 +116,14 @@ class Value:
         """The value with one more part of its error that is not known; as it is where ``unknown`` is empty."""
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
+    def with_model(self, share: float) -> "Value":
+        """The value with one more error of its model, a share of it, which takes in the rounding of a closed form."""
+        if not share:
+            return self
+        closed = self.stderr is None and self.model == 0.0
+        more = share * abs(self.value) + (self.model or 0.0) + (self.bias or 0.0 if closed else 0.0)
+        return replace(self, model=more, bias=None if closed else self.bias)
+
     @property
     def quantile(self) -> float:
         """The half-width of the 95 % sampling interval in standard errors: Student's for few degrees of freedom."""
@@ -248,8 +256,13 @@ def bound95(change: float, stderr: float) -> float:
 
 
 def z_score(a: Value, b: Value) -> float | None:
-    """The difference of two values over its standard error; None where neither value has one."""
-    error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
+    """The difference of two values over their half-widths of 95 % by 1.96; None where an error is not known.
+
+    The errors of step and model are in the half-widths: what they cover is no difference.
+    """
+    if a.error95 is None or b.error95 is None:
+        return None
+    error = stderr_of95(math.hypot(a.error95, b.error95))
     return float(np.float64(a.value - b.value) / error) if error > 0.0 else None
 
 

@@ -373,7 +373,11 @@ def test_text_carries_its_errors():
     assert "no sampling error" in str(hv.Published().run(PLATE))
     assert Value(0.0, 0.0).format("W") == "0 +- 0 (95 %, sampling) W"
     assert z_score(Value(1.0, 0.3), Value(0.5, 0.4)) == pytest.approx(1.0)
+    assert z_score(Value(1.0, 0.3, bias=1.96), Value(0.5, 0.0)) == pytest.approx(
+        0.5 / 1.3
+    )  # with what is stated of the step
     assert z_score(Value(1.0), Value(0.5)) is None
+    assert z_score(Value(1.0, 0.3, unknown="the step"), Value(0.5, 0.1)) is None
 
 
 def test_scenes_without_load_or_noise():

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import harvester as hv
 from harvester.equations.bounds import check_bounded, strongest_feed
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
@@ -70,3 +72,20 @@ def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
     for grows in (1e15**t, 1e200**t):
         with pytest.raises(UnboundedResponseError, match=r"its energy grew [0-9.]*e"):
             check_stationary(grows)
+
+
+def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass():
+    """The mean of V^2 is that of an accurate solver, over the last of 60 periods; a drive too strong is told."""
+    table = {"alpha": -0.3, "c1": -0.1, "beta": 0.2, "mu": 1.0, "drive": 0.1, "drive_frequency": 0.9}
+
+    def slope(t, z):
+        x, v, voltage = z
+        force = 0.1 * np.cos(0.9 * t) - 0.1 * v - x + 0.3 * x**3 - 0.2 * voltage
+        return [v, force, v - voltage]
+
+    t = np.linspace(59.0, 60.0, 401) * 2.0 * np.pi / 0.9
+    true = np.mean(solve_ivp(slope, (0.0, t[-1]), np.zeros(3), t_eval=t[:-1], rtol=1e-9, atol=1e-12).y[2] ** 2)
+    found = hv.Ensemble(trajectories=64).run(hv.Scene(nondimensional=hv.Nondimensional(**table))).mean_square_voltage
+    assert abs(found.value - true) < found.error95 + 1e-4 * true < 0.02 * true
+    with pytest.raises(UnboundedResponseError):
+        hv.Ensemble(trajectories=64).run(hv.Scene(nondimensional=hv.Nondimensional(**table | {"drive": 2.0})))

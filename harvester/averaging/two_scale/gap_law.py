@@ -10,12 +10,8 @@ orbits.  The harmonic j of a cycle has the frequency n w, w = Phi_e/tau and n = 
 1)^2 of <x'^2>: the even numbers of |cos| with a stop at rest, 1 alone on a free orbit.
 
 The correction of second order is that of a stop at rest, to the power of the squared probability of an orbit that
-meets the stop.  The stated error joins one for such orbits and one for free ones by their probability; it is larger
-where both are likely and the load takes much of the energy in a cycle, and up to five times in impact_loss^2 with a
-preload, where E[V^2] goes with the square of the energy.  On 100 random scenes with r from 0.3 to 1, beta to 3 and gaps
-from -1 to many times the displacement's RMS the true error was 0.9 % on average and 5 % at most with a gap, up to
-70 % with a strong preload and r below 0.5, and below the stated one in all.  What does not settle (beta above 2 or
-so near grazing) is an error.
+meets the stop.  The stated errors stand beside it (`harvester.averaging.two_scale.second_order`).  What does not settle
+(beta above 2 or so near grazing) is an error.
 """
 
 import math
@@ -30,7 +26,7 @@ from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import paid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits, potential
 from harvester.averaging.two_scale.gap_grid import Grid, half_widths_that_matter
-from harvester.averaging.two_scale.second_order import correction
+from harvester.averaging.two_scale.second_order import correction, stated_error_distant, stated_error_preloaded
 from harvester.equations.coefficients import Equations
 
 _ROUNDS = 6  # of the voltage, the potential that it bends, and the rest position
@@ -137,17 +133,6 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
     load = beta * mu * (fast + slow) * period / energy
     own = np.maximum(exchange - impact_loss - load, 0.0)
     touching = mean(np.where(cycle.wall > 0.0, 1.0, 0.0))
-    free = 0.002 + 0.01 * np.minimum(exchange, 1.0) + 0.01 * stored
-    impacting = (
-        0.003
-        + (0.22 + 0.9 * least / total) * np.minimum(impact_loss, 1.5) ** 2
-        + 0.05 * np.minimum(own, 1.5) ** 2
-        + 0.25 * stored * (1.0 + 2.0 * stored)
-    )
-    # Where a cycle's voltage is that of both kinds of orbits; and small free orbits with a preload, which are left out.
-    mixed = 4.0 * touching * (1.0 - touching) * (0.003 + 0.05 * np.minimum(load, 1.5) ** 2)
-    pushed = np.where(scalar(eqs.gap) < 0.0, beta * memory[:, 0], 0.0) ** 2 - scalar(eqs.gap) ** 2
-    unseen = 0.5 * np.maximum(pushed, 0.0) / total + np.where(scalar(eqs.gap) < 0.0, 0.05 * beta / (1.0 + beta), 0.0)
     factor = correction(impact_loss, stored, mu / mean(w)) ** touching**2
     return {
         "mean_square_voltage": factor * (fast + slow),
@@ -155,7 +140,11 @@ def _summary(eqs: Equations, orbits: DistantOrbits, cycle: Cycles, mass: Floats,
         "slow": slow,
         "x2": x2,
         "v2": v2,
-        "bias": touching * impacting + (1.0 - touching) * free + mixed + unseen,
+        "bias": np.where(
+            scalar(eqs.gap) < 0.0,
+            stated_error_preloaded(impact_loss, stored, own, load, mu * period / math.pi, least / total),
+            stated_error_distant(impact_loss, stored, own, load, exchange, touching),
+        ),
         "exchange": exchange,
         "impact_loss": impact_loss,
         "stored": stored,

@@ -168,6 +168,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # formulas
     "closed_form": "no sampling error and no model: the equations are linear and solved as they stand, but for "
     "rounding",
+    "closed_form_joined": "no sampling error: the equations are linear and solved as they stand; the error is that of "
+    "the join between the record's end and its beginning, which nobody recorded",
     "theory": "no sampling error: a theory; the model's error is estimated from its small parameters",
     "published_formula": "no sampling error: a formula; its model error is not known from within",
     "published_stop": "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only "

@@ -97,6 +97,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model's error is up to where every passage counts alone",
     "by_blocks": _by_blocks,
+    "few_impacts": "of {blocks} blocks {hit} have an impact: too few for the largest impact speed of a lifetime",
     # Fronts.
     "two_aims": "{quantity} is to be {aim}, the power large",
     "alike_designs": _alike_designs,

@@ -9,13 +9,21 @@ from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, shown
 from harvester.machine.execution import as_in_version_0_1
-from harvester.presentation.diagnostic import Diagnostic, has, note
+from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.plain import plain
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.quantities.units import Seconds, time
 from harvester.studies.extremes.counted import SHORTEST
-from harvester.studies.extremes.levels import SHARES, STRAIN, check_served, counted_levels, linear_peaks, rice_holds
+from harvester.studies.extremes.levels import (
+    SHARES,
+    SPEED,
+    STRAIN,
+    check_served,
+    counted_levels,
+    linear_peaks,
+    rice_holds,
+)
 from harvester.uncertainty.value import Value, amount
 
 
@@ -139,9 +147,11 @@ def extremes(scene: AnyScene, *, lifetime: float | str, seed: int = 0, counted: 
     path, many, unit = found.path, len(found.path.x), " s" * problem.physical
     counted_time = path.time / problem.units.frequency
     said = note("by_blocks", blocks=many, time=counted_time, unit=unit, times=found.blocks / many)
+    hit = 0 if path.speed is None else int((path.speed > 0.0).sum())
+    few = [] if path.speed is None or SPEED in found.levels else [warning("few_impacts", blocks=many, hit=hit)]
     if (uncounted := accumulation(problem.equations)) is not None:
-        return Extremes(span, found.levels, None, problem.physical, (said, uncounted))
-    return Extremes(span, found.levels, found.rate, problem.physical, (said,))
+        return Extremes(span, found.levels, None, problem.physical, (said, uncounted, *few))
+    return Extremes(span, found.levels, found.rate, problem.physical, (said, *few))
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:

@@ -87,7 +87,8 @@ class CountedLevels:
 def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS) -> CountedLevels:
     """The levels over a lifetime (seconds, or 1/w0) extrapolated from ``blocks`` blocks of a path.
 
-    A quantity that stays 0 on the path, such as the voltage without coupling, has none.
+    A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the speed of impacts
+    that too few blocks have.
 
     Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and SimulationError where
     the path has no stationary response.
@@ -105,8 +106,8 @@ def counted_levels(problem: Problem, lifetime: float, seed: int = 0, blocks: int
         named[SPEED] = path.speed, units.length * units.frequency
     levels: dict[str, dict[float, Value]] = {}
     for name, (maxima, scale) in named.items():
-        if maxima.max() > 0.0:
-            tail = fit(maxima, seed)
+        tail = rare(maxima, seed) if (maxima == 0.0).mean() > SELDOM else fit(maxima, seed)
+        if tail is not None:
             levels[name] = {p: tail.largest(p, many).scaled(scale) for p in SHARES}
     if (strain := strain_factor(problem)) is not None and "peak_displacement" in levels:
         levels[STRAIN] = {p: one.scaled(strain) for p, one in levels["peak_displacement"].items()}
@@ -127,6 +128,71 @@ def limited_peaks(problem: Problem, lifetime: float, seed: int = 0, blocks: int 
 
 
 RESAMPLED = 400
+SELDOM, FEW = 0.02, 60  # share of blocks without an impact from which on impacts are rare; blocks with one, at least
+SHAPE = 0.2  # of the size, for each e-fold beyond what was counted
+
+
+@dataclass(frozen=True)
+class RareTail:
+    """The largest value over a long time of what many blocks do not have at all, such as the speed of rare impacts.
+
+    Clusters of impacts beyond a threshold are a Poisson process of ``rate`` in a block, and the squares of their speeds
+    exceed it by an exponential variate of the mean ``size``, as energies beyond a high level of a narrow-band response
+    do.  The largest square in n blocks has the distribution
+
+        P(threshold + y) = exp(-n rate exp(-y/size)),   y >= 0,
+
+    so that a block without an impact tells the rate, and nothing of the speeds.  Shapes as in `Tail`.
+    """
+
+    threshold: float
+    rate: Floats
+    size: Floats
+    counted: int
+
+    def largest(self, share: float, blocks: float) -> Value:
+        """The level that ``blocks`` blocks stay below with the probability ``share``, with its errors.
+
+        Beyond the energies that were counted the law may have another shape: of each further e-fold `SHAPE` of the size
+        is the error of the model.
+        """
+        folds = np.maximum(np.log(self.rate * blocks / -math.log(share)), 0.0)
+        levels = np.sqrt(self.threshold + self.size * folds)
+        low, high = np.quantile(levels[1:], [0.025, 0.975])
+        further = max(float(folds[0]) - math.log(self.counted), 0.0) * SHAPE * float(self.size[0])
+        return Value(
+            float(levels[0]), stderr=stderr_of95(0.5 * float(high - low)), model=0.5 * further / float(levels[0])
+        )
+
+
+def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
+    """The tail of blocks of which many have 0, by maximum likelihood; None where fewer than `FEW` have another.
+
+    The threshold is the median of what is not 0.  For a size the likeliest rate is (blocks beyond the threshold)/(sum
+    of exp(-y/size) over all), with y = 0 below it.
+    """
+    from scipy.optimize import minimize_scalar
+
+    squares = maxima**2
+    if np.count_nonzero(squares) < FEW:
+        return None
+    threshold = float(np.median(squares[squares > 0.0]))
+    rng, count, found = np.random.default_rng(seed), len(maxima), []
+    for drawn in (np.arange(count), *rng.integers(0, count, (RESAMPLED // 4, count))):
+        y = np.maximum(squares[drawn] - threshold, 0.0)
+        hit, total = np.count_nonzero(y), float(y.sum())
+        if not hit:
+            continue
+
+        def misfit(log_size: float, y: Floats = y, hit: int = hit, total: float = total) -> float:
+            size = math.exp(log_size)
+            return float(hit * (log_size + math.log(np.exp(-y / size).sum())) + total / size)
+
+        mean = math.log(total / hit)
+        size = math.exp(float(minimize_scalar(misfit, (mean - 0.3, mean)).x))
+        found.append((hit / np.exp(-y / size).sum(), size))
+    rates, sizes = np.array(found).T
+    return RareTail(threshold, rates, sizes, np.count_nonzero(squares > threshold))
 
 
 @dataclass(frozen=True)

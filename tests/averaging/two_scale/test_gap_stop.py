@@ -276,3 +276,24 @@ def test_engine():
     assert not answer.warnings
     with pytest.raises(CannotServeError, match="gap"):
         hv.Published().run(scene(eqs))
+
+
+@pytest.mark.parametrize(
+    ("table", "true", "most"),
+    [
+        (
+            {"c1": -0.006147, "beta": 5.203, "mu": 0.03579, "restitution": 0.4217, "D11": 0.024963, "alpha": 0.27387,
+             "c2": -0.010623, "D22": 0.0024859, "gap": 0.078755}, 0.015146977, 0.4,
+        ),
+        (
+            {"c1": -0.10984, "D11": 0.003775, "beta": 0.03819, "mu": 0.23104, "restitution": 0.39603, "c3": 0.085429,
+             "gap": 0.2218}, None, 0.1,
+        ),
+    ],
+)  # fmt: skip
+def test_stated_error_covers_what_density_finds(table, true, most):
+    """Off by 19 % with 12 % stated, by 3.6 % with 3 % stated; the first truth is that of `density`, to 2e-6."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(**table))
+    found = hv.Averaged().run(scene).mean_square_voltage
+    true = true or hv.Density(within=1e-3).run(scene).mean_square_voltage.value
+    assert abs(found.value - true) < found.model < most * found.value
