@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.equations.effects import EFFECTS
+from harvester.equations.effects import EFFECTS, SEVERAL_MODES
 from harvester.equations.modes import Modes
+from harvester.errors import CannotServeError
+from harvester.presentation.diagnostic import refusal
 from harvester.records.records import Record, TabulatedDensity
 
 # The friction f(x) = -c1 - c2 x^2 + c3 x^4: a term for each even power of x, its coefficient and the sign that it has.
@@ -155,3 +157,11 @@ class Equations:
         stop, opposite = (self.restitution, self.gap), (self.opposite_restitution, self.opposite_gap)
         mirrored = stop == opposite and self.alpha2 is None and self.n12 is None and self.stop_stiffness is None
         return len(self.resting_places) > 1 and not mirrored
+
+
+def check_one_mode(eqs: Equations) -> None:
+    """Refuse further modes and a magnifier, where equations of one mode are solved; raises CannotServeError."""
+    if eqs.modes is not None:
+        effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
+        instead = "engine 'ensemble', which gives the mean power"
+        raise CannotServeError(refusal("unknown_effects", who="this study", effects=effects, instead=instead))

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.equations.coefficients import Equations
+from harvester.equations.coefficients import Equations, check_one_mode
 from harvester.errors import SimulationError
 from harvester.linear.transfer import gains, white
 
@@ -68,8 +68,9 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
     From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] = E[x'^2] - mu^2 E[V^2].
 
-    Raises SimulationError where no stationary response exists.
+    Raises SimulationError where no stationary response exists, CannotServeError for several modes.
     """
+    check_one_mode(eqs)
     moments, n1, mu = white(eqs), eqs.n1 or 0.0, eqs.mu or 0.0
     if not (math.isfinite(moments.x2) and n1 > 0.0):
         raise SimulationError("there is no stationary response: give a damping and white noise of the base")

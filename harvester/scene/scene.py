@@ -1,4 +1,7 @@
-"""What the user asks: one device, its shaking and its load, as a frozen dataclass of tables."""
+"""What the user asks: one device, its shaking and its load, as a frozen dataclass of tables.
+
+Long because a scene explains its methods to users.
+"""
 
 import dataclasses
 import hashlib
@@ -228,10 +231,9 @@ class Scene(SceneTable):
 
     def values(self) -> list[tuple[str, str, Any]]:
         """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
-        tables = {table: keys for table, keys in self.tables().items() if isinstance(keys, dict)}
-        found = [(table, name, value) for table, keys in tables.items() for name, value in keys.items()]
-        numbered = ((f"{i}.", one.present()) for i, one in enumerate(self.mode, 2))
-        return found + [(Mode.TABLE, of + name, value) for of, keys in numbered for name, value in keys.items()]
+        every = [(table, "", keys) for table, keys in self.tables().items() if isinstance(keys, dict)]
+        every += [(Mode.TABLE, f"{i}.", one.present()) for i, one in enumerate(self.mode, 2)]
+        return [(table, of + name, value) for table, of, keys in every for name, value in keys.items()]
 
     def to_toml(self) -> str:
         """The scene file of this scene: `loads` gives the same scene back."""

@@ -6,10 +6,7 @@ A field that is None is an effect that is absent: kernels are compiled without i
 
 from typing import NamedTuple
 
-from harvester.equations.coefficients import Equations
-from harvester.equations.effects import SEVERAL_MODES
-from harvester.errors import CannotServeError
-from harvester.presentation.diagnostic import refusal
+from harvester.equations.coefficients import Equations, check_one_mode
 
 
 class State(NamedTuple):
@@ -67,13 +64,7 @@ def coefficients(eqs: Equations) -> Coefficients:
 
     Raises CannotServeError for further modes or a magnifier, whose kernels are in `harvester.mechanics.modes`.
     """
-    if eqs.modes is not None:
-        effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
-        raise CannotServeError(
-            refusal(
-                "unknown_effects", who="this study, of paths of one mode,", effects=effects, instead="engine 'ensemble'"
-            )
-        )
+    check_one_mode(eqs)
     given = {name: getattr(eqs, name) for name in Coefficients._fields if name in vars(eqs)}
     given |= {"r": eqs.restitution, "r_high": eqs.opposite_restitution, "high": eqs.opposite_gap}
     if eqs.gap is not None or eqs.opposite_restitution is not None or eqs.stop_stiffness is not None:

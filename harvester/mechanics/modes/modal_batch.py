@@ -121,7 +121,7 @@ def _add_sample(i, sums, z, mid, c):
 
 @kernel
 def mid_drift_of_modes(z, out, h, c, shaker):
-    """x, x' and V of a copy of states half a step after their kick, shape (3, BATCH); the copy is changed."""
+    """Go from a copy of states, which is changed, to x, x' and V half a step after their kick, shape (3, BATCH)."""
     half, n = interval(h, 0.5 * h, c.own.mu), len(c.k)
     for i in range(BATCH):
         drift_modes(i, z, half, c, last_acceleration(i, shaker))

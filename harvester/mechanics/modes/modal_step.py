@@ -169,7 +169,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
 
 @forced
 def _twice_and_kicked(i, j, z, force, hit, h, c):
-    """2 v_j + dv_j of the coordinate j."""
+    """Twice the speed of the coordinate j, and what a kick adds to it: 2 v_j + dv_j."""
     speeds, voltage = len(c.k) * BATCH + i, 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
     if c.own.beta is not None:
