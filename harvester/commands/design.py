@@ -42,7 +42,8 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option(
         "--circuits",
         metavar="A,B,...",
-        help="Netlists, the simplest first.  Default: bridge, doubler, series_sshi, parallel_sshi and all chips.",
+        help="Netlists, the simplest first.  Default: bridge, doubler, series_sshi, parallel_sshi and, under a drive, "
+        "all chips.",
     ),
     cloup.option("--chips", metavar="A,B,...", help="Chips: ltc3588, bq25570."),
     seed_option,

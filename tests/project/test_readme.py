@@ -37,6 +37,7 @@ LESS = [
     ("harvester compare", ["--within", "10%"], {}),
     ("--within 0.3%", ["--within", "2%"], {}),
     ("spice --within 1%", ["--within", "10%"], {}),
+    ("harvester design", ["--circuits", "bridge"], {}),
     ("harvester stability", ["--trajectories", "256"], {}),
     ("harvester paper", ["4"], {}),  # at its ends, by the fixture `place`
     ("harvester charge examples/plate", ["--trajectories", "256"], {}),

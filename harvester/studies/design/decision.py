@@ -65,7 +65,7 @@ def design(
         texts such as "peak_displacement < 1 mm" (under a drive) and "mean_power > 50 uW".
     circuits, chips
         names of netlists, the simplest first, and of chips; both left out: bridge, doubler, series_sshi, parallel_sshi
-        and every chip.
+        and under a drive every chip (under noise a chip takes minutes).
     seed
         the same seed, the same noise.
     execution
@@ -93,7 +93,7 @@ def design(
     needed = read_need(device, needs, wake, limit)
     spreads = read_spreads(spread, device, "spread") if spread else ()
     folder, begin = OutputFolder.of(execution), time.perf_counter()
-    names = _asked(circuits, chips)
+    names = _asked(circuits, chips, problem)
     farads = capacitance(needed, device)
     found, told = _nominal(device, names, needed, farads, seed, execution)
     meeting = {name: one for name, one in found.items() if not one[1].unmet(needed)}
@@ -111,10 +111,10 @@ def design(
     return result
 
 
-def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None) -> tuple[str, ...]:
+def _asked(circuits: Sequence[str] | None, chips: Sequence[str] | None, problem: Problem) -> tuple[str, ...]:
     """The names of circuits and chips to choose from; InputError for a chip that there is not."""
     if circuits is None and chips is None:
-        return (*CIRCUITS, *CHIPS)
+        return (*CIRCUITS, *CHIPS) if problem.equations.is_steady else CIRCUITS
     for one in chips or ():
         if one not in CHIPS:
             raise unknown("chip of `chips`", one, CHIPS)
@@ -126,7 +126,7 @@ def _nominal(
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
     """What each circuit gives of the scene itself, and those that were left out, with why.
 
-    Raises SimulationError where none gives anything.
+    Raises InputError where none gives anything.
     """
     found, told = {}, []
     for k, name in enumerate(names):
@@ -136,7 +136,8 @@ def _nominal(
         except (CannotServeError, SimulationError) as error:
             told.append(note("circuit_left_out", name, why=str(error)))
     if not found:
-        raise SimulationError(f"no circuit has an answer: {'; '.join(one.line for one in told)}")
+        why = "; ".join(f"{one.about}: {one.numbers['why']}" for one in told)
+        raise InputError(f"`circuits` must have one that can be measured, but none can ({why})")
     return found, told
 
 

@@ -14,9 +14,28 @@ from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.uncertainty.value import Value
 
 
+@names_arguments
 @dataclass(frozen=True, repr=False, eq=False)
 class DesignCandidate(Result):
-    """A circuit that was looked at; ``share_met`` is None where it was not computed, ``wake`` where it never wakes."""
+    """A circuit that was looked at.
+
+    Attributes
+    ----------
+    circuit, coil
+        the name of the netlist, and that of the coil; None without one.
+    available
+        a `Value`: the mean power (W) that is there at the voltage needed.
+    share_met
+        the share of devices that meet everything; None where it was not computed.
+    wake
+        the time (s) from empty to the voltage needed; None where it is never reached.
+    meets
+        whether the device of the scene meets everything.
+
+    >>> import harvester as hv
+    >>> hv.DesignCandidate.SHORT
+    ('circuit', 'available')
+    """
 
     SHORT: ClassVar[tuple[str, ...]] = ("circuit", "available")
 
