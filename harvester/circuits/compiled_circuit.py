@@ -1,4 +1,7 @@
-"""A load's netlist as a compiled circuit on a device, and its motion beside the mass."""
+"""A load's netlist as a compiled circuit on a device, and its motion beside the mass.
+
+Long because it is all that others see of a circuit: its sizes, its states, its paths, and what kernels take of it.
+"""
 
 import dataclasses
 import math
@@ -183,8 +186,8 @@ class CompiledCircuit:
     def unknowns(self, states: Floats) -> Floats:
         """All unknowns (V, A) in states of the circuit, shape (n, length of a state): shape (n, unknowns)."""
         ns, n, *_ = self.sizes
-        tau = self._tau(TYPICAL) / 2 ** (LEVELS - 1)
-        return self.reduction.unknowns(states[:, :ns], states[:, ns : ns + n], tau)
+        still = self._tau(TYPICAL) / 2 ** (LEVELS - 1)
+        return self.reduction.unknowns(states[:, :ns], states[:, ns : ns + n], still)
 
     def charge_at(self, name: str) -> int:
         """Where the charge of a capacitor stands in a state."""
@@ -226,10 +229,8 @@ class CompiledCircuit:
         ns, n, many, nz = self.sizes
         found["solver_at"], found["switches"] = self.solver.address, many
         found["n"], found["nz"], found["ns"] = n, nz, ns
-        found["least"], found["tolerance"] = (
-            LEAST * s.volts,
-            min(RINGING, self.tolerance) if self.has_coils else self.tolerance,
-        )
+        finest = RINGING if self.has_coils else self.tolerance
+        found["least"], found["tolerance"] = LEAST * s.volts, min(finest, self.tolerance)
         found["charge"], found["seconds"] = s.capacitance * s.volts, h / s.frequency
         return found, arrays
 

@@ -10,6 +10,7 @@ import importlib.util
 import itertools
 import math
 import sys
+import threading
 import types
 from collections.abc import Sequence
 from functools import cache
@@ -42,6 +43,7 @@ from harvester.mechanics.kernels.compiled import c_function
 @c_function(SIGNATURE)
 def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
+_ONE_AT_A_TIME = threading.Lock()
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
 EACH, HELD = 4, 0.7  # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
@@ -197,8 +199,9 @@ class Solver:
 
     @property
     def address(self) -> int:
-        """The address of the compiled function."""
-        return int(_compiled(self.text).address)
+        """The address of the compiled function, which threads ask for side by side and one makes."""
+        with _ONE_AT_A_TIME:
+            return int(_compiled(self.text).address)
 
 
 def _knee(thermal: float, saturation: float, impedance: float) -> float:

@@ -14,6 +14,7 @@ from harvester.netlists.syntax import GROUND, NODES
 ROOM = 27.0  # degrees Celsius, of the circuit
 # parameters of models that do nothing at 27 degrees, but for noise and the ratings of the part
 _NO_EFFECT = {"level", "tnom", "eg", "xti", "xtb", "kf", "af", "iave", "vpk", "vceo", "icrating", "mfg", "type"}
+_POSITIVE = {*("n", "nf", "nr", "ne", "nc", "bf", "br", "phi", "vj", "pb", "vje", "pe", "vjc", "pc", "nbv")}
 _PAIR = re.compile(r"(\w+)=(\{[^}]*\}|'[^']*'|[^\s()]+)")
 
 
@@ -74,6 +75,18 @@ class CircuitPart:
         """The node of the whole circuit that a name in an expression of the element means."""
         return "0" if name in GROUND else self.outer.get(name, self.path + name)
 
+    @property
+    def area(self) -> float:
+        """Of a diode or a transistor, times how many are side by side.
+
+        Raises InputError where it is not above 0.
+        """
+        given = [self.number(word) for word in self.words[1:] if word != "off"]
+        found = (given[0] if given else self.options.get("area", 1.0)) * self.options.get("m", 1.0)
+        if not found > 0.0:
+            raise InputError(f"{self.where} must have an area above 0, but has {found:g}")
+        return found
+
     def model(self, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:
         """Its model: of one of the ``kinds``, with parameters that are ``known``.
 
@@ -89,6 +102,10 @@ class CircuitPart:
         for key in found.values:
             if key not in known | _NO_EFFECT:
                 raise unserved(self, f"has a model with the parameter {key}")
+            if key in _POSITIVE and not found.values[key] > 0.0:
+                raise InputError(
+                    f"{self.where} must have a model whose {key} is above 0, but has {found.values[key]:g}"
+                )
         if found.value("tnom", default=ROOM) != ROOM or found.value("level", default=1.0) != 1.0:
             raise unserved(self, f"has a model of another level than 1, or of another tnom than {ROOM:g}")
         return found

@@ -125,9 +125,7 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 
 
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    known = (model := part.model(("d",), _DIODE)).value
-    number = [part.number(word) for word in part.words[1:] if word != "off"]
-    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
+    known, area = (model := part.model(("d",), _DIODE)).value, part.area
     anode, cathode = part.nodes[:2]
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, thermal = known("is", "js", default=1e-14) * area, known("n", default=1.0) * junctions.THERMAL

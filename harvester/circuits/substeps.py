@@ -216,8 +216,8 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
         square += seconds * ((1.0 - GAMMA) * one * one + GAMMA * new[2] * new[2])
         at += size
         before = here
-        if error < 0.04 and level > 0:
-            level -= 2 if error < 0.0025 and level > 1 else 1
+        if error < 0.04:
+            level = max(level - (2 if error < 0.0025 else 1), 0)
     sizes[nz] = level
     state[length - 3], state[length - 2], state[length - 1] = square, steps, failed
     return steps

@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 from harvester.circuits.expression import Node, constant, read
 from harvester.circuits.junctions import THERMAL
-from harvester.circuits.parts import CircuitPart, unserved
+from harvester.circuits.parts import CircuitPart, ModelCard, unserved
 from harvester.circuits.system import GMIN, Diode, Function, Junction, Row, System
+from harvester.errors import InputError
 
 _BIPOLAR = {
     *("is", "bf", "nf", "vaf", "va", "ikf", "ik", "ise", "ne", "br", "nr", "var", "vb", "ikr", "isc", "nc", "rb"),
@@ -82,54 +83,72 @@ def _across(system: System, first: str, second: str, reversed_: bool) -> Row:
     return system.across(second, first) if reversed_ else system.across(first, second)
 
 
+class _Side(NamedTuple):
+    """A junction of a bipolar transistor: its letter, its direction, and the names and usual values of its card."""
+
+    place: str
+    direction: str
+    gain: str
+    usual_gain: float
+    leak: str
+    usual_leak: float
+
+
+_SIDES = {"be": _Side("e", "f", "bf", 100.0, "ise", 1.5), "bc": _Side("c", "r", "br", 1.0, "isc", 2.0)}
+
+
 def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a bipolar transistor of Gummel and Poon."""
-    model = part.model(("npn", "pnp"), _BIPOLAR)
+    model, area = part.model(("npn", "pnp"), _BIPOLAR), part.area
     known, p_type = model.value, model.kind == "pnp"
-    number = [part.number(word) for word in part.words[1:] if word != "off"]
-    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
     nodes = zip("cbe", part.nodes[:3], strict=True)
-    outer = part.nodes[1]
     c, b, e = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for one, node in nodes)
-    saturation, fc = known("is", default=1e-16) * area, min(known("fc", default=0.5), 0.9999)
     rows = {"be": _across(system, b, e, p_type), "bc": _across(system, b, c, p_type)}
     if not all(rows.values()):
         raise unserved(part, "has its base connected to its collector or emitter: take a diode")
-    share, leaves, currents = known("xcjc", default=1.0), dict[str, Node](), dict[str, Node]()
-    for one, place, gain, usual, leak, n_leak, inside in (
-        ("be", "e", "bf", 100.0, "ise", 1.5, 1.0),
-        ("bc", "c", "br", 1.0, "isc", 2.0, share),
-    ):
-        direction = "f" if place == "e" else "r"
-        thermal, beta = known(f"n{direction}", default=1.0) * THERMAL, known(gain, default=usual)
-        capacitance = known(f"cj{place}") * area
-        shape = known(f"vj{place}", f"p{place}", default=0.75), known(f"mj{place}", f"m{place}", default=0.33), fc
-        row = rows[one]
-        limits, small = Junction(thermal, saturation), Junction(thermal, saturation / beta)
-        leaves[one] = v = system.input(row, limits)
-        system.add(row, row, GMIN / beta)
-        transit = beta * known(f"t{direction}")
-        _add_current(system, v, row, small, Layer(inside * capacitance, *shape, transit))
-        if leaked := known(leak) * area:
-            _add_current(
-                system, v, row, Junction(known(f"n{place}", default=n_leak) * THERMAL, leaked), Layer(0.0, *shape)
-            )
-        if inside < 1.0 and capacitance > 0.0:
-            beyond = _across(system, outer, c, p_type)
-            add_junction(system, beyond, Junction(thermal, 0.0), Layer((1.0 - inside) * capacitance, *shape), 0.0)
-        names = {"v": v, "n": thermal, "i": saturation}
-        currents[one] = read("v > -3*n ? i*(exp(v/n) - 1) : -i", part.where, names)
+    names: dict[str, float | Node] = {}
+    for (one, side), name in zip(_SIDES.items(), "fr", strict=True):
+        names[one], names[name] = _base_junction(part, system, model, rows[one], side, area)
+    share, outer = known("xcjc", default=1.0), _across(system, part.nodes[1], c, p_type)
+    if share < 1.0 and outer:
+        limits = Junction(known("nr", default=1.0) * THERMAL, 0.0)
+        add_junction(system, outer, limits, _layer(model, _SIDES["bc"], (1.0 - share) * area, 0.0), 0.0)
     early = known("vaf", "va"), known("var", "vb")
     knees = known("ikf", "ik") * area, known("ikr") * area
-    names = {**leaves, "f": currents["be"], "r": currents["bc"]}
-    names |= {name: 1.0 / v if v else 0.0 for name, v in zip(("a", "b", "k", "l"), (*early, *knees), strict=True)}
-    names["q"] = read("1/(1 - bc*a - be*b)", part.where, names) if any(early) else constant(1.0)
+    names |= {name: 1.0 / v if v else 0.0 for name, v in zip("ghkl", (*early, *knees), strict=True)}
+    names["q"] = read("1/(1 - bc*g - be*h)", part.where, names) if any(early) else constant(1.0)
     if any(knees):
         names["q"] = read("q*(1 + sqrt(max(1 + 4*q*(f*k + r*l), 0)))/2", part.where, names)
     row = _across(system, c, e, p_type)
     if row:
         system.add(row, row, GMIN)
         system.functions.append(Function(read("(f - r)/q", part.where, names), row))
+
+
+def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
+    """What a junction of a bipolar transistor stores."""
+    known, one = model.value, side.place
+    shape = known(f"vj{one}", f"p{one}", default=0.75), known(f"mj{one}", f"m{one}", default=0.33)
+    return Layer(known(f"cj{one}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit)
+
+
+def _base_junction(
+    part: CircuitPart, system: System, model: ModelCard, row: Row, side: _Side, area: float
+) -> tuple[Node, Node]:
+    """Add a junction of a bipolar transistor with its leakage: its voltage, and the current that it controls."""
+    known, saturation = model.value, model.value("is", default=1e-16) * area
+    thermal, gain = known(f"n{side.direction}", default=1.0) * THERMAL, known(side.gain, default=side.usual_gain)
+    inside = known("xcjc", default=1.0) if side.place == "c" else 1.0
+    v = system.input(row, Junction(thermal, saturation))
+    system.add(row, row, GMIN / gain)
+    layer = _layer(model, side, inside * area, gain * known(f"t{side.direction}"))
+    _add_current(system, v, row, Junction(thermal, saturation / gain), layer)
+    if leaked := known(side.leak) * area:
+        _add_current(
+            system, v, row, Junction(known(f"n{side.place}", default=side.usual_leak) * THERMAL, leaked), Layer()
+        )
+    names: dict[str, float | Node] = {"v": v, "n": thermal, "i": saturation}
+    return v, read("v > -3*n ? i*(exp(v/n) - 1) : -i", part.where, names)
 
 
 def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -140,6 +159,8 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     known, p_type, options = model.value, model.kind == "pmos", part.options
     many, width = options.get("m", 1.0), options.get("w", 1e-4)
     length = options.get("l", 1e-4) - 2.0 * known("ld")
+    if not min(many, width, length) > 0.0:
+        raise InputError(f"{part.where} must have W, M and L - 2 Ld above 0")
     d, g, s, body = part.nodes[:4]
     d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / many) for node, one in ((d, "d"), (s, "s")))
     phi, sign, gamma = known("phi", default=0.6), -1.0 if p_type else 1.0, known("gamma")
@@ -161,10 +182,8 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
 
 def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a JFET of Shichman and Hodges."""
-    model = part.model(("njf", "pjf"), _JFET)
+    model, area = part.model(("njf", "pjf"), _JFET), part.area
     known, p_type = model.value, model.kind == "pjf"
-    number = [part.number(word) for word in part.words[1:] if word != "off"]
-    area = (number[0] if number else part.options.get("area", 1.0)) * part.options.get("m", 1.0)
     d, g, s = part.nodes[:3]
     d, s = (behind(system, node, f"{part.name}#{one}", known(f"r{one}") / area) for node, one in ((d, "d"), (s, "s")))
     gate, shape = Junction(THERMAL, known("is", default=1e-14) * area), (known("pb", default=1.0), 0.5)

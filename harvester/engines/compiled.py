@@ -16,7 +16,7 @@ from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
 if TYPE_CHECKING:
-    from harvester.circuits.periodic import CircuitStart
+    from harvester.circuits.circuit_period import CircuitStart
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 LONGEST = 1e3  # nondimensional: what runs beside ngspice leave out at most

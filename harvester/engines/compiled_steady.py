@@ -20,7 +20,7 @@ from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuits.periodic import CircuitPeriod, CircuitStart
+    from harvester.circuits.circuit_period import CircuitPeriod, CircuitStart
     from harvester.cosimulation.poincare_sections import Origin
 
 RELTOL = 1e-5  # of ngspice, which is the judge here
@@ -51,47 +51,60 @@ def steady_answer(
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
-    The step is halved until its error is below the target, or 16 times.  With ``judged``, ngspice goes on from the
-    response at the longest step to its own, and what they differ by is the error of the model.
+    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they differ by is the
+    error of the model.
     """
-    from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.circuits.periodic import periodic_response
     from harvester.mechanics.kernels.compiled import compilation
 
-    assert problem.circuit is not None, "the engine serves netlists"
-    eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
-    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
-    within, periods = number(options.within), CompiledPeriods()
-    enough, begin = min(max(SETTLED * (within or WITHIN), FINEST), ROUGHEST), time.perf_counter()
+    within, begin, budget = number(options.within), time.perf_counter(), number(options.budget)
     with compilation() as compiling:
-        for k in range(max(halvings, 2) + 1):
-            found = periodic_response(circuit, eqs, h / 2**k, enough, near)
-            if found is None:
-                return None, None
-            periods.found.append(found)
-            near = found
-            power = periods.value("power")
-            if k >= 2 and (power.bias or 0.0) <= (within or WITHIN) * abs(power.value):
-                break
+        periods = _periods(options, problem, near, within or WITHIN)
+    if periods is None:
+        return None, None
     if judged:
-        budget = number(options.budget)
         deadline = math.inf if budget is None else time.monotonic() + JUDGED * budget
         periods.differences = _differences(options, problem, periods.found[0], deadline)
     last, power = periods.found[-1], periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value("displacement"), last.harmonics)
-    told: list[Diagnostic | None] = [
-        note("comes_back", periods=last.turns, from_before=False),
+    told = [
+        note("comes_back", periods=last.turns, from_before=near is not None),
         note("steady_difference" if periods.differences else "compiled_circuit"),
-        note("others_not_sought") if linear_growth(eqs) is None else None,
+        note("others_not_sought") if linear_growth(problem.equations) is None else None,
+        None if within is None else _missed(within, power),
     ]
-    if within is not None and not (power.known_error95 <= within * abs(power.value) and power.unknown == ""):
-        error = None if power.unknown else power.known_error95 / abs(power.value)
-        told.append(warning("steady_within", within=within, error=error))
     v2 = periods.value("square").scaled(problem.scales.volts**-2)
     seconds, steps = time.perf_counter() - begin - compiling.seconds, sum(one.steps for one in periods.found)
     watts = power.scaled(1.0 / problem.scales.watts)
     return estimate(name, problem, v2, watts, told, seconds, steps, details), last
+
+
+def _periods(
+    options: MonteCarloOptions, problem: Problem, near: "CircuitStart | None", within: float
+) -> CompiledPeriods | None:
+    """The response at steps that are halved until their error is below the target; None where none comes back."""
+    from harvester.circuits.circuit_period import periodic_response
+    from harvester.circuits.compiled_circuit import compiled_circuit
+
+    assert problem.circuit is not None, "the engine serves netlists"
+    eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
+    enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
+    for k in range(max(halvings, 2) + 1):
+        found = periodic_response(circuit, eqs, h / 2**k, enough, near)
+        if found is None:
+            return None
+        periods.found.append(found)
+        near, power = found, periods.value("power")
+        if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
+            break
+    return periods
+
+
+def _missed(within: float, power: Value) -> Diagnostic | None:
+    """The warning that an error ``within`` was not reached."""
+    error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
+    return None if error is not None and error <= within else warning("steady_within", within=within, error=error)
 
 
 def _differences(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.circuits.circuit_period import periodic_response
 from harvester.circuits.compiled_circuit import compiled_circuit
-from harvester.circuits.periodic import periodic_response
 from harvester.equations.problem import Problem
 
 

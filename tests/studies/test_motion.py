@@ -120,7 +120,7 @@ def test_seed_and_refusals():
     same, other = motion(scene(PAPER), duration=20.0), motion(scene(PAPER), duration=20.0, seed=1)
     assert (same.displacement == motion(scene(PAPER), duration=20.0).displacement).all()
     assert (same.displacement != other.displacement).any()
-    with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, spice"):
+    with pytest.raises(InputError, match="unknown engine 'averaged': it must be one of ensemble, compiled, spice"):
         motion(scene(PAPER), "averaged")
     for duration in (0.0, -1.0, 1e9, float("nan")):
         with pytest.raises(InputError, match="`duration` must be between"):

@@ -25,7 +25,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuits.periodic import CircuitStart
+    from harvester.circuits.circuit_period import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
 
 FROM_REST = "from rest"
@@ -86,7 +86,7 @@ def _step(
 
 def _state(near: "Neighbour | CircuitStart") -> State:
     """A neighbour as JSON knows it."""
-    from harvester.circuits.periodic import CircuitStart
+    from harvester.circuits.circuit_period import CircuitStart
 
     if isinstance(near, CircuitStart):
         return {"x": near.x, "v": near.v, "circuit": near.state.tolist(), "turns": near.turns}
@@ -100,7 +100,7 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
 
     Raises ValueError for what is none.
     """
-    from harvester.circuits.periodic import CircuitStart
+    from harvester.circuits.circuit_period import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
     from harvester.cosimulation.poincare_sections import CoupledState
     from harvester.mechanics.periodic import MULTIPLES, Secants
