@@ -89,8 +89,8 @@ def run_model(data: bytes) -> ModelRun:
     Raises InputError where a function of the model fails during the run; and as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    from harvester.cosimulation.ngspice.instance import ngspice
     from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of
+    from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     job: ModelJob = pickle.loads(data)
     coil, piezo = isinstance(job.port, Coil), job.capacitance
@@ -107,12 +107,12 @@ def run_model(data: bytes) -> ModelRun:
     if job.compiled:
         functions = _compiled(job)
     else:
-        callbacks = PlainCallbacks(job.model, job.start, drive, ngspice().state)
+        callbacks = PlainCallbacks(job.model, job.start, drive, checked_ngspice().state)
         functions = callbacks.addresses
     drive.state["source_at"], drive.state["accepted_at"] = functions
     middle = time.perf_counter()
     try:
-        ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
+        checked_ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
     finally:
         if callbacks is not None:
             callbacks.finish()
