@@ -32,7 +32,7 @@ COUPLING, CAPACITANCE, RESISTANCE = 1e-3, 5e-8, 1e6  # N/V, F, ohm
 ROUNDING = 1e-9  # of the voltage
 
 
-class Place(NamedTuple):
+class TrialState(NamedTuple):
     """Displacement, velocity and time."""
 
     x: float
@@ -40,35 +40,35 @@ class Place(NamedTuple):
     t: float
 
 
-class Steady:
+class SteadyMotion:
     """A mass at a steady speed, which turns round once."""
 
-    def drift(self, s: Place, h: float) -> Place:
+    def drift(self, s: TrialState, h: float) -> TrialState:
         """It goes on."""
-        return Place(s.x + h * s.v, s.v, s.t + h)
+        return TrialState(s.x + h * s.v, s.v, s.t + h)
 
-    def kick(self, s: Place, h: float, reaction: float, noise: float) -> Place:
+    def kick(self, s: TrialState, h: float, reaction: float, noise: float) -> TrialState:
         """No force acts."""
         return s
 
-    def source(self, s: Place) -> float:
+    def source(self, s: TrialState) -> float:
         """The displacement."""
         return s.x
 
-    def event(self, s: Place, h: float) -> float | None:
+    def event(self, s: TrialState, h: float) -> float | None:
         """The time to the stop."""
         return EVENT - s.t if s.v > 0.0 and s.t + h >= EVENT else None
 
-    def jump(self, s: Place) -> Place:
+    def jump(self, s: TrialState) -> TrialState:
         """It turns round."""
-        return Place(s.x, -s.v, s.t)
+        return TrialState(s.x, -s.v, s.t)
 
 
 def faults(library: Ngspice) -> str:
     """What of the lock-step an ngspice does not do, in words; "" where all is well."""
     for netlist in ("resistor", "bridge"):
         load = load_circuit(Load(resistance=RESISTANCE) if netlist == "resistor" else Load(netlist=netlist))
-        model, start = Steady(), Place(0.0, 1.0, 0.0)
+        model, start = SteadyMotion(), TrialState(0.0, 1.0, 0.0)
         at, volts = np.array(start, dtype=np.float64), COUPLING / CAPACITANCE
         free = not load.linear
         drive = ModelDrive(at, np.empty(0), np.zeros((STEPS, 2)), STEP, 1, volts, COUPLING, coil=False, free=free)

@@ -19,7 +19,7 @@ def tried(fault):
         deck.rule_weight = lambda z: 0.5
     if fault == "time":  # as of one that does not end its steps where it is told to
         trial.EVENT += 1e-6
-        trial.Steady.jump = lambda self, s: trial.Place(s.x, s.v, s.t)
+        trial.SteadyMotion.jump = lambda self, s: trial.TrialState(s.x, s.v, s.t)
     try:
         return trial.checked_ngspice().ngspice_version, ""
     except MissingProgramError as error:
