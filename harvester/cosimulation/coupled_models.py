@@ -68,6 +68,8 @@ class Cosimulation(TableResult):
         of the run, and of compiling the model.
     compiled
         whether the model was compiled, rather than run in plain Python.
+    physical
+        whether its numbers are in SI units: always.
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
@@ -152,7 +154,8 @@ def cosimulate(
     Parameters
     ----------
     model
-        an object with the functions of `harvester.cosimulation.Model`; a NamedTuple of numbers is compiled.
+        an object with the functions drift, kick and source (``Model`` of harvester.cosimulation says what they are),
+        and event and jump where there are events; a NamedTuple of numbers is compiled.
     circuit
         the load on the port: a name of the package's netlists such as "bridge", the path of a file, the text of a
         netlist, or a `harvester.Load` with values of its parameters.
