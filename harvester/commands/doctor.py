@@ -106,8 +106,21 @@ def _ngspice() -> Iterator[Requirement]:
         from harvester.cosimulation.runs import ngspice_version
 
         try:
-            yield Requirement("libngspice", f"{ngspice_version()} ({library})", REMEDY)
+            version, why = ngspice_version()
+            yield Requirement("libngspice", f"{version} ({library})", REMEDY)
+            yield _trial(version, why)
         except (CircuitError, OSError) as error:
             yield Requirement("libngspice", "", f"{library} does not load: {error}")
     program = shutil.which("ngspice") or ""
     yield Requirement("ngspice program", program, "run 'apt-get install ngspice' (only for netlists by hand)")
+
+
+def _trial(version: str, why: str) -> Requirement:
+    """Whether an ngspice does what the lock-step needs, and whether its version is a known one."""
+    from harvester.cosimulation.ngspice.trial import TESTED
+
+    good = ", ".join(map(str, TESTED))
+    known = f"version {version} is known good"
+    if int(version) not in TESTED:
+        known = f"version {version} is not among those that all tests have run with ({good}), but passes its trial"
+    return Requirement("ngspice trial", "" if why else known, f"{why}: take version {good}")

@@ -2,6 +2,6 @@
 
 from .coupled_models import Cosimulation as Cosimulation
 from .coupled_models import cosimulate as cosimulate
-from .models import Model as Model
+from .model_protocol import Model as Model
 from .ports import Coil as Coil
 from .ports import Piezo as Piezo

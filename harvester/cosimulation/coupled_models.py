@@ -14,8 +14,8 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
+from harvester.cosimulation.model_protocol import can_be_compiled, check_model
 from harvester.cosimulation.model_runs import ModelJob, packed, run_model
-from harvester.cosimulation.models import can_be_compiled, check_model
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.ports import Coil, Piezo, Port
 from harvester.cosimulation.worker_pool import map_in_workers
@@ -68,6 +68,8 @@ class Cosimulation(TableResult):
         of the run, and of compiling the model.
     compiled
         whether the model was compiled, rather than run in plain Python.
+    physical
+        whether its numbers are in SI units: always.
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
@@ -152,7 +154,8 @@ def cosimulate(
     Parameters
     ----------
     model
-        an object with the functions of `harvester.cosimulation.Model`; a NamedTuple of numbers is compiled.
+        an object with the functions drift, kick and source (``Model`` of harvester.cosimulation says what they are),
+        and event and jump where there are events; a NamedTuple of numbers is compiled.
     circuit
         the load on the port: a name of the package's netlists such as "bridge", the path of a file, the text of a
         netlist, or a `harvester.Load` with values of its parameters.
@@ -208,19 +211,8 @@ def cosimulate(
     """
     span, h = _time("duration", duration), _time("step", step)
     steps = max(math.ceil(span / h * (1.0 - 1e-9)), 1)
-    _check_integer("every", every, 1, steps)
-    _check_integer("seed", seed, 0, 2**63)
-    if steps > MOST_STEPS or steps // every > MOST_READINGS:
-        must = f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
-        raise invalid("`duration`", must, span)
-    if not 1e-9 <= tolerance <= 1e-2:
-        raise invalid("`tolerance`", "be between 1e-9 and 1e-2", tolerance)
-    if not 1e-9 <= volts <= 1e9:
-        raise invalid("`volts`", "be between 1e-9 and 1e9", volts)
-    if not isinstance(port, Piezo | Coil):
-        raise invalid("`port`", "be a Piezo or a Coil", port)
-    if isinstance(port, Piezo) and port.coupling is None:
-        raise InputError("piezo.coupling must be given for a `port`, but only open_circuit_frequency is")
+    _check_options(span, steps, every, seed, tolerance, volts)
+    _check_port(port)
     check_model(model, start, h)
     for name in start._fields:
         if name in OWN:
@@ -263,6 +255,27 @@ def _time(name: str, value: float | str) -> float:
         return float(time(value if isinstance(value, str) else repr(float(value))))
     except (TypeError, ValueError):
         raise invalid(f"`{name}`", "be a time above 0, such as 0.001 or '1 ms'", value) from None
+
+
+def _check_options(span: float, steps: int, every: int, seed: int, tolerance: float, volts: float) -> None:
+    """Refuse numbers that are none, or out of range."""
+    _check_integer("every", every, 1, steps)
+    _check_integer("seed", seed, 0, 2**63)
+    if steps > MOST_STEPS or steps // every > MOST_READINGS:
+        must = f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
+        raise invalid("`duration`", must, span)
+    if not 1e-9 <= tolerance <= 1e-2:
+        raise invalid("`tolerance`", "be between 1e-9 and 1e-2", tolerance)
+    if not 1e-9 <= volts <= 1e9:
+        raise invalid("`volts`", "be between 1e-9 and 1e9", volts)
+
+
+def _check_port(port: Any) -> None:
+    """Refuse what is no port."""
+    if not isinstance(port, Piezo | Coil):
+        raise invalid("`port`", "be a Piezo or a Coil", port)
+    if isinstance(port, Piezo) and port.coupling is None:
+        raise InputError("piezo.coupling must be given for a `port`, but only open_circuit_frequency is")
 
 
 def _check_integer(name: str, value: int, least: int, most: int) -> None:

@@ -11,7 +11,7 @@ import math
 from functools import partial
 
 from harvester.equations.scales import Scales
-from harvester.mechanics.kernels.ideal_circuit import Coil, Flyback, IdealCircuit
+from harvester.mechanics.kernels.ideal_circuit import Flyback, IdealCircuit, SwitchedCoil
 from harvester.netlists.load_circuit import LoadCircuit
 
 THERMAL = 1.380649e-23 * 300.15 / 1.602176634e-19  # k T/e, V, at ngspice's 27 degrees Celsius
@@ -80,11 +80,11 @@ def _peak_current(p: dict[str, float], capacitance: float, piezo: float, w0: flo
     return math.sqrt(capacitance / p["L"]) / (piezo * w0)
 
 
-def _coil(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> Coil:
+def _coil(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> SwitchedCoil:
     """The coil of an inversion, which leaves the share q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage.
 
     An overdamped coil leaves nothing.
     """
     zeta = _damping_ratio(p, capacitance)
     kept = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)) if zeta < 1.0 else 0.0
-    return Coil(kept, _peak_current(p, capacitance, piezo, w0))
+    return SwitchedCoil(kept, _peak_current(p, capacitance, piezo, w0))

@@ -16,13 +16,14 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, begin_model
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
-from harvester.cosimulation.models import check_event
+from harvester.cosimulation.model_protocol import check_event
 from harvester.cosimulation.ports import Coil, Port
 from harvester.cosimulation.probe_series import values_of, vectors_of
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.probes import Probe
 
+HEADING = re.compile("(Failed in|During:)")  # of numba's errors
 PATIENCE = 30.0  # seconds in which a run must get on
 NAMES = {
     any_mechanics.DRIFT: "drift",
@@ -89,8 +90,8 @@ def run_model(data: bytes) -> ModelRun:
     Raises InputError where a function of the model fails during the run; and as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    from harvester.cosimulation.ngspice.instance import ngspice
     from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of
+    from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     job: ModelJob = pickle.loads(data)
     coil, piezo = isinstance(job.port, Coil), job.capacitance
@@ -107,12 +108,12 @@ def run_model(data: bytes) -> ModelRun:
     if job.compiled:
         functions = _compiled(job)
     else:
-        callbacks = PlainCallbacks(job.model, job.start, drive, ngspice().state)
+        callbacks = PlainCallbacks(job.model, job.start, drive, checked_ngspice().state)
         functions = callbacks.addresses
     drive.state["source_at"], drive.state["accepted_at"] = functions
     middle = time.perf_counter()
     try:
-        ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
+        checked_ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
     finally:
         if callbacks is not None:
             callbacks.finish()
@@ -156,10 +157,10 @@ def _compiled(job: ModelJob) -> tuple[int, int]:
         kinds: Any = type(job.model), type(job.start)
         made = compiled(*kinds, tuple(one is None for one in job.model))
     except numba.core.errors.NumbaError as error:
-        lines = [one.strip() for one in re.sub(r"\x1b\[\d*m", "", str(error)).splitlines() if one.strip()]
-        told = next((one for one in lines if not one.startswith(("Failed in", "During:"))), "it says no reason")
+        text = re.sub(r"\x1b\[\d*m", "", str(error))
+        text = next((one.strip() for one in text.splitlines() if one.strip() and not HEADING.match(one.strip())), "")
         raise InputError(
-            f"`model` must be such that numba compiles it, but {type(job.model).__name__} is not: {told[:200]} "
+            f"`model` must be such that numba compiles it, but {type(job.model).__name__} is not: {text[:200]} "
             "(`compiled`=False runs it in plain Python)"
         ) from None
     return made[0].address, made[1].address

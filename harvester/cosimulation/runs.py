@@ -123,7 +123,7 @@ def run_in_this_process(
     numbers.
     """
     from harvester.cosimulation.ngspice.deck import build_deck
-    from harvester.cosimulation.ngspice.instance import ngspice
+    from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     scales, vectors = device.scales, vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * one for one in drive.start[:4])
@@ -131,7 +131,7 @@ def run_in_this_process(
     keeps = len(drive.start) == 4
     given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
     deck = build_deck(device.load, scales.capacitance, *given)
-    ngspice().run_driven(deck, drive, device.patience, deadline)
+    checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError("the response grows without bound: it left the finite numbers; add damping")
     return drive
@@ -254,12 +254,12 @@ def measure_in_workers(
     yield from map_in_workers(_measure, [(device, seed, *same, start) for seed, start in jobs])
 
 
-def ngspice_version() -> str:
-    """Version of the ngspice library, as a worker process finds it."""
+def ngspice_version() -> tuple[str, str]:
+    """Version of the ngspice library as a worker process finds it, and what is wrong with it by its trial ("")."""
     return next(map_in_workers(_version, [()]))
 
 
-def _version() -> str:
-    from harvester.cosimulation.ngspice.instance import ngspice
+def _version() -> tuple[str, str]:
+    from harvester.cosimulation.ngspice.trial import versions
 
-    return str(ngspice().ngspice_version)
+    return versions()

@@ -30,7 +30,7 @@ from harvester.mechanics.kernels.diode import lowered, share
 from harvester.mechanics.kernels.offset_stops import move, wall_of
 
 
-class Coil(NamedTuple):
+class SwitchedCoil(NamedTuple):
     """A coil that inverts: ``kept`` is the share q of the voltage left, ``peak`` the peak current over the voltage."""
 
     kept: float
@@ -40,7 +40,7 @@ class Coil(NamedTuple):
 class Flyback(NamedTuple):
     """A coil that takes the piezo's energy and gives it to the load.
 
-    ``damping`` ratio of the coil with Cp, ``peak`` as in `Coil`, ``rest`` the voltage left on the piezo, ``wire`` the
+    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left, ``wire`` the
     wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
     """
 
@@ -68,8 +68,8 @@ class IdealCircuit(NamedTuple):
     bridge: bool | None = None
     doubler: bool | None = None
     hysteresis: float | None = None
-    parallel: Coil | None = None
-    series: Coil | None = None
+    parallel: SwitchedCoil | None = None
+    series: SwitchedCoil | None = None
     sece: Flyback | None = None
 
     @property

@@ -6,14 +6,14 @@ import pytest
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.ideal_circuit import Coil, IdealCircuit
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, SwitchedCoil
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import changed, z
 
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)
 BRIDGE = IdealCircuit(mu=0.5, kappa=20.0, n=0.0066, leak=7e-4, loss=0.0, bridge=True)
 SSHI = IdealCircuit(
-    mu=0.5, kappa=20.0, n=0.0066, leak=7e-4, loss=0.0, bridge=True, hysteresis=0.005, parallel=Coil(0.7, 150.0)
+    mu=0.5, kappa=20.0, n=0.0066, leak=7e-4, loss=0.0, bridge=True, hysteresis=0.005, parallel=SwitchedCoil(0.7, 150.0)
 )
 STOP = changed(PLATE, restitution=0.96)
 

@@ -21,7 +21,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.diode import exponential, logarithm, lowered
 from harvester.mechanics.kernels.equation_of_motion import drift
-from harvester.mechanics.kernels.ideal_circuit import Coil, Flyback, IdealCircuit, Store, flown_back, fly
+from harvester.mechanics.kernels.ideal_circuit import Flyback, IdealCircuit, Store, SwitchedCoil, flown_back, fly
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
@@ -36,8 +36,8 @@ from tests.support.to_scene import equations
 SEED = np.random.SeedSequence(20261121)
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)
 SWITCHED = {
-    "parallel_sshi": {"bridge": True, "hysteresis": 0.005, "parallel": Coil(0.7, 150.0)},
-    "series_sshi": {"hysteresis": 0.005, "series": Coil(0.7, 150.0)},
+    "parallel_sshi": {"bridge": True, "hysteresis": 0.005, "parallel": SwitchedCoil(0.7, 150.0)},
+    "series_sshi": {"hysteresis": 0.005, "series": SwitchedCoil(0.7, 150.0)},
     "sece": {"hysteresis": 0.005, "sece": Flyback(0.03, 150.0, 0.09, 2e-4, 2.0)},
 }
 FREE = Coefficients()
@@ -165,7 +165,7 @@ def test_drop_of_the_switch_at_a_fixed_amplitude():
     """Vdc = (2 Voc - (1 + q) Vs)/(1 - q + pi mu): a switch's diode of Vs, a bridge of none."""
     n, threshold, q, mu = 2e-4, 0.1, 0.7, 0.3
     leak = math.exp(-threshold / n)
-    one = circuit("parallel_sshi", mu, 20 * math.pi * mu, n, leak, hysteresis=1e-4, parallel=Coil(q, 2.0))
+    one = circuit("parallel_sshi", mu, 20 * math.pi * mu, n, leak, hysteresis=1e-4, parallel=SwitchedCoil(q, 2.0))
     whole = 2 - 2 * (1 - q) * threshold - (1 + q) * threshold
     assert harmonic(one)[0] == pytest.approx(whole / (1 - q + math.pi * mu), rel=6e-3)
 

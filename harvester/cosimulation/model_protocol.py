@@ -11,7 +11,7 @@ from harvester.errors import InputError, invalid, shown
 NEEDED, EVENTS = ("drift", "kick", "source"), ("event", "jump")
 
 
-class Model(Protocol):
+class Mechanics(Protocol):
     """Mechanics as four functions of a state, which is a NamedTuple of numbers.
 
     A model that is a NamedTuple of numbers itself, its coefficients, is compiled; any other object with these methods
@@ -42,6 +42,9 @@ class Model(Protocol):
     def source(self, state: Any, /) -> float:
         """What drives the port."""
         ...
+
+
+Model = Mechanics  # as users know it
 
 
 def is_named_tuple(one: object) -> bool:
