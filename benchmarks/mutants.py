@@ -467,7 +467,7 @@ harvest-out-of-the-balance: test_theory.py -k stationary_identities
 + out = self.damped
 noise-under-stiff-damping: test_hard_scenes.py -k stiff_damping
 - return (v + (1.0 + 0.5 * y) * dv)
-+ return (s.v + dv)
++ return (v + dv)
 interval-of-one-deviation: test_optimise.py -k coverage
 - half[free] = half95(error) /
 + half[free] = error /
