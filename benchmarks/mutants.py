@@ -466,8 +466,8 @@ harvest-out-of-the-balance: test_theory.py -k stationary_identities
 - out = self.damped + (eqs.beta or 0.0) * (eqs.mu or 0.0) * self.V2
 + out = self.damped
 noise-under-stiff-damping: test_hard_scenes.py -k stiff_damping
-- return (s.v + (1.0 + 0.5 * y) * dv)
-+ return (s.v + dv)
+- return (v + (1.0 + 0.5 * y) * dv)
++ return (v + dv)
 interval-of-one-deviation: test_optimise.py -k coverage
 - half[free] = half95(error) /
 + half[free] = error /

@@ -21,6 +21,8 @@ noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
 ``s`` is the state, ``c`` the coefficients (`harvester.mechanics.kernels.coefficients`), ``d`` the drift
 (`harvester.mechanics.kernels.intervals`).  What is None is an effect that the scene does not have: numba compiles a
 version without it.  Called without numba (``.py_func``) the same lines are the readable reference.
+
+Long because a step's parts stand together.
 """
 
 import math
