@@ -35,10 +35,11 @@ def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int
     tail = max(float(energy[-1] if high > level else 0.0), float(energy[0] if low < -level else 0.0)) / warmth + BEYOND
     if tail > HIGHEST:
         return 0.0
-    rest = x[int(np.argmin(energy))]
-    reach = max(rest - ends[0], ends[1] - rest)
+    padded = np.concatenate([[np.inf], energy, [np.inf]])
+    rests = x[(energy <= padded[:-2]) & (energy < padded[2:])]
+    reach = max(rests[0] - ends[0], ends[1] - rests[-1], 0.25 * (ends[1] - ends[0]))
     inside = replace(
         box, low=ends[0], high=ends[1], speed=math.sqrt(2.0 * tail * warmth), reach=float(reach), tail=tail
     )
     on = mesh(eqs, inside, RESOLUTIONS[place])
-    return first_passage(WeakForm(eqs, on, setting.frame, modes, (low < -level, high > level)), float(rest))
+    return first_passage(WeakForm(eqs, on, setting.frame, modes, (low < -level, high > level)), float(rests[-1]))
