@@ -32,13 +32,20 @@ def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int
     ends = max(low, -level), min(high, level)
     x = np.linspace(*ends, 2001)
     energy = potential(eqs, setting.frame, x)
-    tail = max(float(energy[-1] if high > level else 0.0), float(energy[0] if low < -level else 0.0)) / warmth + BEYOND
+    lost = low < -level, high > level
+    least = min(float(energy[place]) for place, loses in zip((0, -1), lost, strict=True) if loses)
+    tail = least / warmth + BEYOND
     if tail > HIGHEST:
         return 0.0
-    rest = x[int(np.argmin(energy))]
-    reach = max(rest - ends[0], ends[1] - rest)
+    reached = np.flatnonzero(energy <= tail * warmth)  # an end that is so much higher is never passed
+    lost = lost[0] and reached[0] == 0, lost[1] and reached[-1] == len(x) - 1
+    x, energy = x[reached[0] : reached[-1] + 1], energy[reached[0] : reached[-1] + 1]
+    ends = float(x[0]), float(x[-1])
+    padded = np.concatenate([[np.inf], energy, [np.inf]])
+    rests = x[(energy <= padded[:-2]) & (energy < padded[2:])]
+    reach = max(rests[0] - ends[0], ends[1] - rests[-1], 0.25 * (ends[1] - ends[0]))
     inside = replace(
         box, low=ends[0], high=ends[1], speed=math.sqrt(2.0 * tail * warmth), reach=float(reach), tail=tail
     )
     on = mesh(eqs, inside, RESOLUTIONS[place])
-    return first_passage(WeakForm(eqs, on, setting.frame, modes, (low < -level, high > level)), float(rest))
+    return first_passage(WeakForm(eqs, on, setting.frame, modes, lost), float(rests[-1]))

@@ -1,18 +1,20 @@
-"""Densities of one or two quantities, and the rates at which levels are passed, from the density of `weak_form`.
+"""Densities of one or two quantities, and rates of passages, from the density of `weak_form`.
 
-Each passage of a level is a flux of the density: of a displacement a, of a voltage a (V' = v - mu V), and of impacts
-that are harder than w, where a stop is at x = s,
+A passage is a flux of the density: of a displacement a upwards, and of impacts that are harder than w at a stop at s,
 
-    int_{v > 0} v p(a, v) dv,    int int_{v > mu a} (v - mu a) p(x, v, V = a) dx dv,    int_w^oo u p(s, -u) du
+    int_{v > 0} v p(a, v) dv,    int_w^oo u p(s, -u) du
 
-These are Rice's rates with the true density in place of a Gaussian one.
+The first is Rice's rate with the true density in place of a Gaussian one.
 """
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.elements import evaluated, quadrature, shape_values
+from harvester.density.moment_weights import MomentWeights, value
 from harvester.density.weak_form import WeakForm
+
+WIDEST = 12.0  # root mean squares of the voltage: where its moments end
 
 
 class Marginals:
@@ -21,7 +23,6 @@ class Marginals:
     def __init__(self, form: WeakForm, p: Floats) -> None:
         self.form, self.p, mesh = form, p, form.mesh
         self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-        self._v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
         self._over_v = form.v_mass.sum(axis=0)
 
     def displacement(self, x: Floats) -> Floats:
@@ -45,33 +46,32 @@ class Marginals:
         found: Floats = self._at(self.p[0], x) @ self._across(v).T
         return found
 
-    def voltage(self, voltage: Floats) -> Floats:
-        """The density of the voltage, shape (n,); that of the displacement where no load takes any charge."""
+    def voltage(self, voltage: Floats, terms: int | None = None) -> Floats:
+        """The density of the voltage, shape (n,); that of the displacement where no load takes any charge.
+
+        The modes of y say E[V^n] for n below their number, but summed at a point they need not converge.  So a series
+        of Gram and Charlier with these moments is taken, of as many ``terms`` as there are modes or fewer.
+        """
         if self.form.modes == 1:
             return self.displacement(voltage)
-        weights = self._x.weights.ravel()
-        found: Floats = self._in_voltage(self.p @ self._over_v, self._x.points.ravel(), voltage).T @ weights
-        return found
-
-    def with_voltage(self, x: Floats, voltage: Floats) -> Floats:
-        """The density of displacement and voltage, shape (n, m)."""
-        return self._in_voltage(self.p @ self._over_v, x, voltage)
+        spread = np.sqrt(value(MomentWeights(self.form).voltage_squared(), self.p))
+        along = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
+        modal = self._x.weights.ravel() @ self._in_voltage(along * spread)
+        scaled = voltage / spread
+        (seen, seen_before), (made, made_before) = (
+            [np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi), np.zeros_like(scaled)],
+            [np.ones_like(along), np.zeros_like(along)],
+        )
+        total: Floats = np.zeros_like(scaled)
+        for k in range(terms or self.form.modes):
+            total += float(modal @ made) * (along[1] - along[0]) * seen
+            seen, seen_before = (scaled * seen - np.sqrt(k) * seen_before) / np.sqrt(k + 1.0), seen
+            made, made_before = (along * made - np.sqrt(k) * made_before) / np.sqrt(k + 1.0), made
+        return total
 
     def passages(self, level: float) -> float:
         """How often the displacement passes a level upwards, a unit of time."""
         return float(self._at(self.p[0], np.array([level]))[0] @ self.form.v_up.sum(axis=0))
-
-    def voltage_passages(self, level: float) -> float:
-        """How often the voltage passes a level away from 0, a unit of time."""
-        if self.form.modes == 1:
-            return self.passages(level)
-        way, speed = np.sign(level), self._v.points - self.form.mu * level
-        upwards = self._v.weights * np.maximum(way * speed, 0.0)
-        line, degree = np.zeros(self.form.shape[3]), self.form.mesh.degree
-        for e, part in enumerate(upwards @ self._v.values):
-            line[e * degree : (e + 1) * degree + 1] += part
-        weights = self._x.weights.ravel()
-        return float(self._in_voltage(self.p @ line, self._x.points.ravel(), np.array([level]))[:, 0] @ weights)
 
     def impacts(self, speeds: Floats, way: float = -1.0) -> Floats:
         """The impacts a unit of time and a unit of speed at the lower stop (``way`` -1) or the upper, shape (n,)."""
@@ -104,13 +104,13 @@ class Marginals:
         found: Floats = evaluated(breaks, self.form.mesh.degree, v) * inside[:, None]
         return found
 
-    def _in_voltage(self, modes: Floats, x: Floats, voltage: Floats) -> Floats:
-        """The density of modes in x, shape (modes, elements, nodes), at places and voltages, shape (n, m)."""
-        frame, at = self.form.frame, [self._at(one, x) for one in modes]
+    def _in_voltage(self, voltage: Floats) -> Floats:
+        """The sum of the modes at the Gauss points in x and some voltages, shape (m, n)."""
+        frame, x = self.form.frame, self._x.points.ravel()
         z = (((1.0 - frame.slope) * x - frame.offset)[:, None] - voltage) / frame.scale
         before, now = np.zeros_like(z), np.exp(-0.5 * z * z) / (np.sqrt(2.0 * np.pi) * frame.scale)
         total = np.zeros_like(z)
-        for k, one in enumerate(at):
-            total += one[:, None] * now
+        for k, one in enumerate(self.p @ self._over_v):
+            total += self._at(one, x)[:, None] * now
             before, now = now, (z * now - np.sqrt(k) * before) / np.sqrt(k + 1.0)
         return total

@@ -40,6 +40,9 @@ def densities(found: DensitiesShape, title: str | None) -> Plot:
         if found.frequency is not None and found.spectrum is not None:
             curve = next(places)
             curve.loglog(found.frequency, found.spectrum, color=_INK, linewidth=1.2)
+            for axis in (curve.xaxis, curve.yaxis):
+                axis.set_major_formatter(lambda tick, _: f"{tick:g}")
+                axis.set_minor_formatter("")
             curve.set_xlabel(f"frequency ({u.frequency or 'of the resonance'})")
             curve.set_ylabel(f"voltage density ({'V²/Hz' if u.frequency else 'nondimensional'})")
         for unused in places:
@@ -56,7 +59,8 @@ def _curve(here: Any, name: str, unit: str, at: Floats, density: Floats) -> None
     here.plot(at[shown] / of.factor, density[shown] * of.factor, color=_INK, linewidth=1.2, zorder=2)
     here.set_xlabel(of.label)
     inside = of.label[of.label.rindex("(") + 1 : -1]
-    here.set_ylabel("density (nondimensional)" if "nondimensional" in inside else f"density (1/({inside}))")
+    unit = f"1/({inside})" if "/" in inside else f"1/{inside}"
+    here.set_ylabel(f"density ({'nondimensional' if 'nondimensional' in inside else unit})")
 
 
 def _histogram(here: Any, values: Floats, factor: float) -> None:

@@ -712,6 +712,33 @@ def test_adjoint_of_the_density():
     assert gradient(e, found, setting)["n1"] > 0.0
 
 
+@checks("in_time")
+def test_density_in_time():
+    """The equations of decay, loss and spectrum, as on the page, with what solves them: residuals and a sum rule."""
+    from harvester.density.box import settled
+    from harvester.density.coupled_modes import Factors, integrals
+    from harvester.density.mesh import RESOLUTIONS, mesh
+    from harvester.density.refine import solution
+    from harvester.density.relaxation import first_passage, slowest_decay, voltage_spectrum
+    from harvester.density.weak_form import WeakForm
+
+    e = Equations(c1=-0.5, n1=0.025, linear=-1.0, alpha=1.0)
+    setting = settled(e, 20.0)
+    found = solution(e, setting, mesh(e, setting.box, RESOLUTIONS[0]), 1)
+    form = found.form
+    rate, p = slowest_decay(found)
+    assert form.apply(p) == pytest.approx(-rate * form.mass(p), abs=1e-5 * rate * np.abs(form.mass(p)).max())
+    lossy = WeakForm(e, form.mesh, form.frame, 1, (True, True))
+    lost = first_passage(lossy, 1.0)
+    # With the shape function 1 the form loses what leaves the ends, and the rate is that loss over the mass.
+    u = Factors(lossy, None).solve(-form.mass(found.p))
+    assert lost * np.vdot(integrals(form), u[0]) == pytest.approx(1.0, rel=0.01)
+    assert np.vdot(lossy.loss(), u[0]) == pytest.approx(1.0, rel=1e-6)
+    # An open circuit has V = x: at small frequencies S is the Lorentzian of the hops, 2 E[x^2] rate/(rate^2 + w^2).
+    low = voltage_spectrum(found, [0.5 * rate, rate])
+    assert low[0] / low[1] == pytest.approx(2.0 / 1.25, rel=0.01)
+
+
 def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
     text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))

@@ -194,7 +194,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "{modes:.1g}, box {box:.1g}); use engine 'ensemble'",
     "density_not_solved": "the equations of the density were not solved: use engine 'ensemble'",
     "density_without_slow_decay": "no decay is slower than all others: the density comes to rest in waves",
-    "densities_explained": "a coarser mesh changes no density by more than {error:.1g} of its peak",
+    "densities_explained": "a coarser mesh, and half the terms for the voltage, change no density by more than {error:.1g} of its peak",
     "density_without_box": "no box was found that holds the density: use engine 'ensemble'",
     "needs_white_noise": "engine {engine!r} must have white noise of the base (acceleration_psd, D11), without which "
     "there is no density to solve: use engine 'ensemble'",
