@@ -346,8 +346,8 @@ freedom-is-lost-in-units: test_value.py
 - Value(self.value * factor, stderr, bias, model, self.dof, self.unknown, unit)
 + Value(self.value * factor, stderr, bias, model, None, self.unknown, unit)
 z-score: test_engines.py -k text_carries
-- error = math.hypot(a.stderr or 0.0, b.stderr or 0.0)
-+ error = (a.stderr or 0.0) + (b.stderr or 0.0)
+- error = stderr_of95(math.hypot(a.error95, b.error95))
++ error = stderr_of95(a.error95 + b.error95)
 weight-from-the-same-half: test_control_variate.py -k no_bias
 - least_squares(values[halves != k], columns[halves != k])
 + least_squares(values[halves == k], columns[halves == k])

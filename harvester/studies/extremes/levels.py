@@ -180,7 +180,7 @@ def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
     rng, count, found = np.random.default_rng(seed), len(maxima), []
     for drawn in (np.arange(count), *rng.integers(0, count, (RESAMPLED // 4, count))):
         y = np.maximum(squares[drawn] - threshold, 0.0)
-        hit, total = np.count_nonzero(y), float(y.sum())
+        hit, total = int(np.count_nonzero(y)), float(y.sum())
         if not hit:
             continue
 
@@ -192,7 +192,7 @@ def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
         size = math.exp(float(minimize_scalar(misfit, (mean - 0.3, mean)).x))
         found.append((hit / np.exp(-y / size).sum(), size))
     rates, sizes = np.array(found).T
-    return RareTail(threshold, rates, sizes, np.count_nonzero(squares > threshold))
+    return RareTail(threshold, rates, sizes, int(np.count_nonzero(squares > threshold)))
 
 
 @dataclass(frozen=True)
