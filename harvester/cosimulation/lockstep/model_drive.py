@@ -62,6 +62,6 @@ class ModelDrive:
         return EnergyLedger(
             input=float(s.voltage_work) / time,
             circuit=0.0 if linear else (float(s.delivered - s.load) - smooth) / time,
-            load=float(s.load) / time,
+            load=float(s["load"]) / time,
             stored=(piezo + smooth) / time,
         )
