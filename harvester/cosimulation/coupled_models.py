@@ -160,7 +160,7 @@ def cosimulate(
         the load on the port: a name of the package's netlists such as "bridge", the path of a file, the text of a
         netlist, or a `harvester.Load` with values of its parameters.
     port
-        a `harvester.Piezo` (coupling and capacitance) or a `harvester.cosimulation.Coil`.
+        a `harvester.Piezo` (coupling and capacitance) or a `harvester.Coil`.
     start
         the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages and currents.
     duration, step

@@ -82,9 +82,10 @@ class Densities(TableResult):
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     >>> import harvester as hv
+    >>> import numpy as np
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
     >>> found = hv.densities(scene)
-    >>> round(float(found.displacement_density.sum() * (found.displacement[1] - found.displacement[0])), 2)
+    >>> round(float(np.trapezoid(found.displacement_density, found.displacement)), 3)
     1.0
     """
 

@@ -49,7 +49,7 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     """The coefficients of equations with several modes, as their kernels take them."""
     modes = eqs.modes
     assert modes is not None
-    plain = ("mu", "alpha", "beta", "c1", "c2", "c3", "n1", "linear", "alpha2")
+    plain = ("mu", "alpha", "beta", "c1", "c2", "c3", "cv", "n1", "linear", "alpha2")
     own = Coefficients(**{name: getattr(eqs, name) for name in plain})
     of = ModalCoefficients(own, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator)
     if eqs.restitution is None and eqs.stop_stiffness is None:
@@ -151,15 +151,18 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     """The kick where the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
-    direction (Sherman and Morrison); stable at any damping.
+    direction (Sherman and Morrison); stable at any damping.  The mean speed along e, which quadratic damping goes by, is
+    e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
-    f = 0.5 * h * friction(x, c.own) if is_damped(c.own) else 0.0
     force, moved, size = spring(x, c.own), 0.0, 0.0
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
         moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
         size += c.e[j] * c.e[j] * inverse
+    f = 0.5 * h * friction(x, along(c.e, z, len(c.k), i), c.own) if is_damped(c.own) else 0.0
+    if c.own.cv is not None:
+        f = 0.5 * h * friction(x, 0.5 * moved / (1.0 + f * size), c.own)
     common = f * moved / (1.0 + f * size)
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
@@ -224,7 +227,7 @@ def taken_by_damping(i, z, c):
     """The power that damping takes."""
     speeds = len(c.k) * BATCH + i
     x, speed = along(c.e, z, 0, i), along(c.e, z, len(c.k), i)
-    total = friction(x, c.own) * speed * speed if is_damped(c.own) else 0.0
+    total = friction(x, speed, c.own) * speed * speed if is_damped(c.own) else 0.0
     for j in range(len(c.d)):
         total += c.d[j] * z[speeds + j * BATCH] * z[speeds + j * BATCH]
     return total
