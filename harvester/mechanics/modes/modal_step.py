@@ -151,7 +151,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     """The kick where the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
-    direction (Sherman and Morrison); stable at any damping.  The mean speed along e, which quadratic damping goes by, is
+    direction (Sherman and Morrison); stable at any damping.  Quadratic damping goes by the mean speed along e,
     e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
