@@ -25,6 +25,7 @@ from harvester.density.mesh import Mesh
 from harvester.density.refine import Solution
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
+from harvester.machine.cores import one_blas_thread
 
 STEP = 1e-3  # of a coefficient, or of the box for a distance: differences of second order, and once extrapolated
 
@@ -52,6 +53,7 @@ def adjoint(factors: Factors, right: Floats) -> Floats:
     return from_above(z.reshape(form.shape))
 
 
+@one_blas_thread
 def gradient(eqs: Equations, found: Solution, setting: Setting, place: int = 0) -> dict[str, float]:
     """The derivative of a mean (by its place in `functionals.NAMES`) with respect to each coefficient that is present.
 

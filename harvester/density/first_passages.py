@@ -14,11 +14,13 @@ from harvester.density.mesh import RESOLUTIONS, mesh
 from harvester.density.relaxation import first_passage
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
+from harvester.machine.cores import one_blas_thread
 
 BEYOND = 6.0  # energies of the motion by which the speeds of the mesh go beyond what reaches the level
 HIGHEST = 60.0  # energies of a level that is asked for
 
 
+@one_blas_thread
 def displacement_rate(eqs: Equations, setting: Setting, level: float, place: int, modes: int) -> float:
     """The rate at which |displacement| passes a level for the first time, on the mesh of a place in `RESOLUTIONS`.
 

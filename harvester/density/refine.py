@@ -20,6 +20,7 @@ from harvester.density.mesh import RESOLUTIONS, Mesh, mesh
 from harvester.density.weak_form import WeakForm
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
+from harvester.machine.cores import one_blas_thread
 from harvester.presentation.diagnostic import refusal
 
 LIGHTEST, SAFETY = 12.0, 1.3  # exponent of a power tail that is light, and more than it makes of the box's error
@@ -131,6 +132,7 @@ def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) 
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
+@one_blas_thread
 def refined(
     eqs: Equations,
     within: float,

@@ -25,11 +25,13 @@ from harvester.density.moment_weights import MomentWeights, value
 from harvester.density.refine import Solution
 from harvester.density.weak_form import WeakForm
 from harvester.errors import SimulationError
+from harvester.machine.cores import one_blas_thread
 from harvester.presentation.diagnostic import refusal
 
 ROUNDS, STILL = 60, 1e-7  # of inverse iteration, and the relative change of the decay at which it ends
 
 
+@one_blas_thread
 def slowest_decay(found: Solution) -> tuple[float, Any]:
     """The smallest rate lambda > 0 at which a density comes to rest, and that density, whose mass is 0.
 
@@ -78,6 +80,7 @@ def first_passage(form: WeakForm, x: float) -> float:
     raise SimulationError(refusal("density_without_slow_decay"))
 
 
+@one_blas_thread
 def voltage_spectrum(found: Solution, frequencies: Sequence[float] | Floats) -> Floats:
     """The two-sided density of the voltage over the angular frequency, shape (n,)."""
     form, p = found.form, found.p

@@ -1,7 +1,12 @@
 """How many cores this process may use: all, or fewer where several processes share the work."""
 
+import functools
 import os
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
 
+P = ParamSpec("P")
+T = TypeVar("T")
 THREADS_VARIABLE = "HARVESTER_THREADS"  # of the environment, so that the processes that a process starts have it too
 
 # Of NumPy's libraries, which read it when NumPy loads.  Our matrices are small: a least squares of 512 by 18 takes 0.2
@@ -22,3 +27,19 @@ def cores() -> int:
 def limited_environment(threads: int) -> dict[str, str]:
     """Environment variables for a process that may use so many threads; NumPy's libraries use one."""
     return {THREADS_VARIABLE: str(threads), **ONE_THREAD}
+
+
+def one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
+    """The same function, in which the linear algebra of NumPy and SciPy keeps to one thread.
+
+    The program sets `ONE_THREAD` before they load; in a user's own program they have loaded with as many as they like.
+    """
+
+    @functools.wraps(function)
+    def alone(*arguments: P.args, **options: P.kwargs) -> T:
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(limits=1, user_api="blas"):
+            return function(*arguments, **options)
+
+    return alone

@@ -1,10 +1,14 @@
-"""Parts that can be bought, which `harvester design` chooses from: coils, and harvesting chips, with their sources."""
+"""Parts that can be bought, which `harvester design` chooses from: coils, and harvesting chips, with their sources.
+
+The coils' numbers were read from the text of the sheets, whose tables a page's text keeps without its lines: compare
+them with the sheet before a coil is bought.
+"""
 
 import math
 from dataclasses import dataclass
 
-_SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications, page 1"
-_RB = "ABC Taiwan Electronics, RB1314 series, specification for approval of 2013, page 2"
+_SDR = "Bourns, data sheet of the SDR0503 series, electrical specifications"
+_RB = "ABC Taiwan Electronics, RB1314 series, specification for approval of 2013"
 
 
 @dataclass(frozen=True)

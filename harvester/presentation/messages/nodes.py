@@ -18,6 +18,8 @@ MESSAGES = {
     "circuit_left_out": "left out: {why}",
     "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",
     "coils_saturate": "an inversion at {voltage:g} V takes more current than any coil of the list bears",
+    "detector_not_counted": "its switch closes at the peaks at no cost: on a board a detector takes power of its "
+    "own and acts a little late, which is not counted here (the netlist self_powered_sshi has such a detector)",
     "design_simplest": "the first of the circuits that meets everything, in the order in which they are asked for; "
     "a spread would tell them apart",
     "design_by_share": "the circuit that most devices meet everything with; of those that cannot be told apart the "

@@ -15,7 +15,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
 from harvester.machine import files
 from harvester.machine.execution import DEFAULT, Execution
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written
@@ -101,7 +101,10 @@ def design(
         raise InputError(_nearest(found, needed, problem, told))
     shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
     order = _order(meeting, shares)
-    remarks = (*told, note("design_by_share" if spreads else "design_simplest"), _check(found[order[0]][1], needed))
+    chosen, best = found[order[0]]
+    remarks = [*told, note("design_by_share" if spreads else "design_simplest"), _check(best, needed)]
+    if chosen.coil is not None:
+        remarks.append(warning("detector_not_counted", chosen.circuit))
     result = _result(problem, needed, farads, found, order, shares, (*unusual_values(device), *remarks))
     result = dataclasses.replace(result, seconds=time.perf_counter() - begin)
     if folder is not None:
