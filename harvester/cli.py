@@ -34,7 +34,7 @@ from harvester.commands.study import study_commands
 from harvester.commands.sweep import sweep
 from harvester.commands.tolerance import tolerance
 from harvester.commands.tour import tour
-from harvester.errors import HarvesterError, named
+from harvester.errors import HarvesterError, InputError, named
 from harvester.machine.limits import check_limits, check_streams
 
 HELP = """How much power a vibro-impact piezoelectric harvester gives, at which load, and how sure that is.
@@ -90,6 +90,8 @@ def exit_status(arguments: list[str]) -> int:
     except HarvesterError as error:
         return _say(str(error), error.exit_status)
     except click.ClickException as error:
+        if isinstance(error.__context__, InputError):  # of an option's reader: it says all of it
+            return _say(str(error.__context__), 2)
         return _say(error.format_message() + _hint(error), 2)
     except (KeyboardInterrupt, click.Abort) as error:  # click's own hides the other behind it
         return _say(str(error.__cause__ or error) or "interrupted", 130)

@@ -19,7 +19,7 @@ Hodges, IEEE J. Solid-State Circuits 3, 285, 1968.
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import astuple, dataclass
 
 from harvester.circuits.expression import Node, constant, read
 from harvester.circuits.junctions import THERMAL
@@ -43,7 +43,8 @@ _FIELD = """vds < 0 ? -(backward > 0 ? beta*(1 - slope*vds)*(backward < -vds ? h
                                         : vds*(2*half*forward - half*vds)) : 0)"""
 
 
-class Layer(NamedTuple):
+@dataclass(frozen=True)
+class Layer:
     """What a junction stores: Cjo (F), Vj (V), M, Fc, and the transit time Tt (s) of its current."""
 
     capacitance: float = 0.0
@@ -74,7 +75,7 @@ def add_junction(system: System, row: Row, limits: Junction, layer: Layer, shunt
 
 def _add_current(system: System, v: Node, row: Row, of: Junction, layer: Layer) -> None:
     """Add a current of a junction whose voltage is limited already."""
-    arguments = of.saturation, of.thermal, of.breakdown, of.reverse, *layer
+    arguments = of.saturation, of.thermal, of.breakdown, of.reverse, *astuple(layer)
     system.diodes.append(Diode(v.index, arguments, row))
 
 
@@ -83,7 +84,8 @@ def _across(system: System, first: str, second: str, reversed_: bool) -> Row:
     return system.across(second, first) if reversed_ else system.across(first, second)
 
 
-class _Side(NamedTuple):
+@dataclass(frozen=True)
+class _Side:
     """A junction of a bipolar transistor: its letter, its direction, and the names and usual values of its card."""
 
     place: str

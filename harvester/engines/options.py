@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any, ClassVar, overload
 
 from harvester.errors import InputError, invalid, refused
@@ -67,8 +68,8 @@ class Request:
         _check_positive(self, "within", "budget")
         if self.within is not None and not self.FINEST <= self.within < 1.0:
             raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", f"{self.within:.3g}")
-        if self.seed < 0:
-            raise invalid("`seed`", "be at least 0", self.seed)
+        if not isinstance(self.seed, Integral) or self.seed < 0:
+            raise invalid("`seed`", "be a whole number of at least 0", self.seed)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,8 +36,8 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
             f"the response grows without bound: {name} feeds energy at large amplitude and nothing bounds it; "
             f"give {cure}"
         )
-    if eqs.is_random or eqs.drive is None:
-        _check_spring(eqs)  # a drive alone may leave the mass in its well; a path that leaves it ends in an error
+    if eqs.is_random or eqs.drive is None or not eqs.resting_places:
+        _check_spring(eqs)  # a drive alone may leave the mass in a well; a path that leaves it ends in an error
 
 
 def _check_spring(eqs: Equations) -> None:

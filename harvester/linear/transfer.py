@@ -57,7 +57,7 @@ def amplitudes(eqs: Equations, w: Floats | float) -> Complexes:
     s, mu, stiffness = 1j * np.asarray(w), eqs.mu or 0.0, 1.0
     if eqs.linear is not None:
         linear, alpha2, alpha = eqs.spring
-        rest = eqs.resting_places[0]
+        rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
     if eqs.modes is not None:
         return _amplitudes_of_modes(eqs, np.asarray(w), stiffness)

@@ -23,7 +23,9 @@ def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float)
     """When the store reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
     volts = np.linspace(0.0, float(levels[-1]), FINE)
     net = table.at(volts) - volts / ohm
-    rate = np.where(net > 0.0, net, np.nan) / np.maximum(farads + table.sampled("lag", volts) * table.slope(volts), 0.0)
+    held = np.maximum(farads + table.sampled("lag", volts) * table.slope(volts), 0.0)  # 0: it is there at once
+    with np.errstate(divide="ignore"):
+        rate = np.where(net > 0.0, net, np.nan) / held
     times = cumulative_trapezoid(1.0 / rate, volts, initial=0.0)
     start = table.ring_up / float(table.current[0]) if table.current[0] > 0.0 else math.inf
     return np.nan_to_num(np.interp(levels, volts, start + np.maximum.accumulate(times)), nan=math.inf)

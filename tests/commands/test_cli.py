@@ -87,7 +87,7 @@ PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is
             for text in ("-1", "0s", "nan", "30 parsecs")
         ),
         (("run", PLATE, "--budget", "9" * 400), "--budget must be above 0, but is inf"),
-        (("run", PLATE, "--seed", "-1"), "--seed must be at least 0, but is -1"),
+        (("run", PLATE, "--seed", "-1"), "--seed must be a whole number of at least 0, but is -1"),
         (("run", PLATE, "--seed", "x"), "Invalid value for '--seed': 'x' is not a valid integer"),
         (("run", PLATE, "--dt", "nan"), "--dt must be a time above 0, such as 1ms or 0.001, but is 'nan'"),
         (("run", PLATE, "--dt", "0"), "--dt must be a time above 0, such as 1ms or 0.001, but is '0'"),

@@ -44,6 +44,7 @@ LESS = [
     ("harvester charge examples/bimorph", [], {"8s": "1s", "4s": "1s"}),
     ("motion examples/bimorph_board", [], {"4": "1"}),
     ("benchmarks/published.py", ["erturk_inman"], {}),
+    ("benchmarks/predictions.py", ["--table"], {}),
     (
         "harvester tour",
         ["--help"],

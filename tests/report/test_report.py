@@ -329,8 +329,11 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
 
 
 def test_every_effect_has_a_word():
-    many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0))
-    variants = [many, Equations(alpha=-1.0, coloured=1.0)]
+    many = Equations(**dict.fromkeys(Equations.__dataclass_fields__, 1.0) | {"modes": None})
+    several = [
+        Problem.of(ROOT / "examples" / f"{name}.toml").equations for name in ("two_modes_with_stop", "magnifier")
+    ]
+    variants = [many, Equations(alpha=-1.0, coloured=1.0), *several]
     names = {name for eqs in variants for name in eqs.effects} | {"netlist"}
     assert names >= set(EFFECTS)
     rows = [row for table in effects_section(Problem.of(PLATE)).tables for row in table.rows]

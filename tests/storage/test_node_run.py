@@ -80,7 +80,7 @@ def test_leakage_keeps_a_store_from_waking():
     ("keys", "message"),
     [
         ({"wake_voltage": 1.0}, "wake_voltage must be above stop_voltage, 2 V, but is 1.0"),
-        ({"packet_energy": 1e-4}, "node must have either currents or packet_energy, but both are given"),
+        ({"packet_energy": 1e-4}, "node must have one of currents, packet_energy and trace"),
         ({"durations": (0.01, 0.02)}, "durations must be as many as node.currents, 1"),
         ({"durations": (2.0,)}, "interval must be longer than a packet's durations together"),
         ({"durations": (-1.0,)}, "must be a time"),

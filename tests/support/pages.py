@@ -70,7 +70,8 @@ def folder(path):
     for name in ("examples", "netlists"):
         shutil.copytree(ROOT / name, path / name)
     (path / "benchmarks").mkdir()
-    shutil.copy(ROOT / "benchmarks" / "published.py", path / "benchmarks")
+    for name in ("published.py", "predictions.py", "predicted.csv", "measured.csv"):
+        shutil.copy(ROOT / "benchmarks" / name, path / "benchmarks")
     return path
 
 

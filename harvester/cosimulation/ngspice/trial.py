@@ -18,9 +18,9 @@ import numpy as np
 
 from harvester.cosimulation.lockstep.any_mechanics import Functions, begin_model
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
+from harvester.cosimulation.ngspice import locate_libngspice
 from harvester.cosimulation.ngspice.deck import build_deck
 from harvester.cosimulation.ngspice.instance import Ngspice, ngspice
-from harvester.cosimulation.ngspice.locate_libngspice import REMEDY
 from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks
 from harvester.errors import CircuitError, MissingProgramError
 from harvester.netlists.load_circuit import load_circuit
@@ -106,7 +106,7 @@ def checked_ngspice() -> Ngspice:
     if why:
         raise MissingProgramError(
             f"engine 'spice' must have an ngspice that does what it is told, but version {library.ngspice_version} "
-            f"does not ({why}): take version {' or '.join(map(str, TESTED))}, {REMEDY}"
+            f"does not ({why}): take version {' or '.join(map(str, TESTED))}, {locate_libngspice.REMEDY}"
         )
     return library
 

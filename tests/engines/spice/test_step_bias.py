@@ -1,10 +1,18 @@
-"""The bias of the step of a netlist that no circuit without ngspice serves, as it has a transistor."""
+"""The bias of the step of a netlist that no circuit without ngspice serves, as it has a transistor of level 3."""
 
 import pytest
 
 import harvester as hv
 
-OWN = "* Two halves\n.subckt mine p n R=1Meg\nRload p n {2*R}\nRother p n {2*R}\nQ1 p p p 2N5551\n.ends mine\n.end\n"
+OWN = """* Two halves
+.subckt mine p n R=1Meg
+Rload p n {2*R}
+Rother p n {2*R}
+M1 p p p p slow
+.model slow nmos level=3
+.ends mine
+.end
+"""
 
 
 @pytest.mark.thorough("test_a_netlist_of_ones_own")
