@@ -19,7 +19,7 @@ LESS = [
     ("harvester response", [], {":41": ":3", ":61": ":3"}),
     ("harvester optimise", ["--budget", "1s", "--within", "10%"], {}),
     ("harvester compare", ["--within", "10%"], {}),
-    ("harvester motion", [], {"4": ".5"}),
+    ("harvester motion", [], {"^4": ".5"}),
     ("bq25570.toml --from-rest", [], {"2": ".5"}),
     ("python examples/load_sweep.py", ["--quick"], {}),
     ("python examples/own_netlist.py", ["--quick"], {}),
