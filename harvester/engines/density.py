@@ -1,11 +1,12 @@
 """Engine `density`: the stationary density of mass, stop and resistor, solved directly, without sampling."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
-from harvester.engines.moment_existence import existence
+from harvester.engines.moment_existence import MomentExistence, existence
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_known_effects, served
 from harvester.equations.bounds import check_bounded
@@ -16,6 +17,9 @@ from harvester.errors import SimulationError, names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.density.refine import Answer
 
 USUAL = 1e-5  # the relative error that is aimed at where none is asked for
 REFUSED = 0.02  # the relative error above which there is no answer
@@ -58,22 +62,33 @@ class Density(Request, Engine):
         without = None if problem.equations.n1 else refusal("needs_white_noise", engine=cls.NAME)
         return needs_known_effects(problem, cls, unknown_to(DENSITY)) or without
 
+    def solve(
+        self, problem: Problem, progress: Callable[[float], None] | None = None
+    ) -> "tuple[MomentExistence, Answer]":
+        """What exists of the means, and the density of a problem that is served, with its error.
+
+        Raises UnboundedResponseError, InfiniteMeanError, and SimulationError for a density that is not resolved.
+        """
+        from harvester.density.refine import LIGHTEST, refined
+
+        check_bounded(problem.equations)
+        exists = existence(problem, sampled=False)
+        tail = LIGHTEST if exists.tail is None else exists.tail.lowest
+        answer = refined(problem.equations, number(self.within) or USUAL, number(self.budget), progress, tail)
+        if not answer.share <= REFUSED:
+            raise SimulationError(refusal("density_not_resolved", error=answer.share, **answer.parts))
+        return exists, answer
+
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
         from harvester.density.functionals import NAMES
-        from harvester.density.refine import LIGHTEST, refined
 
         problem, within = served(type(self), scene), number(self.within)
         eqs = problem.equations
-        check_bounded(eqs)
-        exists = existence(problem, sampled=False)
         begin = time.perf_counter()
-        tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-        answer = refined(eqs, within or USUAL, number(self.budget), progress, tail)
+        exists, answer = self.solve(problem, progress)
         seconds = time.perf_counter() - begin
         share, parts = answer.share, answer.parts
-        if not share <= REFUSED:
-            raise SimulationError(refusal("density_not_resolved", error=share, **parts))
         uncounted = accumulation(eqs)
         diagnostics = [exists.warning, note("density_solved"), uncounted]
         if eqs.mu is None:

@@ -6,12 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from harvester.density.adjoint import gradient
-from harvester.density.refine import LIGHTEST, refined
 from harvester.engines.density import Density
-from harvester.engines.moment_existence import existence
-from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, estimate, served
-from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.equations.from_scene import equations_at
 from harvester.equations.problem import Problem
@@ -130,11 +126,9 @@ def sensitivity(
     eqs = problem.equations
     if not (eqs.beta and eqs.mu):
         raise InputError("the scene must have a coupling and a load resistance, or no power changes, but it has not")
-    check_bounded(eqs)
-    exists = existence(problem, sampled=False)
-    unknown, tail = exists.unknown, LIGHTEST if exists.tail is None else exists.tail.lowest
     begin = time.perf_counter()
-    answer = refined(eqs, number(engine.within) or USUAL, number(engine.budget), progress, tail)
+    exists, answer = engine.solve(problem, progress)
+    unknown = exists.unknown
     fine, coarse = (gradient(eqs, found, answer.setting) for found in (answer.solution, answer.coarser))
     means = (float(answer.means[0]), float(answer.coarser.means[0]))
     rest = answer.parts["modes"] + answer.parts["box"]

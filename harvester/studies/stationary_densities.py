@@ -15,12 +15,9 @@ from harvester import figures
 from harvester.arrays import Floats
 from harvester.density.functionals import NAMES
 from harvester.density.marginals import Marginals
-from harvester.density.refine import LIGHTEST, Answer, refined, solution
+from harvester.density.refine import Answer, solution
 from harvester.engines.density import Density
-from harvester.engines.moment_existence import existence
-from harvester.engines.options import number
 from harvester.engines.protocol import AnyScene, served
-from harvester.equations.bounds import check_bounded
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, names_arguments
@@ -187,11 +184,8 @@ def densities(
     asked = None if level is None else read_level(level, problem)
     if not 0 <= spectrum <= MOST_FREQUENCIES:
         raise invalid("`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum)
-    check_bounded(eqs)
-    exists = existence(problem, sampled=False)
     begin = time.perf_counter()
-    tail = LIGHTEST if exists.tail is None else exists.tail.lowest
-    answer = refined(eqs, number(Density(within=within).within) or USUAL, None, progress, tail)
+    exists, answer = Density(within=within).solve(problem, progress)
     curves = _curves(problem, answer)
     made = (exists.warning, accumulation(eqs), note("density_solved"))
     explained = note("densities_explained", error=curves["largest_error"])
