@@ -1,16 +1,20 @@
 """Engine `exact`: linear equations without a stop, in closed form, under any shaking."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from harvester.answers.estimate import Estimate
+import numpy as np
+
+from harvester.answers.estimate import DISPLACEMENT, PEAKS, Estimate
 from harvester.engines.formula import Formula
 from harvester.engines.protocol import estimate
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import names_arguments
+from harvester.linear.transfer import amplitudes
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
@@ -62,4 +66,21 @@ class Exact(Formula):
         if not eqs.is_shaken:
             diagnostics.append(warning("nothing_shakes"))
         v2 = Value(solution.value, bias=solution.error, model=0.0)
-        return estimate(self.NAME, problem, v2, None, diagnostics, seconds)
+        return estimate(self.NAME, problem, v2, None, diagnostics, seconds, details=_motion(problem, solution.x2))
+
+
+def _motion(problem: Problem, x2: float) -> dict[str, float]:
+    """The RMS displacement, and under a harmonic drive alone the amplitudes of displacement and voltage.
+
+    Of a record or a tabulated density the displacement's error is not computed, so that it is left out.  Random shaking
+    has no largest value but over a lifetime (`harvester run --lifetime`).
+    """
+    eqs, units = problem.equations, problem.units
+    if eqs.record is not None or eqs.density is not None:
+        return {}
+    found = {DISPLACEMENT: math.sqrt(x2) * units.length}
+    if eqs.drive is not None and not eqs.is_random:
+        assert eqs.drive_frequency is not None, "Scene checks this"
+        x, voltage = abs(eqs.drive) * np.abs(amplitudes(eqs, eqs.drive_frequency))
+        found |= dict(zip(PEAKS, (float(x) * units.length, float(voltage) * units.volts), strict=True))
+    return found
