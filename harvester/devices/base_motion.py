@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -86,7 +87,8 @@ def _drawn(problem: Problem, duration: float, spacing: float, seed: int) -> tupl
 
     s = problem.scales
     steps = math.ceil(duration / spacing)
-    found = forcing(problem.equations, spacing * s.frequency, steps, np.random.default_rng([seed, 10]))
+    noise = replace(problem.equations, drive=None, drive_frequency=None)  # the sinusoid is a source of its own
+    found = forcing(noise, spacing * s.frequency, steps, np.random.default_rng([seed, 10]))
     assert found is not None, "the scene has such noise"
     return spacing * np.arange(steps + 1, dtype=np.float64), -found * s.length * s.frequency**2
 

@@ -51,18 +51,18 @@ def power_bound(problem: Problem) -> PowerBound | None:
 
 def _mean_square(eqs: Equations) -> float:
     """E[a^2] of the shaking beside white noise."""
-    if eqs.drive is not None:
-        return 0.5 * eqs.drive**2
     recorded = eqs.record or eqs.density
     if recorded is not None:
         return recorded.rms**2
-    assert eqs.coloured is not None, "one of them shakes"
-    return eqs.coloured * eqs.bandwidth if eqs.bandwidth is not None else eqs.coloured / (eqs.correlation_time or 0.0)
+    found = 0.0 if eqs.drive is None else 0.5 * eqs.drive**2
+    if eqs.coloured is not None:
+        found += eqs.coloured * (1.0 / (eqs.correlation_time or 0.0) if eqs.bandwidth is None else eqs.bandwidth)
+    return found
 
 
 def _mean_jerk(eqs: Equations) -> float:
     """E|a'| of a drive or a record, whose Fourier series is looked at 8 times a sample; infinite for noise."""
-    if eqs.drive is not None:
+    if eqs.drive is not None and eqs.coloured is None:
         assert eqs.drive_frequency is not None, "Scene checks this"
         return 2.0 / math.pi * eqs.drive * eqs.drive_frequency
     if eqs.record is None:

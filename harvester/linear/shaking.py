@@ -32,16 +32,18 @@ def response_to_shaking(eqs: Equations) -> tuple[Floats, Floats]:
 
     What rounding does at a sharp resonance is not in them.
     """
+    found, error = np.zeros(2), np.zeros(2)
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None, "Scene checks this"
-        return 0.5 * eqs.drive**2 * gains(eqs, eqs.drive_frequency), np.zeros(2)
+        found = 0.5 * eqs.drive**2 * gains(eqs, eqs.drive_frequency)
     if eqs.record is not None:
         w, p = lines(eqs.record)
         g, spread = gains(eqs, w), (ROUNDING * math.log2(len(p))) ** 2 * p.mean()  # of the strong lines over all
         return g @ p, g @ (2.0 * np.sqrt(p * spread) + spread)
-    if eqs.coloured is None and eqs.density is None:
-        return np.zeros(2), np.zeros(2)
-    return _integral(eqs)
+    if eqs.coloured is not None or eqs.density is not None:
+        noise, error = _integral(eqs)
+        found = found + noise
+    return found, error
 
 
 def lines(record: Record) -> tuple[Floats, Floats]:

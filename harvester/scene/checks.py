@@ -7,9 +7,10 @@ NARROWEST = 1e-9  # room between two stops, as a part of their distance from res
 
 
 def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str) -> None:
-    """Refuse a key without the key that it needs, and more than one way of shaking beside white noise.
+    """Refuse a key without the key that it needs, and several ways of shaking that do not go with each other.
 
-    ``amplitude``, ``frequency`` and ``noise`` are the names of the table's keys.
+    White noise goes with all of them, and a sinusoid with coloured noise, too. ``amplitude``, ``frequency`` and
+    ``noise`` are the names of the table's keys.
     """
     profile = getattr(table, "profile", None) is not None  # which says by itself what goes with an amplitude
     pairs = [] if profile else [(amplitude, frequency), (frequency, amplitude)]
@@ -18,10 +19,11 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
     for key, other in pairs:
         if getattr(table, key) is not None and getattr(table, other) is None:
             raise InputError(f"{table.TABLE}.{other} must be given with {key}, but is left out")
-    names = ["profile" if profile else amplitude, "correlation_time", "centre_frequency"]
-    names += ["acceleration_file", "acceleration_psd_file"]
+    noises = ["correlation_time", "centre_frequency"]
+    names = ["profile" if profile else amplitude, *noises, "acceleration_file", "acceleration_psd_file"]
     present = [key for key in names if getattr(table, key, None) is not None]
-    if len(present) > 1:
+    sinusoid_in_noise = len(present) == 2 and present[0] == amplitude and present[1] in noises
+    if len(present) > 1 and not sinusoid_in_noise:
         raise InputError(f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given")
 
 

@@ -31,7 +31,7 @@ from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.path import check_start
 from harvester.mechanics.kernels.shaken_control_variates import martingales
-from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, samples_of
+from harvester.mechanics.kernels.shaking import Filter, filter_of, filter_start, of_batch, rows_of, samples_of
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, SUMS, Batch, Schedule, advance, mid_drift
 from harvester.mechanics.modes.modal_batch import ModalMotion
@@ -146,7 +146,7 @@ class Trajectories:
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), BATCH)
-        self.filter = aligned((self.blocks, 2, BATCH))
+        self.filter = aligned((self.blocks, rows_of(self.eqs), BATCH))
         self.shakers: list[Filter | None] = [None] * self.blocks
         if self.eqs.is_shaken_otherwise:
             self._begin_shaking()
@@ -158,12 +158,12 @@ class Trajectories:
         coarse = self.doublings > 0
         grid, known = 0.5 * self.h if coarse else self.h, filter_of(self.eqs, self.h, coarse)
         samples = None
-        for k, ((p, q), (s0, s1)) in enumerate(zip(self.filter, self.words, strict=True)):
+        for k, (states, words) in enumerate(zip(self.filter, self.words, strict=True)):
             rng = np.random.default_rng(child(self.seed, 2, k))
             if k == 0 or self.eqs.density is not None:
                 samples = samples_of(self.eqs, grid, rng)
-            p[:], q[:] = filter_start(self.eqs, grid, BATCH, rng, samples)
-            self.shakers[k] = known._replace(p=p, q=q, s0=s0, s1=s1, samples=samples)
+            states[:] = filter_start(self.eqs, grid, BATCH, rng, samples)
+            self.shakers[k] = of_batch(known, states, words, samples)
 
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.

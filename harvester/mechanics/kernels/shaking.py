@@ -65,12 +65,21 @@ def _record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
+class Tone(NamedTuple):
+    """A sinusoid beside coloured noise: cosine and sine of its angle in a step, and its states (p, q)."""
+
+    c: float
+    s: float
+    p: Floats | None = None
+    q: Floats | None = None
+
+
 class Filter(NamedTuple):
     """A shaking other than white noise, of trajectories side by side: two linear filters of a state (p, q) each.
 
     p and q are arrays of one state a trajectory, s0 and s1 the words of their random generators; None in a filter of
     one path.  Of a record nothing is filtered: p is the present one of its ``samples``, and q its index.  ``gain`` is
-    the acceleration over p, where it is not 1.
+    the acceleration over p, where it is not 1, and ``tone`` a sinusoid that is added to coloured noise.
     """
 
     a11: float
@@ -86,6 +95,7 @@ class Filter(NamedTuple):
     q: Floats | None = None
     s0: Words | None = None
     s1: Words | None = None
+    tone: Tone | None = None
 
 
 def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
@@ -95,20 +105,20 @@ def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
     pair are shaken alike.
     """
     whole, h = h, 0.5 * h if coarse else h
+    tone = None
     if eqs.drive is not None:
         assert eqs.drive_frequency is not None
-        c, s = math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h)
-        return Filter(c, -s, s, c)
+        tone = Tone(math.cos(eqs.drive_frequency * h), math.sin(eqs.drive_frequency * h))
     if eqs.coloured is None:
-        return Filter(0.0)
+        return Filter(0.0) if tone is None else Filter(tone.c, -tone.s, tone.s, tone.c)
     if eqs.correlation_time is not None:
         fading = h / eqs.correlation_time
         spread = deviation(eqs, h)
         gain = deviation(eqs, whole) / spread  # 1, unless coarse
-        return Filter(math.exp(-fading), l11=spread * math.sqrt(-math.expm1(-2.0 * fading)), gain=gain)
+        return Filter(math.exp(-fading), l11=spread * math.sqrt(-math.expm1(-2.0 * fading)), gain=gain, tone=tone)
     a, lower = _noise_filter(eqs, h)
     (a11, a12, a21, a22), (l11, _, l21, l22) = a.ravel().tolist(), lower.ravel().tolist()
-    return Filter(a11, a12, a21, a22, l11, l21, l22)
+    return Filter(a11, a12, a21, a22, l11, l21, l22, tone=tone)
 
 
 def filter_start(
@@ -116,17 +126,45 @@ def filter_start(
 ) -> Floats:
     """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law.
 
-    In a record of a density the places are evenly apart from a random one on, so that together they soon see all of it.
+    Those of a sinusoid beside coloured noise come after the noise's, in two further rows. In a record of a density the
+    places are evenly apart from a random one on, so that together they soon see all of it.
     """
     if samples is not None:
         places = rng.integers(0, len(samples), trajectories)
         if eqs.density is not None:
             places = (places[0] + len(samples) * np.arange(trajectories) // trajectories) % len(samples)
         return np.array([samples[places], places])
+    states = np.empty((0, trajectories))
+    if eqs.coloured is not None:
+        states = deviation(eqs, h) * rng.standard_normal((2, trajectories))
     if eqs.drive is not None:
         phase = rng.uniform(0.0, 2.0 * math.pi, trajectories)
-        return eqs.drive * np.array([np.cos(phase), np.sin(phase)])
-    return deviation(eqs, h) * rng.standard_normal((2, trajectories))
+        states = np.concatenate([states, eqs.drive * np.array([np.cos(phase), np.sin(phase)])])
+    return states
+
+
+def rows_of(eqs: Equations) -> int:
+    """How many rows the states of `filter_start` have."""
+    return 4 if eqs.drive is not None and eqs.coloured is not None else 2
+
+
+def of_batch(known: Filter, states: Floats, words: Words, samples: Floats | None) -> Filter:
+    """A filter with the states of `filter_start` and the random words of a batch, both shared with the caller."""
+    tone = None if known.tone is None else known.tone._replace(p=states[2], q=states[3])
+    return known._replace(p=states[0], q=states[1], s0=words[0], s1=words[1], samples=samples, tone=tone)
+
+
+@forced
+def last_acceleration(i, shaker):
+    """The acceleration of trajectory i at its last kick; None without a shaker."""
+    if shaker is None:
+        return None
+    a = shaker.p[i]
+    if shaker.gain is not None:
+        a = shaker.gain * a
+    if shaker.tone is not None:
+        a += shaker.tone.p[i]
+    return a
 
 
 @forced
@@ -135,18 +173,15 @@ def shake(accelerations, coarse, shaker):
 
     ``accelerations`` has shape (2, trajectories).
     """
-    p, count = shaker.p, len(shaker.p)
+    count = len(shaker.p)
     for i in range(count):
-        accelerations[0, i] = p[i]
+        accelerations[0, i] = last_acceleration(i, shaker)
     if coarse:
         for i in range(count):
             _step_of_filter(i, shaker)
     for i in range(count):
         _step_of_filter(i, shaker)
-        before, after = accelerations[0, i], p[i]
-        if shaker.gain is not None:
-            before *= shaker.gain
-            after *= shaker.gain
+        before, after = accelerations[0, i], last_acceleration(i, shaker)
         accelerations[0, i], accelerations[1, i] = 0.5 * (before + after), after
 
 
@@ -180,16 +215,9 @@ def _step_of_filter(i, f):
     p[i] = p1
     if f.a12 is not None:
         q[i] = q1
-
-
-@forced
-def last_acceleration(i, shaker):
-    """The acceleration of trajectory i at its last kick; None without a shaker."""
-    if shaker is None:
-        return None
-    if shaker.gain is not None:
-        return shaker.gain * shaker.p[i]
-    return shaker.p[i]
+    if f.tone is not None:
+        p, q = f.tone.p, f.tone.q
+        p[i], q[i] = f.tone.c * p[i] - f.tone.s * q[i], f.tone.s * p[i] + f.tone.c * q[i]
 
 
 @kernel
@@ -207,10 +235,15 @@ def _filter_path(xi, p, q, f, out):
 def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
     """States (p, q) of the filter of coloured noise at the times 0, h, ..., steps h, and what is new in p's next step.
 
-    Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``.
+    Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``, but for a sinusoid beside it.
     """
+    return _filtered(filter_start(eqs, h, 1, rng)[:2, 0], eqs, h, steps, rng)
+
+
+def _filtered(start: Floats, eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
+    """`filtered` from a first state (p, q)."""
     out = np.empty((3, steps + 1))
-    p, q = filter_start(eqs, h, 1, rng)[:, 0]
+    p, q = start
     xi = np.ascontiguousarray(rng.standard_normal((steps + 1, 2)).T)  # a longer path begins as a shorter one
     _filter_path(xi, p, q, filter_of(eqs, h), out)
     return out
@@ -218,29 +251,38 @@ def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> 
 
 def coarse_forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
     """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
-    fine = forcing(eqs, 0.5 * h, 2 * steps, rng)
-    gain = None if eqs.coloured is None else filter_of(eqs, h, coarse=True).gain
-    return None if fine is None else np.ascontiguousarray(fine[::2]) * (1.0 if gain is None else gain)
+    gain = 1.0 if eqs.coloured is None else filter_of(eqs, h, coarse=True).gain or 1.0
+    fine = forcing(eqs, 0.5 * h, 2 * steps, rng, gain)
+    return None if fine is None else np.ascontiguousarray(fine[::2])
 
 
-def forcing(eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None) -> Floats | None:
+def forcing(
+    eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None, gain: float = 1.0
+) -> Floats | None:
     """Accelerations at the times 0, h, ..., steps h of one path, shape (steps + 1,); None without such a shaking.
 
-    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
+    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.  Coloured noise is
+    multiplied by ``gain``.
 
     Raises InputError for random shaking without a generator.
     """
+    if eqs.coloured is not None or eqs.density is not None:
+        if rng is None:
+            raise invalid("forcing", "be given where coloured noise shakes the mass", None)
+        if eqs.density is not None:
+            return _record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
+        start = filter_start(eqs, h, 1, rng)[:, 0]
+        noise = np.asarray(gain * _filtered(start[:2], eqs, h, steps, rng)[0])
+        return noise if eqs.drive is None else noise + _sinusoid(eqs, h, steps, math.atan2(start[3], start[2]))
     if eqs.drive is not None:
-        assert eqs.drive_frequency is not None
-        phase = 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi)
-        return np.asarray(eqs.drive * np.cos(eqs.drive_frequency * h * np.arange(steps + 1) + phase))
+        return _sinusoid(eqs, h, steps, 0.0 if rng is None else rng.uniform(0.0, 2.0 * math.pi))
     if eqs.record is not None:
-        start = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
-        return eqs.record.at(start + h * np.arange(steps + 1, dtype=np.float64), h)
-    if not eqs.is_shaken_otherwise:
-        return None
-    if rng is None:
-        raise invalid("forcing", "be given where coloured noise shakes the mass", None)
-    if eqs.density is not None:
-        return _record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
-    return np.asarray(filtered(eqs, h, steps, rng)[0])
+        place = 0.0 if rng is None else rng.uniform(0.0, eqs.record.period)
+        return eqs.record.at(place + h * np.arange(steps + 1, dtype=np.float64), h)
+    return None
+
+
+def _sinusoid(eqs: Equations, h: float, steps: int, phase: float) -> Floats:
+    """The accelerations of the drive, which begins with a phase."""
+    assert eqs.drive is not None and eqs.drive_frequency is not None
+    return np.asarray(eqs.drive * np.cos(eqs.drive_frequency * h * np.arange(steps + 1) + phase))

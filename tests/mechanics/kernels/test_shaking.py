@@ -15,7 +15,7 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import deviation, filter_of, forcing
+from harvester.mechanics.kernels.shaking import deviation, filter_of, filtered, forcing
 from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import (
     BAND,
@@ -318,3 +318,34 @@ def test_a_longer_path_begins_as_a_shorter_one():
     eqs = Equations(n1=None, coloured=0.1, centre=1.0, bandwidth=0.2)
     short, long = (forcing(eqs, 0.1, steps, np.random.default_rng(3)) for steps in (50, 80))
     assert short == pytest.approx(long[:51], rel=1e-12)
+
+
+@pytest.mark.parametrize("noise", [COLOURED, BAND], ids=["coloured", "band"])
+def test_a_sinusoid_beside_coloured_noise_adds_its_own_mean_square(noise):
+    both = changed(noise, drive=0.15, drive_frequency=1.2)
+    found = hv.Ensemble(seed=5, within=0.004).run(scene(both)).mean_square_voltage
+    exact = hv.Exact().run(scene(both)).mean_square_voltage.value
+    alone = hv.Exact().run(scene(noise)).mean_square_voltage.value
+    assert exact > 1.2 * alone
+    assert abs(found.value - exact) < 2.0 * found.error95
+
+
+@pytest.mark.parametrize("noise", [COLOURED, BAND], ids=["coloured", "band"])
+def test_a_path_with_both_is_that_of_the_noise_and_a_cosine(noise):
+    h, steps = 0.05, 4000
+    both = changed(noise, drive=0.3, drive_frequency=1.3)
+    rng = itertools.repeat(3)
+    sum_, longer = (forcing(both, h, n, np.random.default_rng(next(rng))) for n in (steps, 2 * steps))
+    assert np.array_equal(longer[: steps + 1], sum_)
+    rest = sum_ - filtered(both, h, steps, np.random.default_rng(next(rng)))[0]
+    angle = both.drive_frequency * h * np.arange(steps + 1)
+    fitted, *_ = np.linalg.lstsq(np.array([np.cos(angle), np.sin(angle)]).T, rest, rcond=None)
+    assert math.isclose(math.hypot(*fitted), both.drive, rel_tol=1e-12)
+    assert np.allclose(rest, fitted[0] * np.cos(angle) + fitted[1] * np.sin(angle), atol=1e-12)
+
+
+@pytest.mark.ngspice
+def test_both_against_a_stop_agree_with_ngspice():
+    both = changed(COLOURED, drive=0.15, drive_frequency=1.2, restitution=0.7, gap=0.1)
+    one, other = (engine.run(scene(both)).mean_power for engine in (hv.Ensemble(within=0.01), hv.Spice(within=0.03)))
+    assert abs(one.value - other.value) < 2.0 * math.hypot(one.error95, other.error95)
