@@ -23,7 +23,7 @@ def _target_missed(within: float, budget: float, error: float | None, more: floa
         return text + "the mean is not known from zero"
     unit = 10.0 ** (math.floor(math.log10(1.2 * enough)) - 1)  # a fifth more, rounded up to two digits
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
-    return text + f"the error is {error:.2g}; it would take at least {clock(more)} more: `budget` {rounded}s"
+    return text + f"the error is {error:.2g}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
 
 
 def _beyond_formula(engine: str, within: float, error: float | None) -> str:
