@@ -14,7 +14,7 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.presentation.messages.unknown_parts import STEP
-from harvester.uncertainty.value import NORMAL_QUANTILE, Value
+from harvester.uncertainty.value import Value, half95
 
 if TYPE_CHECKING:
     from harvester.engines.sampling import Model
@@ -75,5 +75,5 @@ def _power(one: "Attractor", rough: "list[Attractor]", name: str) -> Value:
     mean = float(entries.mean())
     if same is None:
         return Value(mean, stderr, unknown=STEP)
-    spread = NORMAL_QUANTILE * sampled if one.turns else 0.0  # that of the places of impacts in a step
+    spread = half95(sampled) if one.turns else 0.0  # that of the places of impacts in a step
     return Value(mean, stderr, abs(float(same.entries(name).mean()) - mean) / 3.0 + spread)

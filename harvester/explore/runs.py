@@ -13,7 +13,7 @@ from harvester.explore.background import Background
 from harvester.explore.html_text import plain
 from harvester.explore.looks import BUTTON, FIELD, WORDS
 from harvester.presentation.diagnostic import Diagnostic
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import half95
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
 
@@ -151,7 +151,7 @@ def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str
     """A run's answer as a point of the picture; ``error`` is its whole 95 % error, or that of its sampling."""
     tables, key, at = begun
     power = said["answer"]["mean_power"]
-    error = power["error95"] if power["error95"] is not None else NORMAL_QUANTILE * (power["stderr"] or 0.0)
+    error = power["error95"] if power["error95"] is not None else half95(power["stderr"] or 0.0)
     return {
         "engine": engine,
         "key": key,

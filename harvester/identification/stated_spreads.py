@@ -17,7 +17,7 @@ from harvester.scene.keys import SEVERAL, TABLES, kind_of
 from harvester.scene.scene import Scene
 from harvester.scene.table import key_names
 from harvester.studies.tolerance.spreads import CUT
-from harvester.uncertainty.value import NORMAL_QUANTILE
+from harvester.uncertainty.value import stderr_of95
 
 _TABLE = re.compile(r"\[\[?(\w+)\]\]?\s*(?:#.*)?")
 _KEY = re.compile(r"(\w+)\s*=.*#.*\b95 %: (\S+) to (\S+)")
@@ -50,13 +50,13 @@ def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
         if not isinstance(value, float) or not low <= value <= high:
             left_out.append(key)
             continue
-        middle, deviation = 0.5 * (low + high), 0.5 * (high - low) / NORMAL_QUANTILE
+        middle, deviation = 0.5 * (low + high), stderr_of95(0.5 * (high - low))
         kind, far = kind_of(key), CUT * deviation
         inside = middle - far > kind.above and middle - far >= kind.least and middle + far <= kind.most
         vary[key] = f"normal:{middle!r}:{deviation!r}" if inside else f"{low!r}:{high!r}"
         if inside and middle:
             deviations[key] = deviation / abs(middle)
-    deviations |= {name: (high - low) / ((high + low) * NORMAL_QUANTILE) for name, (low, high) in derived.items()}
+    deviations |= {name: stderr_of95((high - low) / (high + low)) for name, (low, high) in derived.items()}
     return ScenesSpreads(vary, _correlations(deviations), tuple(left_out))
 
 

@@ -7,7 +7,7 @@ relative error that was asked for.
 import math
 from collections.abc import Callable
 
-from harvester.uncertainty.value import NORMAL_QUANTILE, amount, clock
+from harvester.uncertainty.value import amount, clock, half95
 
 BESIDE = ", beside what white noise gives"
 
@@ -36,7 +36,7 @@ def _effort(
 ) -> str:
     return (
         f"`within` {within:.3g} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
-        f"{NORMAL_QUANTILE * bias_error:.2%}, measured against twice the step on the same noise, and "
+        f"{half95(bias_error):.2%}, measured against twice the step on the same noise, and "
         f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, for the spread of their means"
     )
 
