@@ -11,9 +11,9 @@ from harvester.circuits.substeps import DID, ROOMS, TOLD, Own
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
-from harvester.mechanics.kernels.shaking import forcing
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 from harvester.linear.harmonics import first_harmonic
-from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.periodic import MULTIPLES, Settling
 
 FIRST, WANDERED, TRIED = 4, 60, 5  # oscillations from rest; of a mass that is not linear, and how often

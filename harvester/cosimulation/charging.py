@@ -12,9 +12,9 @@ from harvester.arrays import Floats
 from harvester.cosimulation.probe_series import probes_at, values_of
 from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, run_in_this_process
 from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.mechanics.kernels.forcing import coarse_forcing, forcing
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid
 from harvester.mechanics.kernels.path import Path
-from harvester.mechanics.kernels.shaking import coarse_forcing, forcing
 
 COARSER = 10.0  # tolerance of ngspice beside twice the step
 

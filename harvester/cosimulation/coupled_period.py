@@ -28,7 +28,7 @@ from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
 from harvester.errors import CircuitError
-from harvester.mechanics.kernels.shaking import forcing
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.periodic import ALIKE, MULTIPLES, NOISY, REACHED, STALE, WORTH, Secants, Settling
 
 FIRST = 4  # oscillations from rest before the way is shortened

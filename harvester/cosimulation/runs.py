@@ -22,10 +22,10 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.kernels.circuit_control_variates import path_controls
+from harvester.mechanics.kernels.forcing import coarse_forcing, filtered, forcing
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path, trace
-from harvester.mechanics.kernels.shaking import coarse_forcing, filtered, forcing
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load

@@ -11,8 +11,8 @@ from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import CoupledDevice, Start, new_drive, nodes_of, run_in_this_process
 from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import child, three_point_grid
-from harvester.mechanics.kernels.shaking import forcing
 
 ORDER = 0.4  # of the error against reltol, as SSHI shows it from 1e-4 to 1e-6; a second-order integrator alone: 2/3
 

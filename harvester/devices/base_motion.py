@@ -83,7 +83,7 @@ def _recorded(problem: Problem, record: Record) -> tuple[Floats, Floats]:
 
 def _drawn(problem: Problem, duration: float, spacing: float, seed: int) -> tuple[Floats, Floats]:
     """Times (s) and accelerations (m/s^2) of one draw of the scene's noise."""
-    from harvester.mechanics.kernels.shaking import forcing
+    from harvester.mechanics.kernels.forcing import forcing
 
     s = problem.scales
     steps = math.ceil(duration / spacing)

@@ -20,9 +20,9 @@ from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
-from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.kernels.step_size import whole_steps
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.storage.rectified_current import RectifiedCurrent

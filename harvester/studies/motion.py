@@ -227,9 +227,9 @@ def _computed(
     h: float,
 ) -> tuple[Any, Floats, int]:
     """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
+    from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.kernels.shaking import forcing
     from harvester.mechanics.modes.modal_path import trace_modes
 
     sequence = np.random.SeedSequence([seed, 7])

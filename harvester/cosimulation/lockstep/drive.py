@@ -13,8 +13,8 @@ from harvester.errors import SimulationError
 from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
-from harvester.mechanics.kernels.shaking import forcing
 
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "

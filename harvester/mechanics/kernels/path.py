@@ -9,10 +9,10 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import invalid
 from harvester.mechanics.kernels.coefficients import State, coefficients
 from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, Store, fly
 from harvester.mechanics.kernels.intervals import EXACT, drifts, update_of
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
-from harvester.mechanics.kernels.shaking import forcing
 
 # Columns of a record: at a kick x and V, half a step later x, x' and V.
 COLUMNS = ("x_kick", "V_kick", "x", "v", "V")
@@ -120,7 +120,7 @@ def trace(
     rounded down to the stride, is the number of steps of length ``h``.  All nondimensional.  ``start`` is (x, x', V),
     with a ``circuit`` also the voltage of its capacitor; None is at rest in the first of `resting_places`.
     ``shaking``, shape (len(noise) + 1,), has the accelerations at the times 0, h, ... of what else shakes the mass;
-    None: `harvester.mechanics.kernels.shaking.forcing`.  With ``ngspice_rule`` the resistor follows ngspice's
+    None: `harvester.mechanics.kernels.forcing.forcing`.  With ``ngspice_rule`` the resistor follows ngspice's
     integration rule, from rest (`harvester.mechanics.kernels.ngspice_rule`).
 
     Without noise the path is of second order in h (against a compliant stop only where h resolves the contact: else

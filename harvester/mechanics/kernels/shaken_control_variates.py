@@ -72,7 +72,7 @@ def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:
     """The same sums of consecutive blocks of a recorded path, shape (8, blocks).
 
     ``states``, shape (4, blocks, n), are (x, v, V, ...) before each step, ``filtered``, shape (3, blocks, n), the
-    filter's (p, q) there and what its next step brings that is new (`harvester.mechanics.kernels.shaking.filtered`).
+    filter's (p, q) there and what its next step brings that is new (`harvester.mechanics.kernels.forcing.filtered`).
     """
     x, v, V = states[:3]
     p, q, new = filtered

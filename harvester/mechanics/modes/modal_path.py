@@ -7,9 +7,9 @@ import numpy as np
 from harvester.arrays import Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.compiled import kernel
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.intervals import EXACT, drifts
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, check_start, room_for_impacts
-from harvester.mechanics.kernels.shaking import forcing
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_step import along, drift_modes, kick_modes, modal_coefficients
 

@@ -12,9 +12,9 @@ from harvester.cosimulation.lockstep.rigid_stop import impact
 from harvester.cosimulation.lockstep.state import DURING
 from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import interpreted
+from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import forcing
 from tests.support.lockstep import PLATE, SEED, check_callbacks, device, rms_difference, scales
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, linear_v2, scene
 

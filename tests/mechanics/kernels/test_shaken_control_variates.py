@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.forcing import coarse_forcing, filtered, forcing
 from harvester.mechanics.kernels.noise import coarsened, three_point_grid
 from harvester.mechanics.kernels.shaken_control_variates import martingales, shaken_path_controls
-from harvester.mechanics.kernels.shaking import coarse_forcing, filter_of, filtered, forcing
+from harvester.mechanics.kernels.shaking import filter_of
 
 H, STEPS = 0.2, 4000
 SLOW = Equations(coloured=0.3, correlation_time=2.0)

@@ -14,8 +14,9 @@ from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.forcing import filtered, forcing
 from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.kernels.shaking import deviation, filter_of, filtered, forcing
+from harvester.mechanics.kernels.shaking import deviation, filter_of
 from harvester.mechanics.kernels.step_size import whole_steps
 from tests.support.systems import (
     BAND,
