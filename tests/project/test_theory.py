@@ -1,4 +1,4 @@
-"""The equations of docs/theory.md and docs/lockstep.md, written again from the page and compared with the engines.
+"""The equations of docs/theory.md, its pages and docs/lockstep.md, written again and compared with the engines.
 
 Each numbered equation of these pages is named by a test here (`checks`), or the last test fails.
 """
@@ -29,6 +29,7 @@ from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.records.records import Record
+from tests.support.pages import theory_pages
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
 from tests.support.systems import PAPER, changed, linear_v2
@@ -741,7 +742,8 @@ def test_density_in_time():
 
 def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
-    text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
+    pages = [*theory_pages(), ROOT / "docs" / "lockstep.md"]
+    text = "".join(page.read_text() for page in pages)
     assert set(re.findall(r"^\$\$ \((\w+)\)$", text, re.MULTILINE)) == CHECKED
     for path in set(re.findall(r"`((?:harvester|cosimulation|engines)/[\w/]+\.py)`", text)):
         assert (ROOT / path).exists() or (ROOT / "harvester" / path).exists(), path
