@@ -19,6 +19,8 @@ from harvester.equations.scales import Scales
 from harvester.linear.transfer import amplitudes, gains, white
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
+MISSES = 0.1  # of the largest power: below, the drive misses the resonance
+LOW, HIGH, POINTS = 0.5, 2.0, 4001  # frequencies looked at, over the resonance in short and in open circuit
 OFTEN, SELDOM = 0.1, 1e-3  # times a period
 
 
@@ -69,10 +71,6 @@ def _under_noise(eqs: Equations, s: Scales, x2: float, v2: float) -> tuple[list[
     known: dict[str, Any] = {"how": how, "rms": math.sqrt(x2) * s.length, "distance": gap * s.length}
     known |= {"is_open": eqs.mu is None, "rate": rate * s.frequency if rate > seldom else None}
     return [note("stop_under_noise", "stop", **known)], {"stop": how, "stop_hits_a_second": rate * s.frequency}
-
-
-MISSES = 0.1  # of the largest power: below, the drive misses the resonance
-LOW, HIGH, POINTS = 0.5, 2.0, 4001  # frequencies looked at, over the resonance in short and in open circuit
 
 
 def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:

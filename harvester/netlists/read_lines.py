@@ -12,6 +12,11 @@ from harvester.errors import InputError, invalid, unknown
 from harvester.machine import files
 from harvester.quantities.units import PREFIXES
 
+# How many of the first words after an element's name are nodes that its current passes, by the letter of its kind.
+NODES = dict.fromkeys("rclvibdswefgh", 2) | {"j": 3, "q": 3, "m": 4, "t": 4}
+GROUND = ("0", "gnd")
+_SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}
+_NO_CONTROL_NODES = ("poly", "value", "table", "vol", "cur", "{", "'")  # forms of E and G sources
 MOST_BYTES = 262_144  # of a netlist with all that it includes
 KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")  # one of which every file of a netlist has
 FLAT = (".title", ".end")  # or one of these, a flat netlist
@@ -148,13 +153,6 @@ def _included_file(text: str, line: Line, path: Path, root: Path, chain: tuple[P
     if target in chain:
         raise invalid(f"netlist {line.where}", "include no file within itself", name)
     return target
-
-
-# How many of the first words after an element's name are nodes that its current passes, by the letter of its kind.
-NODES = dict.fromkeys("rclvibdswefgh", 2) | {"j": 3, "q": 3, "m": 4, "t": 4}
-GROUND = ("0", "gnd")
-_SUFFIXES = {"meg" if prefix == "M" else prefix.lower(): power for prefix, power in PREFIXES.items()}
-_NO_CONTROL_NODES = ("poly", "value", "table", "vol", "cur", "{", "'")  # forms of E and G sources
 
 
 def ngspice_number(text: str) -> float | None:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from harvester.errors import invalid
 from harvester.netlists.read_lines import Line, ngspice_number
 
+KINDS = "rclvi"  # whose value is the word behind two nodes
 DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".include")  # cards that a load circuit may have
 BENCH = (".tran", ".options", ".option", ".print", ".plot", ".meas", ".measure", ".save", ".ic", ".title", ".end")
 
@@ -106,9 +107,6 @@ def _outer_names(body: list[Line]) -> set[str]:
     if body[0].word == ".subckt":
         own |= {name.lower() for name in header_of(body[0]).defaults}
     return {name.lower() for line in body for name in re.findall(r"[\w.]+", line.text)} - own
-
-
-KINDS = "rclvi"  # whose value is the word behind two nodes
 
 
 def element_keys(body: list[Line]) -> dict[str, str]:

@@ -30,6 +30,8 @@ from harvester.netlists.load_circuit import LoadCircuit
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE
 
+VOLTAGES = 12
+RUNS = 512  # under noise, at each voltage
 HELD = 1e7  # of a store that is held, over the piezo's capacitance
 FADED = 6.0  # time constants of the mass after which its transients are forgotten; after a step of the ladder
 STEPPED = 3.0  # so many, under noise
@@ -159,10 +161,6 @@ def measured_current(held: Held, eqs: Equations, voltages: Floats, together: int
     return RectifiedCurrent(
         np.asarray(voltages), current, None if eqs.is_steady else stderr, density, square, lag, -float(excess[0])
     )
-
-
-VOLTAGES = 12
-RUNS = 512  # under noise, at each voltage
 
 
 class Currents(NamedTuple):

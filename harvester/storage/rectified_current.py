@@ -23,6 +23,9 @@ from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats
 
+FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random path up to its mean time
+LONGER = 3.0  # times the mean time, that random paths are followed
+
 
 @dataclass(frozen=True)
 class RectifiedCurrent:
@@ -76,10 +79,6 @@ class RectifiedCurrent:
     def shifted(self) -> "RectifiedCurrent":
         """The table with all currents one standard error lower, as independent ones of the points would seldom be."""
         return self if self.stderr is None else replace(self, current=self.current - self.stderr)
-
-
-FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random path up to its mean time
-LONGER = 3.0  # times the mean time, that random paths are followed
 
 
 def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:

@@ -26,6 +26,8 @@ from harvester.storage.measured_current import time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 
+DIRECT = 25.0  # time constants of the mass, at most
+EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 POINTS = 2048  # of the table that the kernel reads
 TOLERANCE = 3e-3  # of a charge's size: what the two orders of a step may differ by
 SMALL = 50.0  # what is left between the rails of the piezo's capacitance: this part
@@ -71,10 +73,6 @@ class SlowCircuit:
         steps, failed = feed(own, state, room, table, top, seconds, current.delay, charge, stride, out)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
         return SlowPath(t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed))
-
-
-DIRECT = 25.0  # time constants of the mass, at most
-EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 
 
 class DirectCheck(NamedTuple):
