@@ -13,7 +13,7 @@ import time
 import numpy as np
 from common import PAPER, report
 
-from harvester.averaging.published.voltage import amplitude_through
+from harvester.averaging.published.orbit import amplitude_through
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.histograms import Histogram
 from harvester.mechanics.ensemble.trajectories import Trajectories

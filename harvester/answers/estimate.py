@@ -1,11 +1,13 @@
-"""An engine's answer: values with their errors, what it took, and what to beware of."""
+"""An engine's answer: values with their errors, what it took, and what to beware of.
+
+Some answers hold more: what each probe of the circuit says, and the responses that one steady drive may have, where
+the mass is not linear.
+"""
 
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from harvester import figures
-from harvester.answers.probe_means import ProbeMeans
-from harvester.answers.steady_responses import SteadyResponse
 from harvester.arrays import Floats
 from harvester.equations.power_bound import PowerBound
 from harvester.equations.repeated_shaking import Events
@@ -13,6 +15,44 @@ from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SteadyResponse(Result):
+    """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
+
+    It comes back after so many ``periods`` of the drive, or after none (None): then it is ``chaotic``, or
+    quasi-periodic.  The mean is that of ``engine``; ``note`` says what another engine finds there.
+    """
+
+    SHORT: ClassVar[tuple[str, ...]] = ("mean_power", "periods", "share_of_starts")
+
+    mean_power: Value
+    share_of_starts: float
+    periods: int | None
+    chaotic: bool
+    engine: str
+    note: str = ""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ProbeMeans(Result):
+    """A quantity of the circuit in its ``unit`` (V, A or W; "" for a nondimensional scene).
+
+    ``mean`` and ``rms`` are over time; ``least`` and ``largest`` are the extremes in a time of ``window`` (s, or 1/w0),
+    on average over the runs: in a longer time they are farther apart.
+    """
+
+    NOT_SHOWN = frozenset({"unit"})
+    SHORT = ("mean", "rms")
+
+    unit: str
+    window: float
+    mean: Value
+    rms: Value
+    least: Value
+    largest: Value
+
 
 # Details of a steady response: the RMS displacement about its mean, and phases to the base in degrees.
 DISPLACEMENT, PHASES = "displacement_rms", ("displacement_phase", "voltage_phase")

@@ -15,6 +15,8 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 
 T = TypeVar("T")
+KEPT = 12.0, 18.0  # amplitudes less likely than e^-12, e^-18 of the likeliest are left out
+SEARCH = (161, 41, 41, 41)  # points of the grids on which two-scale averaging looks for the others
 
 
 def or_zero(coefficient: float | None) -> Floats:
@@ -68,12 +70,22 @@ def noisy_stacks(
     return answers
 
 
-def around_the_mass(u: Floats, log_mass: Floats, below: float, above: float) -> tuple[Floats, Floats, Any]:
-    """The ends of the grid ln A = u, shape (scenes, n), where the law is above e^-below and e^-above of its peak.
+def where_the_mass_is(
+    ends: tuple[Floats, Floats], counts: Sequence[int], log_mass: Callable[[Floats], Floats], kept: tuple[float, float]
+) -> tuple[Floats, Floats, Any]:
+    """Zoom in, from two ``ends`` of shape (scenes,), to where a law is above e^-``kept`` of its peak on either side.
 
-    Each end is one point further out; the third array says where the upper one is that of the grid.
+    ``log_mass`` is the law's logarithm on a grid of shape (scenes, n), for each n of ``counts``.  Each end is one point
+    further out; the third array says which scenes have no upper end.
     """
-    depth = log_mass.max(axis=-1, keepdims=True) - log_mass
-    top, rows = u.shape[-1] - 1, np.arange(len(u))
-    first, last = (depth <= below).argmax(axis=-1), top - (depth <= above)[:, ::-1].argmax(axis=-1)
-    return u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, top)], last == top
+    (low, high), rows = ends, np.arange(len(ends[0]))
+    unbounded = np.zeros(len(rows), dtype=bool)
+    for count in counts:
+        u = np.linspace(low, high, count, axis=-1)
+        log_p = log_mass(u)
+        log_p = np.where(np.isnan(log_p), -np.inf, log_p)
+        depth, top = log_p.max(axis=-1, keepdims=True) - log_p, count - 1
+        first, last = (depth <= kept[0]).argmax(axis=-1), top - (depth <= kept[1])[:, ::-1].argmax(axis=-1)
+        unbounded |= (last == top) & (high >= ends[1])
+        low, high = u[rows, np.maximum(first - 1, 0)], u[rows, np.minimum(last + 1, top)]
+    return low, high, unbounded

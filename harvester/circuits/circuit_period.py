@@ -16,7 +16,7 @@ from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
-from harvester.linear.harmonics import first_harmonic
+from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.periodic import MULTIPLES, Settling
 
@@ -61,7 +61,7 @@ class CircuitPeriod(CircuitStart):
 
     @property
     def harmonics(self) -> tuple[complex, complex]:
-        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
+        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.transfer`)."""
         samples = self.path.samples
         angles = 2.0 * math.pi * self.turns * np.arange(1, len(samples) + 1) / len(samples)
         return first_harmonic(samples[:, 0], angles), first_harmonic(samples[:, 1], angles)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from harvester.circuits.expression import number
 from harvester.errors import CannotServeError, InputError
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import GROUND, NODES, Line
 from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
-from harvester.netlists.syntax import GROUND, NODES
 
 ROOM = 27.0  # degrees Celsius, of the circuit
 # parameters of models that do nothing at 27 degrees, but for noise and the ratings of the part

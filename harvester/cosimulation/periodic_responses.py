@@ -9,7 +9,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.poincare_sections import CoupledState
-from harvester.linear.harmonics import first_harmonic
+from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.periodic import Secants
 
 Known = tuple[float, float, float]
@@ -60,7 +60,7 @@ class PeriodicResponse(Neighbour):
 
     @property
     def harmonics(self) -> tuple[complex, complex]:
-        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.harmonics`)."""
+        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.transfer`)."""
         turn = len(self.wave) // self.turns  # kicks in a period; the first is one after the section
         angles = 2.0 * math.pi * (self.phase + np.arange(1, len(self.wave) + 1) / turn)
         return first_harmonic(self.wave[:, 0], angles), first_harmonic(self.wave[:, 1], angles)

@@ -211,13 +211,9 @@ def _stops(problem: Problem) -> Iterator[_Contact]:
         logarithm = -math.log(max(stop.restitution, LEAST_RESTITUTION))
         ratio = logarithm / math.hypot(math.pi, logarithm)
         soft = 2.0 * ratio * math.sqrt(hard * modal.mass)
-        words = _words(f"A rigid stop, r = {stop.restitution:.10g},", place, hard, soft)
+        kind = f"A rigid stop, r = {stop.restitution:.10g}, at X = {place:.10g} m"
+        words = f"{kind}: {hard:.10g} N/m and {soft:.10g} N s/m behind it"
         yield _Contact(name, words, place, side, hard, soft)
-
-
-def _words(kind: str, place: float, stiffness: float, damping: float) -> str:
-    """What a stop is, for the comment above it."""
-    return f"{kind} at X = {place:.10g} m: {stiffness:.10g} N/m and {damping:.10g} N s/m behind it"
 
 
 def _shortest_contact(problem: Problem) -> float | None:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from harvester.devices.best_load import NEAR, best_load
-from harvester.devices.drive_frequency import off_resonance
-from harvester.devices.stop_hits import stop_hits
+from harvester.devices.linear_response import off_resonance, stop_hits
 from harvester.engines.cheapest import formula
 from harvester.engines.selection import ENGINES, serving
 from harvester.equations.coefficients import Equations

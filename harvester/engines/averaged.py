@@ -109,11 +109,11 @@ def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
     E[A^2] is in proportion to 1/(q - 2), so that q off by d takes d/(q - 2), of which d/q is that of the damping and
     stated already.  With a stop at a distance also the share of the tail that lies beyond the law's last amplitude.
     """
-    from harvester.averaging.two_scale.gap_grid import KEPT_ABOVE
+    from harvester.averaging.grids import KEPT
 
     q = tail.exponent
     off = q - tail.lowest
     if law.spread is None:
         off = max(off, abs(q - math.log(law.mass[-2] / law.mass[-1]) / math.log(law.A[-1] / law.A[-2])))
         return 2.0 * off / (q * (q - 2.0))
-    return 2.0 * off / (q * (q - 2.0)) + math.exp(-KEPT_ABOVE * (1.0 - 2.0 / q))
+    return 2.0 * off / (q * (q - 2.0)) + math.exp(-KEPT[1] * (1.0 - 2.0 / q))

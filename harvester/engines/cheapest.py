@@ -56,8 +56,7 @@ class Cheapest(MonteCarloOptions, Engine):
         if within is None:
             raise InputError("`within` must be given where no engine is, but is left out")
         if problem.netlist is not None:
-            options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
-            return _because(Spice(**options).run(problem, progress), "netlist", within)
+            return _because(Spice(**vars(self)).run(problem, progress), "netlist", within)
         kind = formula(problem)
         try:
             quick = kind(within=within).run(problem)
@@ -76,8 +75,7 @@ class Cheapest(MonteCarloOptions, Engine):
         within, budget = number(self.within), number(self.budget)
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
-        options = {field.name: getattr(self, field.name) for field in dataclasses.fields(MonteCarloOptions)}
-        return Ensemble(**options).run(problem, progress)
+        return Ensemble(**vars(self)).run(problem, progress)
 
 
 def formula(problem: Problem) -> type[Formula]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.answers.steady_responses import SteadyResponse
+from harvester.answers.estimate import SteadyResponse
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
-from harvester.engines.protocol import AnyScene, Progress, needs_one_mode, served
+from harvester.engines.protocol import AnyScene, Progress, needs_circuit, needs_compiled_circuit, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, names_arguments
-from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
+from harvester.errors import names_arguments
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
@@ -59,18 +59,7 @@ class Compiled(Ensemble):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None where it can."""
-        from harvester.circuits.compiled_circuit import compiled_circuit
-
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
-        if problem.netlist is None:
-            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
-        assert problem.circuit is not None, "a netlist is a circuit"
-        try:
-            compiled_circuit(problem.circuit, problem.scales)
-        except InputError as error:
-            return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
-        return None
+        return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`; under a steady drive the periodic response, unless trajectories or a time are given."""

@@ -88,7 +88,7 @@ def _periods(
 
     assert problem.circuit is not None, "the engine serves netlists"
     eqs, circuit = problem.equations, compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
-    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
+    h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     enough, periods = min(max(SETTLED * within, FINEST), ROUGHEST), CompiledPeriods()
     for k in range(max(halvings, 2) + 1):
         found = periodic_response(circuit, eqs, h / 2**k, enough, near)

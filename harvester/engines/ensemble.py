@@ -164,13 +164,14 @@ class Ensemble(MonteCarloOptions, Engine):
 
         model, unit = self.model(problem), problem.units.frequency
         seed = np.random.SeedSequence(self.seed)
-        h = None if self.dt is None else (number(self.dt) or 0.0) * unit
         code, begin = machine_code(), time.perf_counter()
         within = number(self.within) if self.CONTROLS else None
         count = self.trajectories or sampling.affordable(model.eqs.is_steady, model.circuit, within)
         if model.eqs.density is not None:
             count = max(count, sampling.FEWEST_DRAWN if self.trajectories else sampling.DRAWN)
-        trajectories = Trajectories(model.eqs, count, seed, h, circuit=model.circuit, controlled=self.CONTROLS)
+        trajectories = Trajectories(
+            model.eqs, count, seed, self.step(unit), circuit=model.circuit, controlled=self.CONTROLS
+        )
         with compilation() as first:
             compile_pair(trajectories)
         begin += first.seconds

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
-from harvester.engines.protocol import AnyScene, Progress, needs_one_mode
+from harvester.engines.protocol import AnyScene, Progress, needs_circuit
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
@@ -56,10 +56,8 @@ class Ideal(Ensemble):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.cosimulation.idealised import TOPOLOGIES, ideal_circuit
 
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
-        if problem.netlist is None:
-            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
+        if (without := needs_circuit(problem, cls.NAME)) is not None:
+            return without
         circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
         if circuit is None or ideal_circuit(circuit, problem.scales) is None:
             known = ", ".join(TOPOLOGIES)

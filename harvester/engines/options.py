@@ -4,42 +4,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, ClassVar, overload
+from typing import ClassVar
 
 from harvester.errors import InputError, invalid, refused
 from harvester.quantities.units import Seconds, fraction, seconds, time
 
 
-class NumberOrText:
-    """An optional number of an engine that may be set as a text: ``within="1%"``, ``budget="30s"``."""
-
-    def __init__(self, read: Callable[[str], float]) -> None:
-        self._read, self._name = read, ""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, engine: None, owner: type) -> None: ...
-
-    @overload
-    def __get__(self, engine: object, owner: type) -> float | None: ...
-
-    def __get__(self, engine: Any, owner: type) -> float | None:
-        value: float | None = None if engine is None else vars(engine)[self._name]
-        return value
-
-    def __set__(self, engine: object, value: float | str | None) -> None:
-        if isinstance(value, str):
-            try:
-                value = self._read(value)
-            except ValueError as error:
-                raise refused(f"`{self._name}`", error, value) from None
-        vars(engine)[self._name] = value
-
-
 def number(value: float | str | None) -> float | None:
-    """The number that a `NumberOrText` holds: mypy takes it for all that it may be set to."""
+    """The number that an option holds, which may be given as a text (``within="1%"``) and is read at once."""
     assert not isinstance(value, str)
     return value
 
@@ -58,16 +30,16 @@ class Request:
         the same seed, the same noise.
     """
 
-    within: NumberOrText = NumberOrText(fraction)
-    budget: NumberOrText = NumberOrText(seconds)
+    within: float | str | None = None
+    budget: float | str | None = None
     seed: int = 0
 
     FINEST: ClassVar[float] = 1e-5  # the least ``within`` that may be asked for
 
     def __post_init__(self) -> None:
-        _check_positive(self, "within", "budget")
-        if self.within is not None and not self.FINEST <= self.within < 1.0:
-            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", f"{self.within:.3g}")
+        within, _ = _read_positive(self, "within", fraction), _read_positive(self, "budget", seconds)
+        if within is not None and not self.FINEST <= within < 1.0:
+            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", f"{within:.3g}")
         if not isinstance(self.seed, Integral) or self.seed < 0:
             raise invalid("`seed`", "be a whole number of at least 0", self.seed)
 
@@ -88,15 +60,21 @@ class MonteCarloOptions(Request):
     PAIRING: ClassVar[bool] = True  # ngspice's runs go beside a cheap model on the same noise
     SETTLED: ClassVar[bool] = True  # and begin in states of a circuit of ideal elements
 
-    duration: NumberOrText = NumberOrText(time)
+    duration: float | str | None = None
     trajectories: int | None = None
-    dt: NumberOrText = NumberOrText(time)
+    dt: float | str | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_positive(self, "duration", "dt")
+        for name in ("duration", "dt"):
+            _read_positive(self, name, time)
         if self.trajectories is not None and not 2 <= self.trajectories <= 1_000_000:
             raise invalid("`trajectories`", "be between 2 and 1000000", self.trajectories)
+
+    def step(self, frequency: float) -> float | None:
+        """The step ``dt`` in 1/w0, of a scene whose unit of time is 1/``frequency``; None: chosen from the scene."""
+        dt = number(self.dt)
+        return None if dt is None else dt * frequency
 
     def check_times(self, physical: bool) -> None:
         """Refuse times with a unit for a nondimensional scene, in an InputError: its times are multiples of 1/w0."""
@@ -112,8 +90,15 @@ def check_time(name: str, value: float | None, physical: bool) -> None:
         )
 
 
-def _check_positive(options: Request, *names: str) -> None:
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and not (value > 0.0 and math.isfinite(value)):
-            raise invalid(f"`{name}`", "be above 0", value)
+def _read_positive(options: Request, name: str, read: Callable[[str], float]) -> float | None:
+    """The number of an option, in the place of its text."""
+    value: float | str | None = getattr(options, name)
+    if isinstance(value, str):
+        try:
+            value = read(value)
+        except ValueError as error:
+            raise refused(f"`{name}`", error, value) from None
+        object.__setattr__(options, name, value)
+    if value is not None and not (value > 0.0 and math.isfinite(value)):
+        raise invalid(f"`{name}`", "be above 0", value)
+    return value

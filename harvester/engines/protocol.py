@@ -1,4 +1,4 @@
-"""What all engines share: their base, the check that a problem is theirs, and the way to an Estimate."""
+"""What all engines share: their base, the checks that a problem is theirs, and the way to an Estimate."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -6,11 +6,10 @@ from typing import ClassVar, TypeAlias
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.equations.coefficients import Equations
 from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
-from harvester.errors import CannotServeError, HarvesterError, MissingProgramError
+from harvester.errors import CannotServeError, HarvesterError, InputError, MissingProgramError
 from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
@@ -112,9 +111,22 @@ def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
     return unknown_effects(problem, SEVERAL_MODES, f"engine {engine!r}", instead)
 
 
-def with_power(v2: Value, eqs: Equations) -> Value:
-    """E[P] = beta mu E[V^2] (paper, Eq. 31), nondimensional."""
-    return v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
+def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
+    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None where it may."""
+    without = None if problem.netlist is not None else refusal("needs_netlist", engine, engine=engine)
+    return needs_one_mode(problem, engine) or without
+
+
+def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
+    """Why an engine cannot serve a netlist, of whose elements no compiled circuit is made; None where it can."""
+    from harvester.circuits.compiled_circuit import compiled_circuit
+
+    assert problem.circuit is not None, "a netlist is a circuit"
+    try:
+        compiled_circuit(problem.circuit, problem.scales)
+    except InputError as error:
+        return refusal("needs_compiled_circuit", engine, engine=engine, why=str(error))
+    return None
 
 
 def impossible_power(problem: Problem, power: Value) -> Diagnostic | None:
@@ -146,7 +158,9 @@ def estimate(
     """
     eqs, units, shocks = problem.equations, problem.units, problem.events
     join = join_change(eqs)
-    v2, power = (one.with_model(join) for one in (v2, with_power(v2, eqs) if power is None else power))
+    if power is None:  # E[P] = beta mu E[V^2] (paper, Eq. 31)
+        power = v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
+    v2, power = (one.with_model(join) for one in (v2, power))
     told = [one for one in diagnostics if one is not None]
     gives = has(told, "netlist_gives")
     impossible = None if gives else impossible_power(problem, power)

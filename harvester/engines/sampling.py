@@ -14,7 +14,7 @@ from harvester.uncertainty.target import Target
 from harvester.uncertainty.value import Value, amount, mean_and_error
 
 if TYPE_CHECKING:
-    from harvester.answers.steady_responses import SteadyResponse
+    from harvester.answers.estimate import SteadyResponse
     from harvester.mechanics.ensemble.hopping import Hopping
     from harvester.mechanics.ensemble.own_circuit import OwnCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -194,7 +194,7 @@ def agreement(moments: "Moments", name: str = "V2", responses: "tuple[SteadyResp
 
 
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
-    """Power in less power out over power in, and its standard error; zeros where nothing gives power (docs/theory.md).
+    """Power in less power out over power in, and its standard error; zeros where nothing gives power (docs/model.md).
 
     N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
     """

@@ -6,10 +6,18 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import Request, number
-from harvester.engines.protocol import AnyScene, Engine, Progress, estimate, needs_one_mode, served
+from harvester.engines.protocol import (
+    AnyScene,
+    Engine,
+    Progress,
+    estimate,
+    needs_circuit,
+    needs_compiled_circuit,
+    served,
+)
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, names_arguments
+from harvester.errors import names_arguments
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
@@ -54,20 +62,15 @@ class Slow(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None where it can."""
-        from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
-        if problem.netlist is None:
-            return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
+        if (without := needs_circuit(problem, cls.NAME)) is not None:
+            return without
         if problem.equations.drive is None or problem.equations.is_random:
             return refusal("needs_a_drive", cls.NAME, engine=cls.NAME)
+        if (other := needs_compiled_circuit(problem, cls.NAME)) is not None:
+            return other
         assert problem.circuit is not None
-        try:
-            compiled_circuit(problem.circuit, problem.scales)
-        except InputError as error:
-            return refusal("needs_compiled_circuit", cls.NAME, engine=cls.NAME, why=str(error))
         if cut_behind_rectifier(problem.circuit) is None or is_plain_store(problem.circuit):
             return refusal("needs_chip", cls.NAME, engine=cls.NAME)
         return None

@@ -12,8 +12,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import InputError
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.profiles.catalogue import PROFILES
-from harvester.records.profiles.lines import STEP_RATE, machine, walking
-from harvester.records.profiles.shocks import SHOCKS, shock
+from harvester.records.profiles.lines_and_shocks import SHOCKS, STEP_RATE, machine, shock, walking
 from harvester.records.profiles.standard_curves import density
 from harvester.records.record_files import read_density, read_record
 from harvester.records.records import Record, TabulatedDensity

@@ -180,13 +180,12 @@ def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedC
     of = getattr(channel.source, "of", "")
     name = f"{channel.source.name}, {channel.source.state}"
     fitted, measured = channel.values - off, channel.values
+    x_label, size = "frequency (Hz)", channel.name == "size"
     if channel.name == "ring-down":
-        return FittedCurve(name, _LABELS[of], "time (s)", channel.x, measured, fitted, off / noise, kept, False)
-    if channel.name == "phase":
-        turn = np.degrees
-        label = "phase (degrees)"
-        shown = turn(measured), turn(fitted)
-        return FittedCurve(name, label, "frequency (Hz)", channel.x, *shown, off / noise, kept, False)
-    label = "|Z| (ohm)" if isinstance(channel.source, Impedance) else _LABELS[of].replace(")", " per m/s²)")
-    shown = np.exp(measured), np.exp(fitted)
-    return FittedCurve(name, label, "frequency (Hz)", channel.x, *shown, off / noise, kept, True)
+        label, x_label = _LABELS[of], "time (s)"
+    elif channel.name == "phase":
+        label, measured, fitted = "phase (degrees)", np.degrees(measured), np.degrees(fitted)
+    else:
+        label = "|Z| (ohm)" if isinstance(channel.source, Impedance) else _LABELS[of].replace(")", " per m/s²)")
+        measured, fitted = np.exp(measured), np.exp(fitted)
+    return FittedCurve(name, label, x_label, channel.x, measured, fitted, off / noise, kept, size)

@@ -219,11 +219,10 @@ def misfits(best: DeviceFit) -> list[Diagnostic]:
         found.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
         off = channel.residuals(values, kept)[kept > 0.0]
+        where = {"file": channel.source.name, "curve": channel.name}
         left = pattern(off, channel.x[kept > 0.0], _relative(channel, noise), channel.name == "ring-down")
         if left is not None:
-            where = {"file": channel.source.name, "curve": channel.name}
             found.append(warning("residual_has_a_pattern", at=left.at, correlation=left.correlation, **where))
         if len(off) < (1.0 - DOUBTFUL) * len(kept):
-            where = {"file": channel.source.name, "curve": channel.name}
             found.append(warning("many_outliers", left_out=len(kept) - len(off), points=len(kept), **where))
     return found

@@ -25,7 +25,7 @@ from harvester.records.record_files import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
 _OHM, _SIEMENS = Kind("an impedance (ohm)", "ohm", "'1 kohm'"), Kind("an admittance (S)", "S", "'1 uS'")
-_ANGLE = Kind("an angle (rad)", "rad", "'90 deg'")
+_ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
 _PER_G = {
     "voltage": Kind("a voltage per acceleration", "V/(m/s^2)", "'10 V/g'", gravity=True),
     "displacement": Kind("a displacement per acceleration", "m/(m/s^2)", "'1 mm/g'", gravity=True),
@@ -77,7 +77,8 @@ def read_file(name: str) -> list[Measurement]:
         raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
     if frequencies := table.find(is_frequency):
         f = _in_hertz(frequencies[0], key)
-        z = _impedance(table, f)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
+            z = _impedance(table, f)
         if z is not None:
             return [_checked_impedance(Impedance(label, f, z, clamped), key)]
         if found := _responses(table, f, label, key, load):
@@ -133,27 +134,17 @@ def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
             return np.asarray(size * np.exp(1j * angle))
         size = part(_SIEMENS, "y", "admittance")
         if size is not None:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                return np.asarray(np.exp(-1j * angle) / size)
-    for kind, real, imaginary in (
-        (
-            _OHM,
-            ("r", "rs", "resistance", "re", "real", "zre", "z'", "esr"),
-            ("x", "xs", "reactance", "im", "imag", "zim", "z''"),
-        ),
-        (_SIEMENS, ("g", "gp", "conductance"), ("b", "bp", "susceptance")),
-    ):
-        a, b = part(kind, *real), part(kind, *imaginary)
-        if a is not None and b is not None:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                return np.asarray(a + 1j * b if kind is _OHM else 1.0 / (a + 1j * b))
-    c, d = (
-        part(CAPACITANCE, "cp", "c", "capacitance"),
-        part(Kind("a loss", "", "0.02"), "d", "tan", "tand", "loss", "df"),
-    )
+            return np.asarray(np.exp(-1j * angle) / size)
+    r = part(_OHM, "r", "rs", "resistance", "re", "real", "zre", "z'", "esr")
+    x = part(_OHM, "x", "xs", "reactance", "im", "imag", "zim", "z''")
+    if r is not None and x is not None:
+        return np.asarray(r + 1j * x)
+    g, b = part(_SIEMENS, "g", "gp", "conductance"), part(_SIEMENS, "b", "bp", "susceptance")
+    if g is not None and b is not None:
+        return np.asarray(1.0 / (g + 1j * b))
+    c, d = part(CAPACITANCE, "cp", "c", "capacitance"), part(_LOSS, "d", "tan", "tand", "loss", "df")
     if c is not None and d is not None:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
+        return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
     return None
 
 

@@ -4,9 +4,8 @@ import re
 from collections.abc import Set
 
 from harvester.errors import InputError
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import Line, net_of, places_of_nodes
 from harvester.netlists.subcircuits import header_of, joined
-from harvester.netlists.syntax import net_of, places_of_nodes
 
 COMMON = "board_ground"
 VOLTAGE = re.compile(r"\bv\(\s*([^(),\s]+)\s*(?:,\s*([^(),\s]+)\s*)?\)", re.IGNORECASE)

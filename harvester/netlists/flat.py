@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.board_ground import COMMON, VOLTAGE, referred
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import Line, net_of, ngspice_number, places_of_nodes
 from harvester.netlists.subcircuits import BENCH, joined
-from harvester.netlists.syntax import net_of, ngspice_number, places_of_nodes
 from harvester.scene.load import Load
 
 IGNORED = (*BENCH, ".probe", ".op", ".ac", ".dc")  # what a schematic asks of its own simulation

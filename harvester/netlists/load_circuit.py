@@ -14,13 +14,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, shown, unknown
-from harvester.netlists.allowed import allowed_lines, check_names, check_size
-from harvester.netlists.element_keys import element_keys, with_elements_as_parameters
+from harvester.netlists.allowed import allowed_lines, check_names, check_size, part_names, with_parts
 from harvester.netlists.flat import Board, as_subcircuit
-from harvester.netlists.named_parts import part_names, with_parts
-from harvester.netlists.read_lines import Line, read_lines
-from harvester.netlists.subcircuits import Header, header_of, split_subcircuits, used_lines
-from harvester.netlists.syntax import ngspice_number
+from harvester.netlists.read_lines import Line, ngspice_number, read_lines
+from harvester.netlists.subcircuits import (
+    Header,
+    element_keys,
+    header_of,
+    split_subcircuits,
+    used_lines,
+    with_elements_as_parameters,
+)
 from harvester.scene.load import Load, is_path
 
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import GROUND, NODES, Line
 from harvester.netlists.subcircuits import header_of, joined, split_subcircuits
-from harvester.netlists.syntax import GROUND, NODES
 
 STORE = "store"
 FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"

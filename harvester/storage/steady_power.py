@@ -15,8 +15,7 @@ from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.current_with_errors import measured
-from harvester.storage.measured_current import HELD, time_constant
+from harvester.storage.measured_current import HELD, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE, Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath

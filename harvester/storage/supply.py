@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from harvester.storage.bought_parts import Chip
-from harvester.storage.plain_store import times_to
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
 FINE = 400  # voltages of a search
 

@@ -256,7 +256,7 @@ def _paths(problem: Problem, seed: int) -> list[PathComparison]:
 
 def one_path(problem: Problem, title: str, seed: int = 0, dt: float | None = None) -> PathComparison:
     """The voltage by ngspice, exact update and decoupled V on the same noise path; ``dt`` as for the engines."""
-    from harvester.averaging.published.voltage import amplitude_through, decoupled, omega2
+    from harvester.averaging.published.orbit import amplitude_through, decoupled, omega2
     from harvester.cosimulation import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.kernels.path import trace

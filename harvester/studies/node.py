@@ -194,11 +194,10 @@ def _measure(problem: Problem, storage: Storage, seed: int) -> _Known:
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.current_with_errors import measured
-    from harvester.storage.direct_check import direct_check
-    from harvester.storage.measured_current import HELD
-    from harvester.storage.plain_store import FINE, times_to
+    from harvester.storage.measured_current import HELD, measured
+    from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store, with_store
+    from harvester.storage.slow_circuit import direct_check
 
     circuit, scales = problem.circuit, problem.scales
     assert circuit is not None, "the refusal checks this"

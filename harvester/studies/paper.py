@@ -16,8 +16,8 @@ import numpy as np
 
 from harvester import figures
 from harvester.arrays import Floats
-from harvester.averaging.published import published_densities, stationary
-from harvester.averaging.published.voltage import amplitude_through
+from harvester.averaging.published import stationary
+from harvester.averaging.published.orbit import amplitude_through
 from harvester.averaging.stability import averaged_exponent as stability
 from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale import law as two_scale
@@ -200,10 +200,10 @@ def _densities(curves: dict[str, dict[str, Any]]) -> Iterator[FigurePoint]:
                     theories = np.interp(at, law.A, law.p), densities.amplitude_density(at, ours)
                 case "d":
                     averaged = densities.displacement_density(at, ours, stop)
-                    theories = published_densities.displacement_density(at, law, eqs), averaged
+                    theories = stationary.displacement_density(at, law, eqs), averaged
                 case _:
                     averaged = densities.velocity_density(at, ours, stop)
-                    theories = published_densities.velocity_density(at, law, eqs), averaged
+                    theories = stationary.velocity_density(at, law, eqs), averaged
             for row in zip(at, *theories, counted.value, counted.stderr, strict=True):
                 yield FigurePoint(f"p({panel})", curve, *(float(v) for v in row))
 

@@ -5,7 +5,7 @@ import pytest
 
 import harvester as hv
 from harvester.devices.interpretation import meaning
-from harvester.devices.stop_hits import amplitude, variances
+from harvester.devices.linear_response import amplitude, variances
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
 from tests.support.datasheet import NOISE, SHEET, problem_of

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from harvester.answers.steady_responses import SteadyResponse
+from harvester.answers.estimate import SteadyResponse
 from harvester.engines.sampling import agreement
 from harvester.uncertainty.value import Value
 

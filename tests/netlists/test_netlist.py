@@ -6,8 +6,7 @@ import pytest
 
 from harvester.errors import InputError
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
-from harvester.netlists.read_lines import MOST_BYTES
-from harvester.netlists.syntax import ngspice_number
+from harvester.netlists.read_lines import MOST_BYTES, ngspice_number
 from harvester.scene.load import Load
 
 GOOD = """* mine

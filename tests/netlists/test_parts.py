@@ -6,8 +6,8 @@ import subprocess
 import pytest
 
 from harvester.errors import InputError
+from harvester.netlists.allowed import part_names
 from harvester.netlists.load_circuit import load_circuit, netlist_folder
-from harvester.netlists.named_parts import part_names
 from harvester.scene.load import Load
 
 PARTS = netlist_folder() / "parts"

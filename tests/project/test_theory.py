@@ -1,4 +1,4 @@
-"""The equations of docs/theory.md and docs/lockstep.md, written again from the page and compared with the engines.
+"""The equations of docs/theory.md, its pages and docs/lockstep.md, written again and compared with the engines.
 
 Each numbered equation of these pages is named by a test here (`checks`), or the last test fails.
 """
@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 import harvester as hv
 from harvester.averaging.kramers import hopping_rates
-from harvester.averaging.published import ito, stationary, voltage
+from harvester.averaging.published import ito, orbit, stationary
 from harvester.averaging.stability import averaged_exponent as stability
 from harvester.averaging.stability import power_law_tail as tail
 from harvester.averaging.two_scale.cycles import Orbits, quarter
@@ -29,6 +29,7 @@ from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.path import trace
 from harvester.records.records import Record
+from tests.support.pages import theory_pages
 from tests.support.paper import simple_exponent
 from tests.support.paths import ROOT
 from tests.support.systems import PAPER, changed, linear_v2
@@ -124,8 +125,8 @@ def test_published_averaging(r):
     b = b / Q + slope / 4 + noise / (2 * A * Q**2)
     assert ito.drift(A, eqs) == pytest.approx(b, rel=1e-7)
     assert sum(ito.diffusion(A, eqs)) == pytest.approx(diffusion(A), rel=1e-12)
-    assert voltage.omega2(A, alpha, beta, mu) == pytest.approx(w2, rel=1e-12)
-    assert voltage.decoupled(A, 0.3 * A, w2, mu) == pytest.approx((w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12)
+    assert orbit.omega2(A, alpha, beta, mu) == pytest.approx(w2, rel=1e-12)
+    assert orbit.decoupled(A, 0.3 * A, w2, mu) == pytest.approx((w2 * A + mu * 0.3 * A) / (mu**2 + w2), rel=1e-12)
 
 
 @checks("mostwhite", "mostdamped", "moststroke")
@@ -163,7 +164,7 @@ def test_published_power():
     diffusion = sum(ito.diffusion(A, PAPER))
     log_p = cumulative_simpson(2 * ito.drift(A, PAPER) / diffusion * A, x=u, initial=0.0) - np.log(diffusion)
     p = np.exp(log_p - log_p.max())
-    w2, k = voltage.omega2(A, alpha, beta, mu), 1 + voltage.K(A, alpha, beta, mu)
+    w2, k = orbit.omega2(A, alpha, beta, mu), 1 + orbit.K(A, alpha, beta, mu)
     phi = (np.arange(64) + 0.5) * np.pi / 64
     nu2 = (k + 0.75 * alpha * A**2)[:, None] + 0.25 * (alpha * A**2)[:, None] * np.cos(2 * phi)
     weight = nu2**-0.5 / (nu2**-0.5).sum(axis=1, keepdims=True)
@@ -741,7 +742,8 @@ def test_density_in_time():
 
 def test_every_equation_is_checked():
     """The labels on the pages are those of the tests, and the modules that the pages name are there."""
-    text = "".join((ROOT / "docs" / name).read_text() for name in ("theory.md", "lockstep.md"))
+    pages = [*theory_pages(), ROOT / "docs" / "lockstep.md"]
+    text = "".join(page.read_text() for page in pages)
     assert set(re.findall(r"^\$\$ \((\w+)\)$", text, re.MULTILINE)) == CHECKED
     for path in set(re.findall(r"`((?:harvester|cosimulation|engines)/[\w/]+\.py)`", text)):
         assert (ROOT / path).exists() or (ROOT / "harvester" / path).exists(), path

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from harvester.cosimulation.charging import first_passages
-from harvester.storage.plain_store import error_of_times, random_paths, times_to
-from harvester.storage.rectified_current import RectifiedCurrent
+from harvester.storage.rectified_current import RectifiedCurrent, error_of_times, random_paths, times_to
 
 C, OHM = 1e-4, 1e6
 

@@ -7,8 +7,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.storage.current_with_errors import measured
-from harvester.storage.measured_current import HELD
+from harvester.storage.measured_current import HELD, measured
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import cut_behind_rectifier
 

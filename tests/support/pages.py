@@ -54,6 +54,13 @@ def blocks(page):
     ]
 
 
+def theory_pages():
+    """The page of the theory, and the pages below it, a topic each."""
+    folder = ROOT / "docs"
+    below = re.search(r"^```\{toctree\}\n:hidden:\n\n(.*?)^```$", (folder / "theory.md").read_text(), re.M | re.S)[1]
+    return [folder / "theory.md", *(folder / f"{name}.md" for name in below.split())]
+
+
 def outside(page):
     """What of a page is not in a code block."""
     return FENCE.sub("", (ROOT / page).read_text())

@@ -11,9 +11,8 @@ import numpy as np
 from harvester.arrays import Coefficient, Floats
 from harvester.averaging.grids import or_zero
 from harvester.averaging.published.ito import stiffness
-from harvester.averaging.published.orbit import G, closed, nu, nu2
+from harvester.averaging.published.orbit import C, G, closed, dK_dA, nu, nu2, omega2
 from harvester.averaging.published.stationary import Stationary
-from harvester.averaging.published.voltage import C, dK_dA, omega2
 from harvester.averaging.stability.averaged_exponent import published
 from harvester.averaging.stability.linearised import Override, load, log, with_overrides
 from harvester.equations.coefficients import Equations

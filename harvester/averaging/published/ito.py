@@ -26,7 +26,7 @@ import math
 
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero
-from harvester.averaging.published.voltage import C, K, dK_dA
+from harvester.averaging.published.orbit import C, K, dK_dA
 from harvester.equations.coefficients import Equations
 
 

@@ -1,4 +1,12 @@
-"""Stationary density of the amplitude, and the mean square voltage (paper, Eqs. 25, 26 and 30)."""
+"""Stationary densities: of the amplitude, with the mean square voltage, and of the state (paper, Eqs. 25-30).
+
+Those of state, displacement and velocity follow from that of the amplitude.  Between orbits K = K(A) changes, so that
+at a displacement y the energy rises with A as
+
+    J(A, y) = g(A) + K'(A) (A^2 - y^2)/2
+
+of which the paper keeps g(A).  With J and the orbit's own period T each density integrates to one.
+"""
 
 import math
 from collections.abc import Sequence
@@ -9,10 +17,9 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from harvester.arrays import Coefficient, Floats
-from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, stacked
-from harvester.averaging.published.ito import diffusion, drift
-from harvester.averaging.published.orbit import nu2
-from harvester.averaging.published.voltage import K, omega2
+from harvester.averaging.grids import noisy_stacks, or_zero, stacked, where_the_mass_is
+from harvester.averaging.published.ito import diffusion, drift, stiffness
+from harvester.averaging.published.orbit import G, G_inverse, K, amplitude_through, dK_dA, frequency, nu2, omega2
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 
@@ -70,13 +77,8 @@ def density(eqs: Equations) -> Stationary:
 
 def _densities(eqs: Equations, scenes: int, points: int) -> tuple[Stationary, Any]:
     """Densities of a stack of scenes, and which of them do not fall off."""
-    low, high = (np.full(scenes, end) for end in _WIDEST)
-    unbounded = np.zeros(scenes, dtype=bool)
-    for _ in range(6):  # zoom in on where the mass is
-        u = np.linspace(low, high, _SEARCH, axis=-1)
-        widest = high == _WIDEST[1]
-        low, high, open_end = around_the_mass(u, _log_mass(u, eqs), _KEPT, _KEPT)
-        unbounded |= open_end & widest
+    ends = np.full(scenes, _WIDEST[0]), np.full(scenes, _WIDEST[1])
+    low, high, unbounded = where_the_mass_is(ends, 6 * [_SEARCH], lambda u: _log_mass(u, eqs), (_KEPT, _KEPT))
     u = np.linspace(low, high, points, axis=-1)
     log_mass = _log_mass(u, eqs)
     mass = np.exp(log_mass - log_mass.max(axis=-1, keepdims=True))
@@ -145,3 +147,54 @@ def orbit_means(A: Floats, alpha: Coefficient, K: Floats) -> tuple[Floats, Float
     weight = 1.0 / np.sqrt(n2)
     weight /= weight.sum(axis=-1, keepdims=True)
     return weight @ np.cos(_PHI) ** 2 * A**2, (weight * n2) @ np.sin(_PHI) ** 2 * A**2
+
+
+def transformed_density(y: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:
+    """Density p(y, y') = p(H)/T(H) at the orbit through (y, y') (Eq. 28); arguments broadcast."""
+    return _on_orbit(amplitude_through(y, v, *_symbols(eqs)), y, law, eqs)
+
+
+def state_density(x: Floats, v: Floats, law: Stationary, eqs: Equations) -> Floats:
+    """Density p(x, x') = 2 p(y, y') for x >= 0, else 0 (Eq. 29); without a stop p(y, y') itself."""
+    p = transformed_density(x, v, law, eqs)
+    return p if eqs.restitution is None else np.where(np.asarray(x) < 0.0, 0.0, 2.0 * p)
+
+
+def displacement_density(x: Floats, law: Stationary, eqs: Equations) -> Floats:
+    """Density p(x) = int p(x, x') dx' at x, shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1b, 2b)."""
+    y = np.abs(x)[:, None]
+    alpha, beta, mu = _symbols(eqs)
+    k = K(law.A, alpha, beta, mu)
+    v = np.sqrt(np.maximum(2.0 * (G(law.A, alpha, k) - G(y, alpha, k)), 0.0))  # where the orbit passes x, else 0
+    p = 2.0 * np.asarray(np.trapezoid(_on_orbit(np.maximum(law.A, y), y, law, eqs), v, axis=1))
+    return p if eqs.restitution is None else np.where(x < 0.0, 0.0, 2.0 * p)
+
+
+def velocity_density(v: Floats, law: Stationary, eqs: Equations) -> Floats:
+    """Density p(x') = int p(x, x') dx at x', shape (m,), by trapezoids from orbit to orbit (paper, Figs. 1c, 2c).
+
+    The same with and without a stop: int_0^inf 2 p(y, y') dy.
+    """
+    alpha, beta, mu = _symbols(eqs)
+    k = K(law.A, alpha, beta, mu)
+    y = G_inverse(np.maximum(G(law.A, alpha, k) - 0.5 * v[:, None] ** 2, 0.0), alpha, k)
+    slowest = amplitude_through(np.zeros_like(v), v, alpha, beta, mu)[:, None]
+    return 2.0 * np.asarray(np.trapezoid(_on_orbit(np.maximum(law.A, slowest), y, law, eqs), y, axis=1))
+
+
+def _on_orbit(A: Floats, y: Floats, law: Stationary, eqs: Equations) -> Floats:
+    """Density p(A)/(T J) at y on the orbit of amplitude A; p/A, interpolated in ln A, is flat towards 0."""
+    A = np.maximum(A, law.A[0])
+    per_A = np.exp(np.interp(np.log(A), np.log(law.A), np.log(law.p / law.A), right=-np.inf))
+    alpha, beta, mu = _symbols(eqs)
+    return per_A * frequency(A, alpha, K(A, alpha, beta, mu)) / (2.0 * math.pi * _rise(A, y, eqs))
+
+
+def _rise(A: Floats, y: Floats, eqs: Equations) -> Floats:
+    """The ratio J(A, y)/A, of which Q = 1 + K + alpha A^2 is the most."""
+    return stiffness(A, eqs)[1] + 0.5 * dK_dA(A, *_symbols(eqs)) * (A - y**2 / A)
+
+
+def _symbols(eqs: Equations) -> tuple[Floats, Floats, Floats]:
+    """The coefficients alpha, beta and mu of the equations, 0 where absent."""
+    return or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)

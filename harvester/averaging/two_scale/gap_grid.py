@@ -18,14 +18,13 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import around_the_mass, or_zero
+from harvester.averaging.grids import KEPT, SEARCH, or_zero, where_the_mass_is
 from harvester.averaging.two_scale.cycles import Cycles
 from harvester.averaging.two_scale.energy_law import diffusion, drift, log_mass, normalised, slope_on_grid
 from harvester.averaging.two_scale.gap_cycles import DistantOrbits
 from harvester.equations.coefficients import Equations
 
 _POINTS, _DEGREE = 32, 12  # of a panel
-_KEPT_BELOW, KEPT_ABOVE = 12.0, 18.0  # energies less likely than e^-12, e^-18 of the likeliest are left out
 _NARROWEST, _WIDEST = 1e-8, 1e8  # half-widths b
 _GRAZING = 1e-5  # the least z with a preload
 _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by this factor
@@ -149,9 +148,8 @@ def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats
     high = place(np.full((scenes, 1), _WIDEST), g)
     low = np.where(pressed, math.log(_GRAZING), place(np.minimum(_NARROWEST, np.abs(g)), g))[:, 0]
     high = np.where(pressed, np.log(np.sinh(np.maximum(high, 1.0))), high)[:, 0]
-    top, unbounded = high.copy(), np.zeros(scenes, dtype=bool)
-    for points in (161, 41, 41, 41):
-        s = np.linspace(low, high, points, axis=-1)
+
+    def law(s: Floats) -> Floats:
         z = _unfolded(s, pressed)
         b, rise = half_width(z, g)
         rise = rise * np.where(pressed, np.tanh(z), 1.0)  # db/ds
@@ -159,10 +157,9 @@ def half_widths_that_matter(eqs: Equations, scenes: int) -> tuple[Floats, Floats
         orbits.refine(b, np.zeros_like(g), np.zeros_like(b))
         cycle = orbits.averages()
         slope = np.maximum(slope_on_grid(s, cycle.energy), rise * _force(b, eqs) / _STEEPEST)
-        log_p = log_mass(s, cycle, slope, np.zeros_like(s), eqs)
-        widest = high >= top
-        low, high, open_end = around_the_mass(s, np.where(np.isnan(log_p), -np.inf, log_p), _KEPT_BELOW, KEPT_ABOVE)
-        unbounded |= open_end & widest
+        return log_mass(s, cycle, slope, np.zeros_like(s), eqs)
+
+    low, high, unbounded = where_the_mass_is((low, high), SEARCH, law, KEPT)
     low, high = (half_width(_unfolded(end[:, None], pressed), g)[0] for end in (low, high))
     return low, high, unbounded
 

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.averaging.grids import around_the_mass, noisy_stacks, or_zero, stacked
+from harvester.averaging.grids import KEPT, SEARCH, noisy_stacks, or_zero, stacked, where_the_mass_is
 from harvester.averaging.two_scale.cycles import Cycles, Orbits
 from harvester.averaging.two_scale.energy_law import log_mass, normalised, paid, rising, slow_voltage, with_tail
 from harvester.averaging.two_scale.gap_law import Spread, solve_distant
@@ -36,7 +36,6 @@ from harvester.errors import SimulationError, UnboundedResponseError
 
 _AMPLITUDES = 96
 _ROUNDS = 6  # of the voltage and the potential that it bends
-_KEPT_BELOW, _KEPT_ABOVE = 12.0, 18.0  # amplitudes less likely than e^-12, e^-18 of the likeliest are left out
 _WIDEST = (-math.log(1e8), math.log(1e8))  # of ln A
 _HARMONICS = np.arange(1.0, 30.0)[:, None]
 _TOGETHER = 32  # scenes in one go: their arrays stay in the processor's cache
@@ -204,13 +203,11 @@ def _summary(eqs: Equations, cycle: Cycles, mass: Floats, memory: Floats) -> dic
 
 def _where_the_mass_is(eqs: Equations, scenes: int) -> tuple[Floats, Any]:
     """A grid of ln A over the amplitudes that matter, shape (scenes, n), and which scenes have no end to it."""
-    low, high = (np.full(scenes, end) for end in _WIDEST)
-    unbounded = np.zeros(scenes, dtype=bool)
-    for points in (161, 41, 41, 41):
-        u = np.linspace(low, high, points, axis=-1)
+
+    def law(u: Floats) -> Floats:
         cycle = Orbits(np.exp(u), eqs, 8, 1).averages()
-        log_p = log_mass(u, cycle, rising(u, cycle.energy), np.zeros_like(u), eqs)
-        widest = high >= _WIDEST[1]
-        low, high, open_end = around_the_mass(u, np.where(np.isnan(log_p), -np.inf, log_p), _KEPT_BELOW, _KEPT_ABOVE)
-        unbounded |= open_end & widest
+        return log_mass(u, cycle, rising(u, cycle.energy), np.zeros_like(u), eqs)
+
+    ends = np.full(scenes, _WIDEST[0]), np.full(scenes, _WIDEST[1])
+    low, high, unbounded = where_the_mass_is(ends, SEARCH, law, KEPT)
     return np.linspace(low, high, _AMPLITUDES, axis=-1), unbounded

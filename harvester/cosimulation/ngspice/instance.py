@@ -74,22 +74,16 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self._stdout.append(text)
         return 0
 
-    def _send_stat(self, message: Any, ident: int, user: Any) -> int:
-        """Ignore how far ngspice says it has come."""
-        return 0
-
     def _exit(self, status: int, immediate: bool, quitting: bool, ident: int, user: Any) -> int:
         """Note that ngspice wants to end its process, after a fatal error."""
         self.lost = True
         return status
 
-    def _background_thread_running(self, running: bool, ident: int, user: Any) -> int:
-        """Ignore ngspice's own thread, which is not used."""
+    def _ignore(self, *arguments: Any) -> int:
+        """Ignore how far ngspice has come, its own thread, and points, which go to the lock-step's own callback."""
         return 0
 
-    def _send_data(self, *arguments: Any) -> int:
-        """Ignore an accepted point, which goes to the lock-step's own callback."""
-        return 0
+    _send_stat = _background_thread_running = _send_data = _ignore
 
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
         """Note where the vectors that the lock-step reads stand among those of the coming run."""

@@ -72,7 +72,7 @@ def pilot_of(
 
     eqs = problem.equations
     seed = np.random.SeedSequence([options.seed, 1])
-    h = None if options.dt is None else options.dt * problem.units.frequency
+    h = options.step(problem.units.frequency)
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
     if isinstance(ideal, CompiledCircuit):
         many = LOOSE  # whose steps take a hundred times as long

@@ -10,8 +10,7 @@ import time
 
 import numpy as np
 
-from harvester.answers.estimate import Estimate
-from harvester.answers.steady_responses import SteadyResponse
+from harvester.answers.estimate import Estimate, SteadyResponse
 from harvester.engines.coexisting_responses import SearchedResponse, may_have_several, steady_responses
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.ideal import Ideal

@@ -17,8 +17,8 @@ from harvester.engines.spice.setup import SpiceSetup, stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
-from harvester.linear.harmonics import phase_to_base
 from harvester.linear.record_doubts import record_doubts
+from harvester.linear.transfer import phase_to_base
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
 from harvester.uncertainty.value import Value

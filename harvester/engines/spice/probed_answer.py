@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.answers.estimate import Estimate
-from harvester.answers.probe_means import ProbeMeans
+from harvester.answers.estimate import Estimate, ProbeMeans
 from harvester.equations.impact_order import step_order
 from harvester.equations.problem import Problem
 from harvester.errors import InputError

@@ -67,7 +67,7 @@ def to_be_found(options: MonteCarloOptions, problem: Problem, reltol: float, pro
 
     eqs, circuit = problem.equations, problem.circuit
     assert circuit is not None, "the engine refuses an open circuit"
-    h, halvings = steps_in_period(eqs, options.dt and options.dt * problem.units.frequency)
+    h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     device = CoupledDevice(eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True)
     return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
 

@@ -1,8 +1,9 @@
-"""What each operating system has in a way of its own: `this_system`, chosen here, so that no other file asks for it."""
+"""What each operating system has in a way of its own: `this_system`, chosen here, so that no other file asks for it.
+
+Each system's class has the same methods, which the checker of types sees on each.
+"""
 
 import sys
-
-from harvester.machine.system.operating_system import OperatingSystem
 
 if sys.platform == "win32":
     from harvester.machine.system.windows import Windows as _ThisSystem
@@ -11,4 +12,4 @@ elif sys.platform == "darwin":
 else:
     from harvester.machine.system.posix import Linux as _ThisSystem
 
-this_system: OperatingSystem = _ThisSystem()
+this_system = _ThisSystem()

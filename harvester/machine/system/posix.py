@@ -17,30 +17,31 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from harvester.machine.system.operating_system import OperatingSystem
-
 LOOK = 0.3  # seconds between two checks whether the program that started a worker still lives
 _BY_OTHERS = 0o022  # permissions to write
 _LIBRARY_FOLDERS = ("/opt/homebrew/lib", "/usr/local/lib", "/opt/local/lib")  # Homebrew's on both processors, MacPorts'
 
 
-class Posix(OperatingSystem):
+class Posix:
     """What Linux and macOS do alike."""
 
     def open_to_read(self, path: str | Path) -> int:
-        """Open without waiting: O_NONBLOCK."""
+        """Open a file for reading, without waiting for the writer of a pipe: O_NONBLOCK."""
         return os.open(path, os.O_RDONLY | os.O_NONBLOCK)
 
     def open_to_lock(self, path: Path) -> int:
-        """Open for reading and writing: a pipe opened so waits for nobody."""
+        """Open a file for `lock`, made where it is missing, and not for other processes; a pipe waits for nobody so."""
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
 
     def open_folder_to_lock(self, path: Path) -> int:
-        """Open the folder itself."""
+        """Open a folder for `lock`: the folder itself."""
         return os.open(path, os.O_RDONLY)
 
     def lock(self, file: int) -> bool:
-        """Lock by flock, which ends with the process."""
+        """Lock an open file until it is closed, by flock, which ends with the process; False where another one has it.
+
+        Raises OSError where files cannot be locked.
+        """
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -48,12 +49,15 @@ class Posix(OperatingSystem):
         return True
 
     def others_may_write(self, state: os.stat_result) -> bool:
-        """Ask for owner and permissions."""
+        """Whether a folder is another user's, or others may write into it: by owner and permissions."""
         return state.st_uid != os.geteuid() or bool(state.st_mode & _BY_OTHERS)
 
     @contextmanager
     def back_to_this_folder(self) -> Iterator[None]:
-        """Keep the folder open; O_PATH, where there is one, opens a folder that cannot be read."""
+        """Go back to the present current folder at the end, which is kept open meanwhile.
+
+        O_PATH, where there is one, opens a folder that cannot be read.
+        """
         here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))
         try:
             yield
@@ -62,11 +66,11 @@ class Posix(OperatingSystem):
             os.close(here)
 
     def own_group(self) -> dict[str, Any]:
-        """A session, whose number is that of its first process."""
+        """The options of `subprocess.Popen` that put a program into a group of its own, a session."""
         return {"start_new_session": True}
 
     def group_lives(self, group: int) -> bool:
-        """Ask with signal 0, which does nothing."""
+        """Whether a process of the group lives: by signal 0, which does nothing."""
         try:
             os.killpg(group, 0)
         except ProcessLookupError:
@@ -74,13 +78,13 @@ class Posix(OperatingSystem):
         return True
 
     def kill_group(self, group: int) -> None:
-        """End them by SIGKILL."""
+        """End all processes of a group at once, by SIGKILL."""
         with suppress(ProcessLookupError):
             os.killpg(group, signal.SIGKILL)
 
     @contextmanager
     def without_interrupts(self) -> Iterator[None]:
-        """Block the signal, which the processes inherit."""
+        """Processes that are started meanwhile never get ^C: they inherit that the signal is blocked."""
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             yield
@@ -88,12 +92,12 @@ class Posix(OperatingSystem):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def wait_for_end_of(self, parent: int) -> None:
-        """Ask for the parent now and then: a process without one gets another."""
+        """Wait until the process that started this one has ended: one without a parent gets another."""
         while os.getppid() == parent:
             time.sleep(LOOK)
 
     def after_fork(self, function: Callable[[], None]) -> None:
-        """Have Python call it."""
+        """Call a function in each program that is forked from this one."""
         os.register_at_fork(after_in_child=function)
 
 
@@ -101,12 +105,12 @@ class Linux(Posix):
     """What Linux has besides: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
-        """Read the limit of `ulimit -v`."""
+        """The bytes of memory that this process may address, by `ulimit -v`; None where there is no limit."""
         room = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if room == resource.RLIM_INFINITY else room
 
     def processor(self) -> str:
-        """Read it from /proc."""
+        """The name of the processor, from /proc; '' where the system does not say."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
             if found := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
@@ -114,11 +118,11 @@ class Linux(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """Ask the linker's list, which has names without their folder."""
+        """The name by which an installed library loads, from the linker's list; None where it is not found."""
         return ctypes.util.find_library(name)
 
     def library_file(self, library: str) -> Path:
-        """Look up the folder in the linker's list."""
+        """The file of a library that `library` named, as far as it can be known: its folder is in the linker's list."""
         with suppress(OSError):
             listed = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
             if found := re.search(rf"\b{re.escape(library)} .*=> (.+)", listed):
@@ -144,3 +148,7 @@ class MacOS(Posix):
         """Look where the system's own search does not, too: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
         return ctypes.util.find_library(name) or next((str(path) for path in paths if path.is_file()), None)
+
+    def library_file(self, library: str) -> Path:
+        """The library's own path."""
+        return Path(library)

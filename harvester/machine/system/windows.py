@@ -15,15 +15,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from harvester.machine.system.operating_system import OperatingSystem
-
 _LOCKED_BYTE = 1 << 30  # behind all content: a locked byte cannot be read
 _SYNCHRONIZE, _FOREVER, _STILL_RUNS = 0x00100000, 0xFFFFFFFF, 0x102  # of its function WaitForSingleObject
 _PROCESSOR = r"HARDWARE\DESCRIPTION\System\CentralProcessor\0"
 
 
-class Windows(OperatingSystem):
-    """What Windows does its own way."""
+class Windows:
+    """What Windows does its own way; `harvester.machine.system.posix` says what is asked of each system."""
 
     def address_space(self) -> int | None:
         """Know of no limit: Windows has none that a shell sets."""
@@ -38,6 +36,10 @@ class Windows(OperatingSystem):
     def library(self, name: str) -> str | None:
         """Look along PATH, where Windows looks too."""
         return ctypes.util.find_library(name) or ctypes.util.find_library(f"lib{name}-0")
+
+    def library_file(self, library: str) -> Path:
+        """The library's own path."""
+        return Path(library)
 
     def open_to_read(self, path: str | Path) -> int:
         """Open as bytes; Windows keeps pipes elsewhere than files."""

@@ -92,7 +92,7 @@ class Growth:
     """A measured exponent (nondimensional), with its errors and what it took.
 
     ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a trajectory, ``pushed``,
-    shape (n, 3), sums of mean zero beside it: the controls (`harvester.uncertainty.controls`) of ``value``.
+    shape (n, 3), sums of mean zero beside it: the controls (`harvester.uncertainty.control_variate`) of ``value``.
     """
 
     value: float

@@ -49,7 +49,7 @@ class Moments:
         return mean_and_error(getattr(self, name))
 
     def controlled(self, name: str, together: int = 1) -> Floats:
-        """One moment's entries, less what their controls explain of them (`harvester.uncertainty.controls`).
+        """One moment's entries, less what their controls explain of them (`harvester.uncertainty.control_variate`).
 
         ``together`` consecutive ones come as their mean.
 

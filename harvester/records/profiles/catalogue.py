@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 
 from harvester.errors import InputError, invalid, unknown
-from harvester.records.profiles.lines import LINES
-from harvester.records.profiles.profile import Profile
-from harvester.records.profiles.shocks import SHOCKS
-from harvester.records.profiles.standard_curves import CURVES
+from harvester.records.profiles.lines_and_shocks import LINES, SHOCKS
+from harvester.records.profiles.standard_curves import CURVES, Profile
 
 PROFILES: dict[str, Profile] = {**CURVES, **LINES, **SHOCKS}
 OWN = ("level", "pulse_duration", "event_rate", "harmonics")  # keys that only go with a profile

@@ -1,4 +1,4 @@
-"""Densities of the base's acceleration that test standards prescribe, each with the document that states it.
+"""What a shaking by name is, and those that test standards prescribe as densities, each with its document.
 
 A curve is here only where its document is public and its points give the rms acceleration that the document states
 beside them, which a test computes.  Between the points it is straight in log-log, and 0 outside of them.
@@ -8,8 +8,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.records.profiles.profile import Profile
 from harvester.records.records import TabulatedDensity
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A shaking by name: ``what`` it is in a line, the ``source`` of its numbers, and its keys of [excitation].
+
+    Those of ``needs`` must be given, those of ``takes`` may be; all others must be left out.  ``random`` profiles are
+    noise of a density, the others a record that repeats itself.
+    """
+
+    name: str
+    what: str
+    source: str
+    needs: tuple[str, ...] = ()
+    takes: tuple[str, ...] = ()
+    random: bool = False
+
 
 G = 9.80665  # m/s^2
 

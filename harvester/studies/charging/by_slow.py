@@ -86,11 +86,10 @@ def charge_slowly(
 def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) -> dict[str, Any]:
     """One run under a drive."""
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.storage.current_with_errors import measured
-    from harvester.storage.direct_check import direct_check
-    from harvester.storage.measured_current import HELD, time_constant
-    from harvester.storage.plain_store import FINE, times_to
+    from harvester.storage.measured_current import HELD, measured, time_constant
+    from harvester.storage.rectified_current import FINE, times_to
     from harvester.storage.rectifier_cut import with_held_store
+    from harvester.storage.slow_circuit import direct_check
 
     circuit, top = problem.circuit, float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
@@ -130,9 +129,8 @@ def _random(
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.charging import first_passages
     from harvester.cosimulation.idealised import ideal_circuit
-    from harvester.storage.current_with_errors import measured
-    from harvester.storage.measured_current import HELD, time_constant
-    from harvester.storage.plain_store import LONGER, error_of_times, random_paths, times_to
+    from harvester.storage.measured_current import HELD, measured, time_constant
+    from harvester.storage.rectified_current import LONGER, error_of_times, random_paths, times_to
     from harvester.storage.rectifier_cut import with_held_store
 
     scales, circuit = problem.scales, problem.circuit
@@ -174,8 +172,7 @@ def _random(
 def _behind_a_rectifier(problem: Problem, levels: Floats, duration: float, whole: bool) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
-    from harvester.storage.current_with_errors import measured
-    from harvester.storage.measured_current import HELD, time_constant
+    from harvester.storage.measured_current import HELD, measured, time_constant
     from harvester.storage.rectifier_cut import cut_behind_rectifier
     from harvester.storage.slow_circuit import SlowCircuit
     from harvester.storage.steady_power import FINER

@@ -114,8 +114,7 @@ def evaluate(candidate: Candidate, scene: Scene, needed: DesignNeed, farads: flo
     """
     from harvester.cosimulation.idealised import ideal_circuit
     from harvester.mechanics.kernels.compiled import compilation
-    from harvester.storage.current_with_errors import measured
-    from harvester.storage.measured_current import HELD
+    from harvester.storage.measured_current import HELD, measured
     from harvester.storage.rectifier_cut import held_rectifier, is_plain_store
 
     problem, supply = Problem(candidate.scene(scene, needed)), candidate.supply

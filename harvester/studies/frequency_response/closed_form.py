@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from harvester.engines import Exact
-from harvester.linear.harmonics import phase_to_base
 from harvester.linear.solve import solve
-from harvester.linear.transfer import amplitudes
+from harvester.linear.transfer import amplitudes, phase_to_base
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.uncertainty.value import Value

@@ -15,7 +15,7 @@ from harvester.engines import Ensemble, Ideal
 from harvester.engines.protocol import served
 from harvester.engines.sampling import ALIKE, UNLIKE
 from harvester.equations.problem import Problem
-from harvester.linear.harmonics import first_harmonic, phase_to_base
+from harvester.linear.transfer import first_harmonic, phase_to_base
 from harvester.studies.frequency_response.driven import HarmonicDrive
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.frequency_response.steps import State, Step, Steps, as_written

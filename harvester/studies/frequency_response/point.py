@@ -16,7 +16,7 @@ class ResponsePoint(Result):
 
     ``spread`` is that of the trajectories' mean power, relative to the largest; None where there is noise, or one path.
     ``displacement_rms`` is that of the mass about its mean place; ``displacement_phase`` and ``voltage_phase`` are
-    those of the first harmonics to the base's acceleration (`harvester.linear.harmonics`), in degrees.  Each is None
+    those of the first harmonics to the base's acceleration (`harvester.linear.transfer`), in degrees.  Each is None
     where it is not known: a phase where there is noise, or where trajectories differ.
     """
 

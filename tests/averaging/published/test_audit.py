@@ -13,10 +13,15 @@ import sympy as sp
 from scipy.integrate import cumulative_simpson, quad, simpson, solve_ivp
 
 import harvester as hv
-from harvester.averaging.published import orbit, voltage
+from harvester.averaging.published import orbit
 from harvester.averaging.published.ito import diffusion, drift, noise_drift, stiffness
-from harvester.averaging.published.published_densities import state_density, transformed_density
-from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
+from harvester.averaging.published.stationary import (
+    density,
+    mean_square_voltage,
+    orbit_means,
+    state_density,
+    transformed_density,
+)
 from tests.support import paper
 from tests.support.paper import energy_density, impact, m1, m2, sigma
 from tests.support.paths import ROOT
@@ -119,7 +124,7 @@ def test_6_the_decoupled_voltage():
     X = A * sp.cos(w * t)
     Volt = (w**2 * X + mu * sp.diff(X, t)) / (mu**2 + w**2)
     assert zero(sp.diff(Volt, t) + mu * Volt - sp.diff(X, t))
-    assert voltage.decoupled(np.float64(1.3), np.float64(-0.4), np.float64(1.2), 0.7) == pytest.approx(
+    assert orbit.decoupled(np.float64(1.3), np.float64(-0.4), np.float64(1.2), 0.7) == pytest.approx(
         (1.2 * 1.3 - 0.7 * 0.4) / (0.49 + 1.2), rel=1e-14
     )
 
@@ -136,13 +141,13 @@ def test_6_the_decoupling_is_not_for_a_mirrored_orbit(mu, ratio):
     rate = 1j * np.fft.fftfreq(n, 1 / n)
     exact = np.fft.ifft(rate / (mu + rate) * x_n).real
     mirrored = paper.folded(np.cos(phase), -np.sin(phase))
-    published = voltage.decoupled(*mirrored, np.float64(1.0), mu)
+    published = orbit.decoupled(*mirrored, np.float64(1.0), mu)
     assert np.mean(exact) == pytest.approx(0.0, abs=1e-12)
     assert np.mean(published) == pytest.approx(2 / np.pi / (1 + mu**2), rel=1e-6)
     assert np.mean(published**2) == pytest.approx(0.5 / (1 + mu**2), rel=1e-6)
     assert np.mean(published**2) / np.mean(exact**2) == pytest.approx(ratio, rel=0.01)
     free = np.fft.ifft(rate / (mu + rate) * np.fft.fft(np.cos(phase))).real  # without a stop Eq. 6 is exact
-    assert voltage.decoupled(np.cos(phase), -np.sin(phase), np.float64(1.0), mu) == pytest.approx(free, abs=1e-12)
+    assert orbit.decoupled(np.cos(phase), -np.sin(phase), np.float64(1.0), mu) == pytest.approx(free, abs=1e-12)
 
 
 def test_8_the_instantaneous_frequency_of_the_potential():
@@ -172,7 +177,7 @@ def test_8_the_load_stiffens_g_at_one_frequency():
     al, be, m, a = 0.5, 1.25, 1.0, 1.5
     n2 = paper.nu2_coupled(np.float64(a), PHI, al, be, m)
     bare = orbit.nu2(np.float64(a), PHI, al, np.float64(0.0))
-    w2 = voltage.omega2(np.float64(a), al, be, m)
+    w2 = orbit.omega2(np.float64(a), al, be, m)
     assert np.abs(bare + be * w2 / (m**2 + n2) - n2).max() > 0.05
     assert np.abs(bare + be * n2 / (m**2 + n2) - n2).max() < 1e-13
 
@@ -555,9 +560,9 @@ def test_28_the_period_is_that_of_the_orbit():
     law = density(CUBIC)
     al, be, m = CUBIC.alpha, CUBIC.beta, CUBIC.mu
     y, speed, cell = plane(CUBIC, law)
-    a = voltage.amplitude_through(y, speed, al, be, m)
+    a = orbit.amplitude_through(y, speed, al, be, m)
     right = transformed_density(y, speed, law, CUBIC)
-    exact = orbit.frequency(a, al, voltage.K(a, al, be, m))
+    exact = orbit.frequency(a, al, orbit.K(a, al, be, m))
     assert right.sum() * cell == pytest.approx(1.0, rel=1e-3)
     assert (right * np.sqrt(1 + be + al * a**2) / exact).sum() * cell > 1.15
     assert (right * paper.omega(a, al, be, m) / exact).sum() * cell > 1.015
@@ -573,8 +578,8 @@ def test_29_30_the_plane_is_half_a_plane():
     law = density(CUBIC)
     al, be, m = CUBIC.alpha, CUBIC.beta, CUBIC.mu
     y, speed, cell = plane(CUBIC, law)
-    w2 = voltage.omega2(voltage.amplitude_through(y, speed, al, be, m), al, be, m)
-    V2 = voltage.decoupled(y, speed, w2, m) ** 2
+    w2 = orbit.omega2(orbit.amplitude_through(y, speed, al, be, m), al, be, m)
+    V2 = orbit.decoupled(y, speed, w2, m) ** 2
     p = state_density(y, speed, law, CUBIC)
     half = np.where(y > 0, 1.0, np.where(y == 0, 0.5, 0.0))
     assert (half * p).sum() * cell == pytest.approx(1.0, rel=1e-3)
@@ -647,7 +652,7 @@ def test_34_the_program_has_the_same_limit():
     eqs = changed(PAPER, n1=None, beta=1.25, mu=1.0)
     a = np.float64(1e-6)
     k0 = float(stiffness(a, eqs)[0])
-    load = float(voltage.C(a, eqs.alpha, 1.25, 1.0))
+    load = float(orbit.C(a, eqs.alpha, 1.25, 1.0))
     expected = 0.005 - load / 2 - 0.04 * np.sqrt(k0) / np.pi + 3 * eqs.n2 / (8 * k0)
     assert drift(a, eqs) / a == pytest.approx(expected, rel=1e-9)
     assert sum(diffusion(a, eqs)) / a**2 == pytest.approx(eqs.n2 / (4 * k0), rel=1e-9)

@@ -6,15 +6,28 @@ from scipy.integrate import quad
 
 import harvester as hv
 from harvester.averaging.published.ito import diffusion, diffusion_slope, drift, noise_drift
-from harvester.averaging.published.orbit import G, amplitude, frequency, nu, nu2
-from harvester.averaging.published.published_densities import (
+from harvester.averaging.published.orbit import (
+    C,
+    G,
+    K,
+    amplitude,
+    amplitude_through,
+    decoupled,
+    dK_dA,
+    frequency,
+    nu,
+    nu2,
+    omega2,
+)
+from harvester.averaging.published.stationary import (
+    density,
     displacement_density,
+    mean_square_voltage,
+    orbit_means,
     state_density,
     transformed_density,
     velocity_density,
 )
-from harvester.averaging.published.stationary import density, mean_square_voltage, orbit_means
-from harvester.averaging.published.voltage import C, K, amplitude_through, decoupled, dK_dA, omega2
 from harvester.errors import SimulationError, UnboundedResponseError
 from tests.support.paper import damping, energy_density, m1, nu2_coupled, omega, on_orbit, sigma
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene

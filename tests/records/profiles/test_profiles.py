@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import harvester as hv
-from harvester.records.profiles.lines import WALKING, machine, walking
-from harvester.records.profiles.shocks import SHOCKS, shock
+from harvester.records.profiles.lines_and_shocks import SHOCKS, WALKING, machine, shock, walking
 from harvester.records.profiles.standard_curves import CURVES, G, density
 from tests.support.paths import EXAMPLES
 
