@@ -38,12 +38,16 @@ else
     exit 2
 fi
 
-# The tests look at the page of `harvester explore` in a real browser; nothing else needs it.
-if ! command -v chromium >/dev/null && ! command -v chromium-browser >/dev/null && [ -n "$can_install" ]; then
-    echo "setup: installing through apt-get${root:+ (with sudo)}, for make test only: chromium"
+# The tests look at the page of `harvester explore` in a real browser; nothing else needs it. It comes while pip works,
+# but for where sudo may ask for a password.
+browser() {
+    echo "setup: installing through apt-get${root:+ (with sudo)}, for the tests only: chromium"
     $root apt-get update -qq
     $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null ||
         echo "setup: chromium was not installed, so the tests of the page in a browser will fail; all else works" >&2
+}
+if ! command -v chromium >/dev/null && ! command -v chromium-browser >/dev/null && [ -n "$can_install" ]; then
+    if [ "$root" = sudo ]; then browser; else browser & fi
 fi
 
 echo "setup: installing this package into .venv, with the versions of lock.txt"
@@ -61,6 +65,8 @@ if [ -z "$library" ] && ! .venv/bin/python -c 'import piezo_harvester_ngspice as
     }
 fi
 
-# Bytecode on all cores, and without the tests that other packages bring: pip takes one core, and compiles those too.
-# What does not compile is a template, or for another Python: nobody imports it, and pip leaves it as well.
-.venv/bin/python -W ignore -m compileall -qq -j 0 -x '/tests/' .venv/lib || true
+# Bytecode on all cores, which pip would make on one, and of what may be imported here: not of tests, nor of large parts
+# of packages that nothing here uses. What does not compile is a template, or for another Python: pip leaves it as well.
+unused='/(tests?|testsuite|benchmarks|_vendored|mypyc?|cuda|jedi|lexers|distutils|pip|setuptools|debugpy|sympy/physics|sympy/stats|dask/array|dask/dataframe|pydantic/v1|playwright/async_api|SALib/sample/.*)/'
+.venv/bin/python -W ignore -m compileall -qq -j 0 -x "$unused" .venv/lib || true
+wait # for the browser

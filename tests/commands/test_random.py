@@ -178,6 +178,7 @@ def test_stability():
     answered(statuses, 0.15)
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.slow
 @tries(60)
 @given(st.data())
@@ -240,6 +241,7 @@ def test_an_exponent_that_overflowed():
 ENSEMBLE = ("run", "--engine", "ensemble")
 
 
+@pytest.mark.thorough("test_any_tables_are_a_scene_or_an_input_error")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("keys", "arguments", "says"),

@@ -86,6 +86,7 @@ def test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form():
     assert store[t > wakes[0]].min() > 3.67 - 0.1
 
 
+@pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [
@@ -125,12 +126,14 @@ def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
     assert looks[1] - looks[0] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 def test_a_step_up_chip_stops_charging_when_full():
     _, store, _, _ = traces("bq25570", 4.0, 0.5, R=1e9, C=0.5e-6, Cin=0.2e-6, Cout=0.1e-6, etacold=0.5, look=0.1)
     assert 4.15 < store[-1] < 4.25
     assert store.max() < 4.25
 
 
+@pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 @pytest.mark.parametrize(
     ("voc", "given", "low", "high"),
     [
@@ -234,6 +237,7 @@ def test_a_node_takes_the_mean_of_its_table():
     assert current.max() == pytest.approx(20e-3, rel=0.01)
 
 
+@pytest.mark.thorough("test_efficiency_of_the_output_follows_the_data_sheet")
 def test_a_node_stops_below_its_supply_and_begins_anew():
     """The supply fails from 20 to 60 ms: nothing meanwhile, and the profile from its beginning afterwards."""
     t, current = node_current("PWL(0 3 20m 3 21m 1 60m 1 61m 3)", 0.09, every=1.0)

@@ -201,6 +201,7 @@ def test_power_of_sece(resistance, motion):
     assert at_load("sece", resistance, *motion)[0] == pytest.approx(sece_power(resistance, abs(voc), w), rel=0.04)
 
 
+@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", FORMS)
 def test_best_load(name):
     """P(s)/P(1) = 4 s/(1 + s)^2 at s times the best load: .71 at .3, .75 at 3."""
@@ -216,6 +217,7 @@ def power_at_60_volts(name, **coil):
     return measured(name, best_load(name), charged, 60.0, Bv=1e3, **coil)[0]
 
 
+@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", sorted(set(BEST) - {"bridge"}))
 def test_gain_over_the_bridge(name):
     """1, 2/(1-q), (1+q)/(1-q), 4, at 60 V, where drops matter little; SECE's with a good coil, its drops are 11 %."""
@@ -240,6 +242,7 @@ def test_sshc_against_its_closed_form(share, flip):
 CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")  # tests/cosimulation/test_chips.py
 
 
+@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize(
     "path", sorted(p for p in netlist_folder().glob("*.cir") if p.stem not in CHIPS), ids=lambda p: p.stem
 )
@@ -254,6 +257,7 @@ def test_netlists_run_by_hand(path):
     assert ideal * (1 - loss_of_drops.get(path.stem, 0.06)) < power < 1.001 * ideal
 
 
+@pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", sorted(BEST))
 def test_example_scenes(name):
     """Every circuit has a scene, and one that detects the extrema is told the piezo's capacitance."""

@@ -40,6 +40,7 @@ def test_a_run_begins_charged(netlist):
     assert pytest.approx(0.2, abs=0.05) == V
 
 
+@pytest.mark.thorough("test_a_run_begins_charged")
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_controls_of_ngspice_runs():

@@ -55,6 +55,7 @@ def test_second_order_on_closed_forms(inductance):
     assert residuals[-1] < 0.35 * residuals[0] and residuals[-1] < 0.003
 
 
+@pytest.mark.thorough("test_second_order_on_closed_forms")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_compiled_and_plain_are_one():
@@ -74,7 +75,7 @@ def test_compiled_and_plain_are_one():
     assert max(one.state["miss"].max() for one in runs) < 1e-18  # met to rounding: of 1 mm
 
 
-@pytest.mark.thorough("test_compiled_and_plain_are_one")
+@pytest.mark.thorough("test_second_order_on_closed_forms")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_white_noise_has_its_stationary_variance():

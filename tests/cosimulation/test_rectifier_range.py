@@ -100,6 +100,7 @@ def test_bridge_of_a_small_signal_is_a_resistor(volts):
     assert deviation(path, trace(changed(FREE, mu=mu), noise, 0.1)) < 5e-4
 
 
+@pytest.mark.thorough("test_bridge_from_square_law_to_ideal")
 @pytest.mark.parametrize("mu", [0.05, 1.0, 30.0])
 def test_resistor_from_nanovolts_to_kilovolts(mu):
     """The nondimensional path does not depend on the signal's level: to 1e-9 from 1 nV to 1 kV, impacts included."""
@@ -131,6 +132,7 @@ def test_strong_coupling_of_rectifiers(beta, name):
     assert 0.0 < power < 1.02 * taken < 2.0 * eqs.n1 * dev.scales.watts
 
 
+@pytest.mark.thorough("test_bridge_from_square_law_to_ideal")
 @pytest.mark.parametrize("mu", [0.01, 1.0, 100.0])
 @pytest.mark.parametrize("beta", [1.2, 10.0])
 def test_strong_coupling_with_a_stop(beta, mu):

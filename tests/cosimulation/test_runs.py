@@ -243,6 +243,7 @@ FAILING = [
 ]
 
 
+@pytest.mark.thorough("test_a_crash_is_an_error_of_that_run_only")
 @pytest.mark.parametrize("load, says", FAILING, ids=["sources", "pole", "inner-pole", "runaway"])
 def test_failure_to_converge_names_node_and_time_and_a_way_out(load, says):
     with pytest.raises(CircuitError, match=says) as caught:

@@ -42,6 +42,7 @@ def test_marginal_densities_of_a_linear_scene_are_gaussian():
     assert ours.passages(2.0 * px.deviation) == pytest.approx(0.5 * px.rice(2.0 * px.deviation), rel=1e-4)
 
 
+@pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
 @pytest.mark.statistics
 def test_voltage_beside_a_stop_is_distributed_as_on_a_path():
     """The share of the time in each tenth of the range, within the error that half of the terms tell."""
@@ -79,6 +80,7 @@ def test_rate_between_wells_is_that_of_kramers_and_below_it():
     assert left.displacement(np.array([-1.0]))[0] == pytest.approx(-left.displacement(np.array([1.0]))[0], rel=1e-5)
 
 
+@pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
 @pytest.mark.statistics
 def test_hops_are_those_that_a_path_makes():
     """From the middle of one well to that of the other, in 600000 time units."""

@@ -8,6 +8,7 @@ from tests.support.exported import CASES, both
 FIRST_WAKE = 0.15  # s: until then the chip's converter stands still
 
 
+@pytest.mark.thorough("test_with_a_stop")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(("name", "most"), [("bridge", 1e-3), ("bridge and stop", 0.02), ("chip", 0.01)])
 def test_voltage_of_the_store(name, most):

@@ -34,6 +34,7 @@ def test_share_of_white_noise():
         assert noise_share(beta, c) == pytest.approx(share.max(), rel=1e-6)
 
 
+@pytest.mark.thorough("test_engines.py")
 @pytest.mark.slow
 @pytest.mark.parametrize("example", sorted(EXAMPLES.glob("plate*.toml")), ids=lambda path: path.stem)
 def test_engines_that_serve(example):

@@ -33,6 +33,7 @@ def test_a_bridge_is_that_of_engine_ideal(tmp_path):
     assert not any("did not converge" in warning for warning in ours.warnings)
 
 
+@pytest.mark.thorough("test_a_bridge_is_that_of_engine_ideal")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 
 
+@pytest.mark.thorough("test_the_periodic_response_is_what_a_long_run_from_rest_comes_to")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_self_powered_sshi_is_ngspices_within_what_is_stated():
@@ -58,6 +59,7 @@ def test_a_circuit_that_never_comes_back_is_no_periodic_response(tmp_path):
     assert periodic_response(circuit, eqs, eqs.shaking_period / 64, 1e-4) is None
 
 
+@pytest.mark.thorough("test_the_periodic_response_is_what_a_long_run_from_rest_comes_to")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_path_and_its_probes_are_ngspices():
@@ -72,6 +74,7 @@ def test_a_path_and_its_probes_are_ngspices():
         hv.motion(scene, "compiled", 0.01, from_rest=True, probe="i(d1)")
 
 
+@pytest.mark.thorough("test_the_periodic_response_is_what_a_long_run_from_rest_comes_to")
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_the_frequency_response_is_ngspices():

@@ -136,6 +136,7 @@ def test_power_of_the_load_resistor_in_ngspice_is_v_squared_over_r():
     assert one.load_power == pytest.approx(s.watts * eqs.beta * eqs.mu * one.moments.V2[0], rel=0.01)
 
 
+@pytest.mark.thorough("test_paper_scene_in_spice")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     "engine", [hv.Ensemble(trajectories=512, seed=5), hv.Spice(trajectories=2, duration=5.0, seed=5)]

@@ -132,6 +132,7 @@ def random_scenes(count=300, seed=8):
         yield k, nondimensional(**table, **shaking)
 
 
+@pytest.mark.thorough("test_bounds.py")
 @pytest.mark.statistics
 def test_no_scene_exceeds_its_bound():
     shares = []

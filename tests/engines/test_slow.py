@@ -17,6 +17,7 @@ from tests.support.paths import EXAMPLES
 NGSPICE = {"ltc3588": (183.465e-6, 0.3e-6), "bq25570": (71.053e-6, 1.3e-6)}
 
 
+@pytest.mark.thorough("test_by_slow.py")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NGSPICE)
 def test_a_chip_takes_what_it_takes_in_ngspice(name):
@@ -27,6 +28,7 @@ def test_a_chip_takes_what_it_takes_in_ngspice(name):
     assert found.mean_power.error95 is None  # what ngspice differs by is not known from within
 
 
+@pytest.mark.thorough("test_by_slow.py")
 def test_a_node_behind_a_chip_is_always_on():
     """Its resistor of 1 Mohm takes 3.3 V squared over that."""
     found = hv.run(EXAMPLES / "bimorph_node.toml")

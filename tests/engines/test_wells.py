@@ -9,6 +9,7 @@ from tests.support.systems import changed, scene
 WELLS = Equations(linear=-1.0, alpha=1.0, alpha2=0.1, beta=0.1, mu=0.5, c1=-0.05, n1=0.001)
 
 
+@pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 @pytest.mark.statistics
 def test_rare_hops_end_in_an_answer():
     """It once went on for minutes; the mean of either well is within the error, and the target is not promised."""
@@ -25,6 +26,7 @@ def test_rare_hops_end_in_an_answer():
     assert missed == "`within` 0.01 cannot be promised: the mean is known between those of the wells only"
 
 
+@pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 @pytest.mark.statistics
 def test_an_answer_between_wells_may_suffice():
     answer = hv.Ensemble(within="30%").run(scene(WELLS))
@@ -32,6 +34,7 @@ def test_an_answer_between_wells_may_suffice():
     assert len(answer.warnings) == 1
 
 
+@pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 @pytest.mark.statistics
 def test_often_hops_are_waited_for():
     """The whole law's mean, without an error of the model."""

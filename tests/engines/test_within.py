@@ -39,6 +39,7 @@ def test_ensemble_keeps_what_it_promises(given, reference):
     assert spread > 0.004  # a run that did far more than asked for would show nothing
 
 
+@pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.statistics
 def test_the_step_follows_the_target():
     """Strong coupling against a stop, where the step's bias is largest: a small target takes a smaller step."""
@@ -49,6 +50,7 @@ def test_the_step_follows_the_target():
     assert "whose bias is" in tight.reason
 
 
+@pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.statistics
 def test_a_linear_scene_to_a_thousandth():
     eqs = linear(1.25, 1.0)
@@ -104,6 +106,7 @@ def test_what_was_spent_before_the_first_look_counts():
     assert "was not reached" in str(within.warnings[-1])
 
 
+@pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.ngspice
 def test_a_step_that_is_given_stays():
     """--dt is kept, and what it does not allow is said."""
@@ -116,6 +119,7 @@ def test_a_step_that_is_given_stays():
     assert "needs a smaller `dt`" in str(spice.warnings[-1])
 
 
+@pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.statistics
 def test_same_options_same_answer():
     """What is decided depends on numbers, not on the clock, as long as there is no budget."""

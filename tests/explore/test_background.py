@@ -51,6 +51,7 @@ def on_ngspice():
     return draft.tables(), "spice", "1%"
 
 
+@pytest.mark.thorough("test_the_answer_is_the_engines")
 @pytest.mark.parametrize("started", [(first().tables(), "ensemble", "0.01%"), on_ngspice()], ids=["ensemble", "spice"])
 @pytest.mark.ngspice
 def test_cancel_kills_all(started):

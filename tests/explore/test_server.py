@@ -79,6 +79,7 @@ async def talk(address, token, message):
     await asyncio.sleep(0)
 
 
+@pytest.mark.thorough("test_live.py")
 @pytest.mark.slow
 def test_who_may_talk_to_the_server():
     """Nobody without the token, from another page or to another host; no body is kept; stderr never has the token."""

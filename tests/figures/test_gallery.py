@@ -97,6 +97,7 @@ def texts(figure):
     return [(one, one.get_window_extent()) for one in found if one.get_window_extent().width > 0.0]
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_no_text_covers_another_or_leaves_the_picture(picture):
     whole = picture.bbox.padded(1.0)
@@ -106,6 +107,7 @@ def test_no_text_covers_another_or_leaves_the_picture(picture):
         assert not box.padded(-0.75).overlaps(second.padded(-0.75)), (one.get_text(), other.get_text())
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_every_text_is_large_enough_on_paper_and_on_a_phone(picture):
     shown = PHONE / (72.0 * picture.get_figwidth())  # pixels of a phone for each point
@@ -113,6 +115,7 @@ def test_every_text_is_large_enough_on_paper_and_on_a_phone(picture):
         assert one.get_fontsize() >= SMALL and one.get_fontsize() * shown >= SMALL, one.get_text()
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_no_legend_is_over_data(picture):
     assert all(axes.get_legend() is None for axes in picture.axes)
@@ -121,6 +124,7 @@ def test_no_legend_is_over_data(picture):
         assert not any(box.overlaps(axes.get_window_extent()) for axes in picture.axes)
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_the_title_says_question_and_device(picture):
     question, *device = picture.get_suptitle().splitlines()
@@ -134,6 +138,7 @@ def look(handle):
     return (type(handle).__name__,)
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_every_eye_tells_entries_of_a_legend_apart(picture):
     for legend in picture.legends:
@@ -157,6 +162,7 @@ def test_eyes_see_what_is_known_of_them():
     assert len(EYES) == 4
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_the_picture_of_a_cost_has_six_names_at_their_marks():
     figure = PICTURES["cost"]()
@@ -165,6 +171,7 @@ def test_the_picture_of_a_cost_has_six_names_at_their_marks():
     assert any("Not drawn" in one.get_text() for one, _ in texts(figure))
 
 
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
 def test_the_errors_of_paths_have_one_scale():
     titles = [axes.get_title() for axes in PICTURES["compare"]().axes if axes.get_title()]

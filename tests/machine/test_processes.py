@@ -38,6 +38,7 @@ print(sorted(found), multiprocessing.current_process().daemon)
 """
 
 
+@pytest.mark.thorough("test_a_process_that_the_system_refuses")
 def test_several_threads_start_processes_at_once():
     done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False, timeout=120)
     assert (done.stdout, done.stderr) == ("[0, 1, 2, 3, 4, 5] True\n", "")
@@ -69,6 +70,7 @@ def alive(count):
     return gc.get_threshold(), len(left)
 
 
+@pytest.mark.thorough("test_a_process_that_the_system_refuses")
 def test_a_worker_searches_garbage_rarely_but_searches():
     process = processes.create()
     try:
@@ -101,6 +103,7 @@ compute()
 """
 
 
+@pytest.mark.thorough("test_a_process_that_the_system_refuses")
 def test_a_forked_program_starts_processes_of_its_own():
     """Those of its parent never answered it: it waited for ever, and ended with a traceback."""
     done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, check=False, timeout=120)

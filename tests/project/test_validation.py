@@ -87,6 +87,7 @@ def test_held_out_runs_of_the_two_wells_are_predicted_as_kept():
         assert now.value == pytest.approx(kept[now.what].value, rel=0.2), now.what
 
 
+@pytest.mark.thorough("test_products.py")
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_bridge_by_its_whole_first_harmonic():

@@ -31,6 +31,7 @@ def pages():
     }
 
 
+@pytest.mark.thorough("test_report.py")
 @pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM, reason="needs Chromium")
 def test_nothing_is_wider_than_the_page(pages):
@@ -49,6 +50,7 @@ def test_nothing_is_wider_than_the_page(pages):
             assert page.pdf(prefer_css_page_size=True).startswith(b"%PDF")
 
 
+@pytest.mark.thorough("test_report.py")
 @pytest.mark.slow
 def test_the_answer_leads_the_page(pages):
     assert "largest mean power" in pages["response"].partition("<nav")[0]

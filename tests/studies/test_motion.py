@@ -40,6 +40,7 @@ def test_units_of_a_physical_scene():
     assert (found.impacts[:, 1] < 0).any()
 
 
+@pytest.mark.thorough("test_files_and_command")
 @pytest.mark.ngspice
 @pytest.mark.parametrize("eqs", [changed(PAPER, gap=0.3), changed(DRIVEN, restitution=0.8)])
 def test_ngspice_makes_the_same_path(eqs):
@@ -52,6 +53,7 @@ def test_ngspice_makes_the_same_path(eqs):
         assert np.abs(a - b).max() < 2e-3 * np.abs(a).max()
 
 
+@pytest.mark.thorough("test_files_and_command")
 @pytest.mark.ngspice
 def test_a_pilot_says_how_long_a_path_by_ngspice_takes(monkeypatch):
     """Once, before it, and the path is what it is without a pilot; a harmonic drive, as it has shaking to cut short."""

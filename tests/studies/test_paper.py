@@ -37,6 +37,7 @@ def test_data_and_plot(drawn, number):
     assert (drawn / f"fig{number}.csv").read_text().splitlines()[0] == ",".join(paper.COLUMNS)
 
 
+@pytest.mark.thorough("test_unknown_figure_is_one_line")
 @pytest.mark.parametrize("panel", ["E[V^2] against D11", "E[P] against D11"])
 def test_figure_4(drawn, panel):
     _, published, averaged, ensemble, error = columns(drawn, 4, panel)
@@ -44,6 +45,7 @@ def test_figure_4(drawn, panel):
     assert (published / ensemble > 3).all()
 
 
+@pytest.mark.thorough("test_unknown_figure_is_one_line")
 @pytest.mark.parametrize("panel", ["lambda against r", "lambda against D22"])
 def test_figure_7(drawn, panel):
     _, published, averaged, ensemble, error = columns(drawn, 7, panel)
@@ -51,11 +53,13 @@ def test_figure_7(drawn, panel):
     assert (published < ensemble - 4 * error).all()
 
 
+@pytest.mark.thorough("test_unknown_figure_is_one_line")
 def test_figure_9(drawn):
     _, _, averaged, ensemble, error = columns(drawn, 9, "D22 against mu")
     assert (abs(averaged - ensemble) < 4 * error + 0.01 * ensemble).all()
 
 
+@pytest.mark.thorough("test_unknown_figure_is_one_line")
 @pytest.mark.parametrize("panel", ["p(amplitude A)", "p(displacement x)", "p(velocity x')"])
 def test_figure_1(drawn, panel):
     """Densities: both theories near the Monte Carlo, each integrating to one."""

@@ -451,6 +451,7 @@ def external_brackets(first, second, last):
     return spread / (8 * Q) + last / (8 * A * Q**2)
 
 
+@pytest.mark.thorough("test_38_against_the_exact_exponent")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "first, second, last, right",
@@ -474,6 +475,7 @@ def test_23_external_noise(first, second, last, right):
     assert zero(noise - external_brackets(first, second, last)) is right
 
 
+@pytest.mark.thorough("test_38_against_the_exact_exponent")
 @pytest.mark.slow
 def test_23_parametric_noise():
     """<sigma12 dsigma12/dA + sigma22 dsigma12/dPhi>: right as printed."""

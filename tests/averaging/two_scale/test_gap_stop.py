@@ -222,6 +222,7 @@ PRELOADED = [({}, f, 0.01) for f in (-0.05, -0.1, -0.4)]
 STRONG = [({"beta": 1.0}, 0.05, 0.04), ({"beta": 1.0, "mu": 1.0}, 0.05, 0.04), ({"beta": 2.0}, 0.1, 0.06)]
 
 
+@pytest.mark.thorough("test_cycle_by_an_ode_solver")
 @pytest.mark.statistics
 @pytest.mark.parametrize("changes, rms, most", PRELOADED + STRONG, ids=str)
 def test_stated_error_covers_preload_and_strong_coupling(changes, rms, most):

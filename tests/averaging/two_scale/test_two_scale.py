@@ -262,6 +262,7 @@ def random_scene(rng):
     )
 
 
+@pytest.mark.thorough("test_stated_error_is_the_real_one")
 @pytest.mark.statistics
 def test_stated_error_covers_random_scenes():
     """The error that the theory states of itself is not exceeded; 3 % for r >= .6 and beta <= 2."""

@@ -73,6 +73,7 @@ def test_ledger_closes_within_a_percent(name):
     assert found.load / (found.load + found.circuit) == pytest.approx(share, rel=0.04)
 
 
+@pytest.mark.thorough("test_ledger_closes_within_a_percent")
 def test_works_of_a_kick_are_the_change_of_the_kinetic_energy():
     """Sum of all works = (v1^2 - v0^2)/2, to rounding, with every effect and with few."""
     rng = np.random.default_rng(2)
@@ -104,6 +105,7 @@ def test_stored_energy_is_that_of_every_spring():
     assert [in_contact(0.1, at_rest), in_contact(-0.1, apart)] == [0.0, 0.0]
 
 
+@pytest.mark.thorough("test_ledger_closes_within_a_percent")
 def test_without_circuit_and_damping_the_mechanical_side_closes_exactly():
     """beta None, no stop: noise alone; the kicks telescope, so that the residual is the spring's O(h^2) only."""
     residuals = [abs(of(RESISTOR, Equations(n1=0.01, c1=-0.05), h, 400.0)[2].residual) for h in (0.1, 0.025)]

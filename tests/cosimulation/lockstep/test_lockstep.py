@@ -39,6 +39,7 @@ def test_paper_path(h):
     assert ours.impacts == pytest.approx(exact.impacts, abs=1e-4)
 
 
+@pytest.mark.thorough("test_paper_path")
 def test_strongly_coupled_plate():
     """beta = 1.25 without a stop: relative RMS difference of V below 1e-4 over 1,000 time units."""
     ours, exact = both(PLATE, 0.05, 1000.0)
@@ -53,6 +54,7 @@ def test_strongly_coupled_plate_with_its_stop(seed):
     assert np.sqrt(np.mean((ours.V - exact.V)[upto] ** 2) / np.mean(exact.V[upto] ** 2)) < 1e-3
 
 
+@pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize(
     "eqs, duration", [(PAPER, 100.0), (PLATE_WITH_STOP, 60.0), (PLATE, 100.0)], ids=["paper", "plate-stop", "plate"]
 )
@@ -73,6 +75,7 @@ def test_difference_falls_with_the_square_of_the_step(eqs, duration):
     assert differences[:, -1].max() < 1e-5
 
 
+@pytest.mark.thorough("test_paper_path")
 def test_whole_scheme_is_of_second_order():
     """x(t) on a refined path against a fine one, without noise in the way: a decaying, coupled, nonlinear motion."""
     weak = {"n1": 1e-12, "n2": 0.0, "c1": -0.05, "c2": 0.0, "c3": 0.0}
@@ -90,6 +93,7 @@ def test_whole_scheme_is_of_second_order():
     assert np.polyfit(np.log([0.2, 0.1, 0.05]), np.log(errors), 1)[0] > 1.6
 
 
+@pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize("mu", [0.01, 1.0, 5.0, 30.0, 100.0, 1000.0])
 @pytest.mark.parametrize("beta", [0.05, 1.25, 10.0])
 def test_stiff_and_strong_coupling_stay_stable(beta, mu):
@@ -158,6 +162,7 @@ def test_lossless_device_keeps_its_energy():
     assert periods == pytest.approx(periods[0], rel=5e-5)
 
 
+@pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize("load", ["resistor", "bridge", "parallel_sshi"])
 def test_python_callbacks_are_the_reference(load):
     """The same functions, interpreted, on the same noise, with impacts: the compiled path gives the same to 1e-9."""
@@ -206,6 +211,7 @@ def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
     assert (path.samples == worker.path_in_worker(one, noise).samples).all()
 
 
+@pytest.mark.thorough("test_paper_path")
 @pytest.mark.parametrize("volts", [1e-6, 1e3])
 def test_signal_level_does_not_matter(volts):
     """1 uV and 1 kV signals, same relative accuracy."""
@@ -243,6 +249,7 @@ def test_coupling_of_the_circuit_is_beta():
     assert 2 * np.pi / np.diff(crossings).mean() == pytest.approx(np.sqrt(1 + beta), rel=1e-4)
 
 
+@pytest.mark.thorough("test_paper_path")
 def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
     a = both(PAPER, 0.1)[0]
     worker.path_in_worker(device(linear(1.25, 1.0), 0.1), gaussian_grid(SEED, 100))

@@ -50,12 +50,14 @@ def test_path(eqs, duration, most, h):
         assert len(exact.impacts) > 10
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize("eqs", [TONE, STRIP])
 def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     noise, a = shaken(eqs, 0.1, 30.0)
     check_callbacks(device(eqs, 0.1, 4), noise, a)
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize("eqs", [TONE, HUM])
 def test_ledger_closes(eqs):
     """The drive's work is input."""
@@ -64,6 +66,7 @@ def test_ledger_closes(eqs):
     assert one.ledger.input > 0.0
 
 
+@pytest.mark.thorough("test_path")
 def test_engine_under_a_drive():
     """No noise: the closed form within the step's bias, no sampling error, and the balance closes."""
     answer = hv.Spice(trajectories=2).run(scene(DRIVEN))
@@ -117,6 +120,7 @@ def test_impacts_without_white_noise(eqs, most):
     assert ((ours.x == low) == (exact.x == low)).all()
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize("name", ["lies", "chatters", "two"])
 def test_callbacks_of_impacts_without_white_noise(name):
     """Interpreted, they give the compiled path."""
@@ -125,6 +129,7 @@ def test_callbacks_of_impacts_without_white_noise(name):
     check_callbacks(device(eqs, 0.1, 4), noise, a)
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize("name", ["lies", "chatters", "gap", "two"])
 def test_ledger_of_impacts_without_white_noise(name):
     """It closes better the finer the step, impacts and rests included."""

@@ -39,6 +39,7 @@ def test_path(eqs, duration, h):
         assert (exact.impacts[:, 1] < 0).any()
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize(
     "eqs",
     [
@@ -97,6 +98,7 @@ def test_engine_at_a_compliant_stop_agrees_with_the_ensemble():
     assert a.details["ledger_impacts"] > 0.2 * a.details["ledger_input"]
 
 
+@pytest.mark.thorough("test_path")
 @pytest.mark.parametrize(
     "eqs", [changed(FULL, **TWO), PRESSED, changed(BISTABLE, alpha2=0.1), compliant(50.0, gap=0.1)]
 )

@@ -26,6 +26,7 @@ def tried(fault):
         return 0, str(error)
 
 
+@pytest.mark.thorough("test_agreement_of_parallel_sshi")
 @pytest.mark.parametrize(("fault", "told"), [("", ""), ("rule", "off by"), ("time", "end a step")])
 def test_trial(fault, told):
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:

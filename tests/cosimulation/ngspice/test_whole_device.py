@@ -134,6 +134,7 @@ def deviation(apart, load, drive, h, options=""):
     return difference, power / mean(t, p, DISCARD, END) - 1.0
 
 
+@pytest.mark.thorough("test_agreement_of_parallel_sshi")
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("load", ["resistor", "bridge"])
 def test_agreement_with_the_whole_device(apart, load, drive):

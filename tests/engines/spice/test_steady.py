@@ -36,6 +36,7 @@ SWITCHED = {
 }
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_chip_whose_store_holds_many_periods():
     """The load has the 3.3 V that the chip keeps, whatever its store is at; it took no power when the search began."""
     answer = hv.Spice().run(hv.loads(bimorph("R = 22e3, C = 2.2e-6, Cout = 1e-6", netlist="ltc3588")))
@@ -58,6 +59,7 @@ def test_a_resistor_against_the_phasor():
     assert abs(answer.details["ledger_residual"]) < 1e-3
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_large_capacitor_is_not_waited_for():
     """A time constant of 46 periods: 8.8478 mW as one netlist, converged; 16 copies of it took 17,000 periods."""
     answer = hv.Spice().run(hv.loads(BIMORPH))
@@ -67,6 +69,7 @@ def test_a_large_capacitor_is_not_waited_for():
     assert answer.warnings == ()
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_neighbours_lead_to_the_same_response():
     """Also where the capacitor holds 450 periods' charge, whose change in one period hardly shows."""
     scenes = [hv.loads(BIMORPH).vary("load.parameters.R", ohms) for ohms in (7e5, 8e5, 1e6)]
@@ -97,6 +100,7 @@ def test_switched_circuits(name):
     assert answer.warnings == ()
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_subharmonic_is_named():
     """A mass on a stop at rest bounces with twice its frequency: a drive of four times it is met every other period."""
     eqs = Equations(beta=0.1, mu=1.0, c1=-0.05, restitution=0.8, drive=1.0, drive_frequency=4.0)
@@ -117,6 +121,7 @@ def test_a_bridge_off_resonance(tmp_path, frequency, farads):
     assert answer.mean_power.known_error95 < 1e-2 * answer.mean_power.value
 
 
+@pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_step_that_is_given_is_the_finest():
     answer = hv.Spice(dt=2.0 * math.pi / DRIVEN.drive_frequency / 256).run(scene(DRIVEN))
     assert answer.details["step"] == pytest.approx(2.0 * math.pi / DRIVEN.drive_frequency / 256, rel=1e-9)

@@ -13,6 +13,7 @@ from tests.support.systems import COLOURED, DRIVEN, PAPER, changed, linear, line
 
 LINEAR = linear(0.05, 0.05)
 WELLS = Equations(linear=-1.0, alpha=1.0, beta=0.1, mu=0.5, c1=-0.1, n1=0.05)
+THOROUGH = pytest.mark.thorough("test_mean_square_voltage_is_worth_many_times_as_many_trajectories")
 NAMES = ("V", "V2", "load", "x", "x2", "v2", "xV", "impacts")
 
 
@@ -55,13 +56,13 @@ def test_controls_of_windows_add_up():
     "eqs, floor",
     [
         (PAPER, 40.0),
-        (changed(PAPER, restitution=None), 80.0),
-        (LINEAR, 100.0),
-        (changed(PAPER, mu=3.0), 100.0),
+        pytest.param(changed(PAPER, restitution=None), 80.0, marks=THOROUGH),
+        pytest.param(LINEAR, 100.0, marks=THOROUGH),
+        pytest.param(changed(PAPER, mu=3.0), 100.0, marks=THOROUGH),
         (changed(PAPER, gap=0.5), 25.0),
-        (WELLS, 20.0),
+        pytest.param(WELLS, 20.0, marks=THOROUGH),
         (COLOURED, 8.0),
-        (changed(DRIVEN, n1=0.01), 8.0),
+        pytest.param(changed(DRIVEN, n1=0.01), 8.0, marks=THOROUGH),
     ],
     ids=["paper", "without-stop", "linear", "fast-load", "gap", "wells", "coloured", "driven"],
 )
@@ -78,6 +79,7 @@ def test_linear_mean_is_exact():
     assert abs(z((value, error), linear_v2(LINEAR))) < 4.0
 
 
+@pytest.mark.thorough("test_a_shared_noise_makes_the_bias_precise")
 @pytest.mark.statistics
 @pytest.mark.parametrize("h", [0.1, 0.3])
 def test_no_bias_at_any_step(h):

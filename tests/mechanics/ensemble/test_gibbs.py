@@ -148,6 +148,7 @@ def test_burn_in_waits_for_rare_hops():
     assert abs(z(mean_and_error(many.snapshot()[0]), mean)) < 4
 
 
+@pytest.mark.thorough("test_gibbs_law_with_a_stop")
 def test_hops_too_rare_to_wait_for(monkeypatch):
     """E[x^2] of Gibbs lies between those of the two wells, which are known long before the shares of the wells are."""
     monkeypatch.setattr(settling, "LONGEST", 4e3)
@@ -163,6 +164,7 @@ def test_hops_too_rare_to_wait_for(monkeypatch):
     assert 0.5 * value.model < away < value.model + 4.0 * value.stderr  # the left well is far the deeper one
 
 
+@pytest.mark.thorough("test_gibbs_law_with_a_stop")
 @pytest.mark.parametrize(("c", "alpha2"), [(0.05, 0.05), (1.0, 0.05)])
 def test_hops_are_as_rare_as_kramers_says(c, alpha2):
     """Weak and strong damping, wells eight times deeper than the noise is strong: to a sixth, as 1/8 is left out."""

@@ -138,6 +138,7 @@ def test_no_restitution_with_noise_leaves_the_stop(h, allowed):
     assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @coarse
 def test_no_restitution_without_noise_rests_after_the_first_impact(h):
     eqs = Equations(restitution=0.0, mu=1.0)
@@ -186,6 +187,7 @@ def test_chatter_ends_whatever_the_restitution(r, h):
     assert path.impacts[0] == pytest.approx((np.sqrt(2 * y / a), np.sqrt(2 * a * y)), rel=0.01)
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_voltage_pulls_the_mass_off_the_stop(h):
     """V < 0 and x = x' = 0: it leaves at once with the acceleration -beta V; the ensemble's kick frees it too."""
@@ -232,6 +234,7 @@ def test_stiff_damping_never_blows_up(h):
     assert abs(z(moments.mean("v2"), exact)) < 4 or h == 1000.0
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.02, 0.005), (0.002, 0.005)])
 def test_coarse_steps_are_little_biased(h, most):
     """The paper's scene: E[V^2] within 1.5 % at h = .2 (Euler steps with reflection give 1.37 for .0881 at h = .05)."""
@@ -240,6 +243,7 @@ def test_coarse_steps_are_little_biased(h, most):
     assert abs(value / PAPER_V2[0] - 1) < most + 3 * error / value
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_fast_load_is_quasi_static(h):
     """mu = 1e4: V = x'/mu, at steps 1000 times longer than 1/mu too."""
@@ -272,6 +276,7 @@ def test_slow_load_is_waited_for(h):
     assert abs(value - linear_v2(eqs)) < 4 * error + 0.2 * h * h * value
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @coarse
 def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e3)
@@ -305,6 +310,7 @@ def test_lossless_motion_keeps_its_energy(eqs, start, h, periods):
     assert len(path.impacts) >= 2 * periods - 1
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_grazing_is_one_impact(h):
     """An impact speed of 1e-12: one event, then the whole flight of half a period."""
@@ -314,6 +320,7 @@ def test_grazing_is_one_impact(h):
     assert len(quiet(Equations(restitution=0.96, mu=1.0), 3.0, h, (0.0, -1e-12, 0.0)).impacts) == 1
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @coarse
 @pytest.mark.parametrize("r", [0.0, 0.05, 0.5, 0.99, 1.0])
 def test_several_impacts_in_a_step_stay_outside_the_stop(r, h):
@@ -328,6 +335,7 @@ def test_several_impacts_in_a_step_stay_outside_the_stop(r, h):
         assert path.impacts[:, 1].min() > 0.0
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_limit_cycle(h):
     """c1 > 0, r = 1, no noise: c3 A^4/8 - c2 A^2/4 - c1 = 0 (to second order in the damping)."""
@@ -339,6 +347,7 @@ def test_limit_cycle(h):
     assert 2 * np.mean(path.x[late] ** 2) == pytest.approx(a2, rel=2e-3 + h * h / 2)
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [0.1, 0.03, 0.01])
 def test_exponent_of_a_strong_parametric_noise(h):
     """N2 = 4, c = .5, r = .5 without external noise: lambda = -.0859, while the second moments diverge."""
@@ -346,6 +355,7 @@ def test_exponent_of_a_strong_parametric_noise(h):
     assert abs(found.value + 0.0859) < 4 * found.stderr + 1.5 * found.bias
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [1.0, 0.1, 0.01])
 @pytest.mark.parametrize("r", [None, 0.0, 0.5, 1.0])
 def test_at_rest_without_external_noise_nothing_moves(h, r):
@@ -356,6 +366,7 @@ def test_at_rest_without_external_noise_nothing_moves(h, r):
     assert not trace(eqs, np.ones(1000), h).samples.any()
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("part", [0.3, 0.03, 0.003])
 @pytest.mark.parametrize("alpha, n1", [(1e6, 0.01), (1e6, 1e-12), (0.5, 1e-12), (0.5, 1e3)])
 def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
@@ -372,6 +383,7 @@ def test_gibbs_law_at_extreme_coefficients(alpha, n1, part):
         assert abs(value - exact) < 4 * error + 0.4 * part**2 * exact
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [None, 0.1, 0.01])
 @pytest.mark.parametrize(
     "eqs",
@@ -388,6 +400,7 @@ def test_growth_without_bound_is_a_named_error(eqs, h):
     assert "nan" not in str(caught.value)
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [2.1, 5.0, 50.0])
 def test_a_step_that_feeds_energy_is_named(h):
     """The step's own instability (h w > 2) is not blamed on the scene, which is bounded."""
@@ -395,6 +408,7 @@ def test_a_step_that_feeds_energy_is_named(h):
         burn_in(Trajectories(padded(Equations(c1=-0.05, n1=0.01)), 64, SEED, h))
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("n1", [1e-6, 1e-12, 1e-20])
 def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     """From a noise however weak to the limit cycle c3 A^4/8 = c1: many decades, but bounded."""
@@ -403,6 +417,7 @@ def test_growth_to_a_limit_cycle_is_not_without_bound(n1):
     assert 2 * many.run(200.0).mean("x2")[0] == pytest.approx(np.sqrt(8 * 0.02 / 0.1), rel=0.01)
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 def test_bounded_but_too_slow_is_not_called_unbounded(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 1e3)
     with pytest.raises(SimulationError, match="no stationary response was seen") as caught:
@@ -439,6 +454,7 @@ def test_an_impact_never_raises_energy(x, v, V, h, r, part):
         assert 0.5 * after**2 - a * x1 <= 0.5 * (r * w) ** 2 + 1e-9 * scale
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("eqs, start, duration", [
     (Equations(alpha=0.5, beta=1.25, mu=1.0, c1=-0.05, restitution=0.96), (1.0, 0.0, 0.0), 20.0),
     (Equations(alpha=0.5, beta=1.25, mu=0.1, c1=-0.05, c3=0.1, restitution=0.5), (2.0, 0.0, 0.0), 6.0),
@@ -494,6 +510,7 @@ def test_an_absent_noise_is_that_of_no_strength():
         assert abs(z(a.mean(name), *b.mean(name))) < 4.0, name
 
 
+@pytest.mark.thorough("test_stiff_damping_never_blows_up")
 def test_a_stop_never_reached_is_no_stop():
     """While nothing meets the stop, the trajectory is that without one."""
     noise = 0.01 * np.random.default_rng(1).standard_normal(100)

@@ -9,6 +9,7 @@ import harvester as hv
 DRIVEN = hv.Nondimensional(cv=0.5, beta=0.05, mu=1.0, drive=0.4, drive_frequency=1.0)
 
 
+@pytest.mark.thorough("test_bounds.py")
 @pytest.mark.slow
 def test_periodic_response_by_dormand_and_prince():
     """E[V^2] at resonance, where quadratic damping alone holds the motion: within what the engine states."""

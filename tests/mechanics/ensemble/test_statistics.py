@@ -38,6 +38,7 @@ def controlled(eqs, h, names):
 # Orders of convergence
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize(
     "eqs, names, steps",
     [(PAPER, ("v2", "impacts"), (0.6, 0.45, 0.3)), (PLATE, ("V2", "x2", "v2"), (0.4, 0.28, 0.2, 0.14))],
@@ -85,6 +86,7 @@ def strong_order(eqs, duration, paths=200, levels=8, first=0.2):
     return np.polyfit(np.log(steps[1:]), np.log(rms[1:]), 1)[0], impacts / paths
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize(
     "duration, impacts, lowest, highest", [(0.8, 0.0, 0.9, 1.1), (2.0, 1.0, 0.45, 0.65), (4.4, 2.0, 0.3, 0.55)]
 )
@@ -101,6 +103,7 @@ def test_strong_order_on_shared_noise(duration, impacts, lowest, highest):
     assert lowest < orders[2] < highest  # V
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize("eqs", [linear(1.25, 1.0), changed(PAPER, restitution=None)], ids=["linear", "paper"])
 def test_strong_order_without_a_stop(eqs):
     """Order 1 in x, V and x' over three periods, nonlinear spring and damping and parametric noise included."""
@@ -157,6 +160,7 @@ SLOW = {
 }
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize("name", SLOW)
 def test_burn_in_forgets_the_start(name):
     """E of slow scenes right after the burn-in, many small ensembles: no bias against the exact value.
@@ -186,6 +190,7 @@ def stop_v2():
     return controlled(PAPER, 0.1, ("V2",))["V2"]
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 @pytest.mark.parametrize("trajectories, duration", [(64, 500.0), (128, 100.0)])
 @pytest.mark.parametrize("name", ["linear", "stop"])
 def test_intervals_of_95_per_cent_cover(name, trajectories, duration, stop_v2):
@@ -202,6 +207,7 @@ def test_intervals_of_95_per_cent_cover(name, trajectories, duration, stop_v2):
     assert 0.90 <= np.mean(inside) <= 0.98
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_intervals_cover_after_a_burn_in_found_from_the_data():
     """The same with `settle`: stopping when windows agree does not select lucky ones."""
     eqs = linear(0.05, 1.0, c=0.1)
@@ -214,6 +220,7 @@ def test_intervals_cover_after_a_burn_in_found_from_the_data():
     assert 0.90 <= np.mean(inside) <= 0.98
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_batches_of_one_path_cover():
     """The same for batch means of a single recorded path, as the lock-step with a circuit has them."""
     eqs, h = linear(0.05, 1.0, c=0.2), 0.05
@@ -249,6 +256,7 @@ def check(density, mass):
     assert (scores**2).mean() < 2 * chi2.ppf(0.999, scores.size) / scores.size
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_densities_of_the_gibbs_law():
     """p(x) ~ exp(-c (x^2/2 + alpha x^4/4)/N1) on x > 0 and Gaussian x', for r = 1 without coupling."""
     alpha, c, n1 = 2.0, 0.05, 0.02
@@ -261,6 +269,7 @@ def test_densities_of_the_gibbs_law():
     check(found["v"], lambda a, b: norm.cdf(b, scale=np.sqrt(n1 / c)) - norm.cdf(a, scale=np.sqrt(n1 / c)))
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_density_of_the_voltage():
     """A linear scene's V is Gaussian with the variance of the Lyapunov equation; so are x and x'."""
     eqs = linear(0.5, 0.5)
@@ -271,6 +280,7 @@ def test_density_of_the_voltage():
         check(found[name], lambda a, b: norm.cdf(b, scale=s) - norm.cdf(a, scale=s))  # noqa: B023
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_densities_count_what_numpy_counts():
     """Compiled counts of a snapshot against numpy's, and what lies outside the edges."""
     many = Trajectories(PAPER, 256, SEED, 0.1)
@@ -286,6 +296,7 @@ def test_densities_count_what_numpy_counts():
     assert np.isinf(densities(Trajectories(PAPER, 64, SEED, 0.1), 1, 1.0, V=edges)["V"].stderr).all()
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_density_errors_are_the_real_ones():
     """The stated standard errors are the scatter over independent ensembles."""
     edges = np.linspace(0, 1.2, 13)
@@ -299,6 +310,7 @@ def test_density_errors_are_the_real_ones():
     assert np.mean(stated / scatter) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_snapshot_is_the_reading_half_a_step_later():
     """`snapshot` against the same drift on paper: free flight, and the exact decay of V; the state stays as it is."""
     many = Trajectories(changed(PAPER, restitution=None), 128, SEED, 0.1)
@@ -309,6 +321,7 @@ def test_snapshot_is_the_reading_half_a_step_later():
     assert (np.moveaxis(many.state, 1, 0).reshape(3, -1)[0] == x).all()
 
 
+@pytest.mark.thorough("test_both_noise_modes_have_the_same_law")
 def test_start_of_every_trajectory():
     """A start each: trajectories keep their places, x = x0 cos t + v0 sin t and V - x = V0 - x0 without a load."""
     x0, v0, V0 = start = np.random.default_rng(1).uniform(0.1, 1.0, (3, 128))

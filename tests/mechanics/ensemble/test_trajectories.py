@@ -46,6 +46,7 @@ def test_linear_statistics(beta, mu):
     assert abs(z(moments.mean("V"), 0.0)) < 4
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_paper_scene_against_an_independent_monte_carlo():
     value, error = voltage(PAPER, 0.05)
     assert error < 0.001 * value
@@ -70,6 +71,7 @@ def test_identities(base, r):
     assert abs(z(mean_and_error(moments.vV - eqs.mu * moments.V2), 0.0)) < 4
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_harvested_power_stays_below_the_power_put_in():
     for mu in (0.1, 1.0, 10.0):
         eqs = changed(linear(1.25, mu, c=0.008), restitution=0.96)
@@ -117,6 +119,7 @@ def test_passive_voltage_with_a_stop():
     assert found[1] < 0.003 * exact
 
 
+@pytest.mark.thorough("test_linear_statistics")
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.1, 0.005)])
 def test_bias_of_coarse_steps(h, most):
     """paper parameters."""
@@ -158,6 +161,7 @@ def test_a_shared_noise_makes_the_bias_precise():
     assert abs(z(pair.bias("V2"), pair.mean("V2")[0] - exact, pair.mean("V2")[1])) < 4
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_a_resting_pair_keeps_its_bias():
     pair = RichardsonPair(Trajectories(PAPER, 512, SEED, 0.1), 50.0)
     pair.extend(50.0)
@@ -171,6 +175,7 @@ def test_a_resting_pair_keeps_its_bias():
     assert pair.duration == pytest.approx(150.0, rel=0.01)
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_a_mean_of_windows_of_different_length():
     """One long run, and the same in pieces."""
     whole = Trajectories(PAPER, 64, SEED, 0.1).run(120.0)
@@ -198,6 +203,7 @@ def test_answer_does_not_depend_on_threads(monkeypatch):
     assert (answers[0] == answers[2]).all()
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_many_at_once_do_not_disturb_each_other():
     with ThreadPoolExecutor(4) as pool:
         answers = list(pool.map(lambda _: Trajectories(PAPER, 128, SEED, 0.1).run(20.0).V2, range(4)))
@@ -247,6 +253,7 @@ def test_hard_scenes_stay_finite_and_positive(eqs, step):
         assert (moments.x >= 0).all()
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_high_load_rate_gives_the_quasi_static_voltage():
     """mu = 1e4: V -> x'/mu, and the step does not shrink with 1/mu."""
     eqs = changed(linear(0.05, 1e4), restitution=0.96)
@@ -257,6 +264,7 @@ def test_high_load_rate_gives_the_quasi_static_voltage():
     assert moments.mean("V2")[0] * 1e8 == pytest.approx(moments.mean("v2")[0], rel=0.02)
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_step_adapts_to_a_stiff_spring():
     """alpha = 1e6 against the Gibbs law."""
     many = Trajectories(Equations(alpha=1e6, c1=-0.05, n1=0.01), 4096, SEED)
@@ -271,6 +279,7 @@ def test_no_noise_dies_out_with_a_word():
     assert has(burn_in(many), "dies_out")
 
 
+@pytest.mark.thorough("test_linear_statistics")
 def test_limit_cycle_without_noise():
     """c3 A^4/8 - c2 A^2/4 - c1 = 0, r = 1."""
     c1, c2, c3 = 0.02, 0.01, 0.1

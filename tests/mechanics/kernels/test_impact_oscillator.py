@@ -91,6 +91,7 @@ def test_stability_limit():
     assert speeds[1::2] == pytest.approx(speeds[1], abs=1e-6)
 
 
+@pytest.mark.thorough("test_period_one_orbit")
 def test_ensemble_finds_the_orbit():
     """One impact in a period from every start, and the loss of one of that speed, within twice the step's bias."""
     frequency = 2.1
@@ -104,6 +105,7 @@ def test_ensemble_finds_the_orbit():
     assert moments.driven == pytest.approx(loss, rel=0.01)
 
 
+@pytest.mark.thorough("test_period_one_orbit")
 @pytest.mark.parametrize("r", [0.0, 0.5, 0.9, 1.0])
 @pytest.mark.parametrize("gap", [0.0, 0.6, -0.3])
 @pytest.mark.parametrize("beta", [None, 1.25])
@@ -143,6 +145,7 @@ def test_mass_sticks_until_the_drive_frees_it():
     assert np.interp(start + s, path.t, path.x) == pytest.approx(exact, abs=1e-4)
 
 
+@pytest.mark.thorough("test_period_one_orbit")
 @pytest.mark.parametrize("more", [{}, {"beta": 0.3, "mu": 0.5}, {"gap": 0.4}, {"gap": 0.2, "opposite_gap": 0.5}])
 def test_path_converges_at_second_order(more):
     """x at fixed times over some impacts, against a path of a step 16 times finer."""

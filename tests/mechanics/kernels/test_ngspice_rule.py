@@ -22,10 +22,13 @@ from tests.support.systems import changed, z
 
 SEED = np.random.SeedSequence(20261121)
 PLATE = Equations(beta=1.245, c1=-0.008, n1=1.0)
+THOROUGH = pytest.mark.thorough("test_a_resistor_makes_the_steps_of_ngspice")
 
 
 @pytest.mark.ngspice
-@pytest.mark.parametrize("given", ["paper_figure3", "plate_with_stop", "plate"])
+@pytest.mark.parametrize(
+    "given", ["plate_with_stop", pytest.param("paper_figure3", marks=THOROUGH), pytest.param("plate", marks=THOROUGH)]
+)
 def test_a_resistor_makes_the_steps_of_ngspice(given):
     """Its integration rule, at impacts and readings too: the same path to rounding, once the first steps are forgotten.
 
@@ -69,6 +72,7 @@ def test_a_lane_with_ngspices_rule_is_its_path(r):
         assert pytest.approx(many.snapshot()[:, lane], rel=1e-6) == path.samples[-1, 2:]
 
 
+@pytest.mark.thorough("test_a_resistor_makes_the_steps_of_ngspice")
 @pytest.mark.statistics
 def test_the_rule_costs_what_the_step_costs():
     """The exact update and ngspice's rule have the same E[V^2] within the step's bias."""

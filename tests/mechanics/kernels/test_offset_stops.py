@@ -271,6 +271,7 @@ def test_preload_without_restitution():
     assert (x > 0.2).mean() > 0.5
 
 
+@pytest.mark.thorough("test_contact_is_the_equation")
 @pytest.mark.slow
 @pytest.mark.parametrize("h", [0.5, 0.05])
 @pytest.mark.parametrize("r", [0.0, 0.3, 1.0])

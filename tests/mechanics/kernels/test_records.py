@@ -107,6 +107,7 @@ def test_path_against_solve_ivp(alpha):
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.thorough("test_a_record_begins_at_its_beginning")
 @pytest.mark.statistics
 def test_ensemble_runs_whole_periods():
     """Linear: E[V^2] from every start is the sum over the lines of the series, and nothing is random."""

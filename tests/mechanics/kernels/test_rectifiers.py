@@ -296,6 +296,7 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
         assert path.U[-1, 0] == pytest.approx(many.state[0, 3, lane], rel=1e-6)
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "changes"),
@@ -338,6 +339,7 @@ def test_the_mass_moves_as_with_a_resistor(kind, changes):
     assert moments.load[5] == pytest.approx(from_path(eqs, path, 0.0, 1, circuit(kind)).load[0], rel=1e-3)
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.slow
 def test_twice_the_step_is_on_the_same_noise_of_both_kinds():
     """Coloured noise and that of the stiffness draw from one generator, in an order that both steps keep."""
@@ -349,6 +351,7 @@ def test_twice_the_step_is_on_the_same_noise_of_both_kinds():
     assert np.corrcoef(fine.state[0, 0], coarse.state[0, 0])[0, 1] > 0.999
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.statistics
 def test_power_balance():
     """Without drops the load gets all that the damping leaves of N1."""
@@ -359,6 +362,7 @@ def test_power_balance():
     assert PLATE.beta * moments.load.mean() > 0.5
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.statistics
 def test_step_pair_sees_an_error_of_second_order():
     """The bias of the load's power at h is a quarter of that at 2 h, and is the difference from 2 h over 3."""
@@ -368,6 +372,7 @@ def test_step_pair_sees_an_error_of_second_order():
     assert abs(z((coarse, coarse_error), 4 * fine, 4 * fine_error)) < 4
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.statistics
 def test_settling_waits_for_the_capacitor():
     slow = circuit(mu=0.1, kappa=200.0)
@@ -389,6 +394,7 @@ def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
         trace(changed(PLATE, restitution=0.5), np.zeros(8), 0.1, start=(-1.0, 0.0, 0.0, 0.0), circuit=circuit())
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "r"), [("bridge", None), *((kind, 0.0) for kind in KINDS)])
 @pytest.mark.parametrize("mu", [1e-3, 1.0, 1e6])
@@ -487,6 +493,7 @@ def rms(a, b):
     return np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2))
 
 
+@pytest.mark.thorough("test_lane_and_path_are_the_same_trajectory")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     "name",

@@ -142,7 +142,17 @@ NOISES = [
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("eqs", NOISES)
+@pytest.mark.parametrize(
+    "eqs",
+    [
+        COLOURED,
+        BAND,
+        *(
+            pytest.param(one, marks=pytest.mark.thorough("test_variances_under_filtered_noise"))
+            for one in [*NOISES[1:3], *NOISES[4:]]
+        ),
+    ],
+)
 def test_variances_under_filtered_noise(eqs):
     """E[x^2], E[x'^2], E[V^2], E[xV] and E[a x'], extrapolated to h = 0, within four standard errors."""
     h = 0.1 if eqs.bandwidth is None else 0.1 / max(1.3, eqs.centre + eqs.bandwidth)
@@ -155,6 +165,7 @@ def test_variances_under_filtered_noise(eqs):
     assert abs(z(pair.mean("V2"), exact[2, 2], abs(pair.bias("V2")[0]))) < 4
 
 
+@pytest.mark.thorough("test_ensemble_of_the_linear_scene")
 @pytest.mark.statistics
 @pytest.mark.parametrize("h", [0.1, 1.0])
 def test_short_correlation_time_is_white_noise(h):
@@ -183,6 +194,7 @@ def test_filter_keeps_its_stationary_law(eqs, h):
     assert a == pytest.approx(np.linalg.matrix_power(small, 1024), rel=1e-3, abs=1e-3)
 
 
+@pytest.mark.thorough("test_ensemble_of_the_linear_scene")
 @pytest.mark.statistics
 @pytest.mark.parametrize("eqs", [COLOURED, BAND])
 def test_filter_of_the_ensemble_keeps_its_law_at_long_steps(eqs):

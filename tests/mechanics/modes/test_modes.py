@@ -54,6 +54,7 @@ def test_lyapunov_and_transfer_function():
     assert hv.run(scene.replace(excitation=slow), "exact").mean_square_voltage.value == pytest.approx(white, rel=1e-6)
 
 
+@pytest.mark.thorough("test_linear_means")
 @pytest.mark.slow
 def test_gibbs_law_at_a_stop():
     """Noise and damping along one direction and an elastic stop along another: energy has the Gibbs law.
@@ -85,6 +86,7 @@ def test_gibbs_law_at_a_stop():
         assert error < 0.02 * value
 
 
+@pytest.mark.thorough("test_linear_means")
 @pytest.mark.slow
 @pytest.mark.parametrize("opposite", [pytest.param(None, marks=THOROUGH), 0.8])
 def test_impacts_take_what_the_ledger_says(opposite):
@@ -100,6 +102,7 @@ def test_impacts_take_what_the_ledger_says(opposite):
     assert path.V[-1] == pytest.approx(float(np.dot(modes.coupling, path.coordinates[-1, 0])), abs=1e-12)
 
 
+@pytest.mark.thorough("test_linear_means")
 @pytest.mark.slow
 def test_energy_closes_with_the_step():
     """With springs and an open circuit the whole energy, and what impacts took, closes to second order in the step."""

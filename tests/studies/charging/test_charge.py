@@ -100,6 +100,7 @@ def test_a_target_of_a_nondimensional_scene():
     assert found.time.value < 30.0
 
 
+@pytest.mark.thorough("test_closed_form_of_a_bridge")
 @pytest.mark.ngspice
 def test_ngspice_alone():
     """A resonant device charges its store as in one netlist of ngspice with the mass as a coil."""
@@ -114,6 +115,7 @@ def test_ngspice_alone():
     assert found.time.value == pytest.approx(reached, abs=0.005 * reached + found.time.known_error95)
 
 
+@pytest.mark.thorough("test_closed_form_of_a_bridge")
 @pytest.mark.ngspice
 def test_engines_agree_under_noise():
     """The mean time by ideal diodes is that by ngspice: z of independent runs, errors of the step added."""

@@ -50,6 +50,7 @@ def test_it_comes_to_its_end(case):
     assert store.min() > -0.3 and store.max() < most
 
 
+@pytest.mark.thorough("test_closed_form_of_a_bridge")
 def test_a_supercapacitor_does_not_shorten_the_steps():
     """The tolerance of a charge is above the rounding of 1 F at 20 V, and as ever beside a usual capacitor."""
     usual, mine, large = (

@@ -53,6 +53,7 @@ def test_the_time_to_wake_is_that_of_charge(bridge):
     assert bridge.wake < hv.charge(scene, to="3.3 V", engine="slow").time.value < 100 * bridge.wake
 
 
+@pytest.mark.thorough("test_what_is_available_is_what_another_engine_finds")
 @pytest.mark.slow
 def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
     status, _, said = harvester("design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler")

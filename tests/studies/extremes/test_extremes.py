@@ -69,6 +69,7 @@ gap = "2 mm"
 """
 
 
+@pytest.mark.thorough("test_counting_agrees_with_rice")
 @pytest.mark.slow
 def test_impacts_that_are_rare():
     """Two blocks of three have no impact: 0.067 m/s in an hour and 1.39 in a year were stated to 4 and 12 %.

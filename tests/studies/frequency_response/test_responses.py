@@ -40,6 +40,7 @@ def test_engines_agree_on_a_resistor():
             assert one.voltage_phase == pytest.approx(true.voltage_phase, abs=degrees)
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 def test_phases_of_a_resonance():
     """The tip follows the base far below the resonance, is a quarter period off at it, and opposite to it far above.
 
@@ -75,6 +76,7 @@ def test_a_bridge_by_ngspice_and_by_ideal_diodes(tmp_path):
     assert "up and down" in str(found) and "at least" in str(found)
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 def test_several_loads_and_a_map(harvester, tmp_path):
     """Each value has a response of its own, those of a scene with it; many values of the level make a map."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
@@ -118,6 +120,7 @@ def test_a_frequency_that_fails(monkeypatch):
         hv.response(linear, [46.0, 47.0, 48.0], engine="spice")
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 @pytest.mark.ngspice
 def test_a_neighbour_leads_to_the_response_from_rest():
     """With a capacitor of 46 periods, where a way that ends too early is seen in the power."""
@@ -127,6 +130,7 @@ def test_a_neighbour_leads_to_the_response_from_rest():
     assert abs(followed.value - alone.value) < followed.known_error95 + alone.known_error95 < 2e-3 * alone.value
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 @pytest.mark.ngspice
 def test_ngspice_follows_branches_up_and_down():
     """A hardening spring: at 1.25 both branches are there, and each way is on its own, as by the ensemble."""
@@ -215,6 +219,7 @@ def test_numbers_without_a_unit():
     assert "between 1.3 and 1.6: hysteresis" in text and "are up to 0.2 apart" in text
 
 
+@pytest.mark.thorough("test_engines_agree_on_a_resistor")
 def test_ideal_trajectories_are_judged_by_their_power():
     """A voltage that is inverted is read at few phases of the period: that scatter is an error, no other response."""
     inverted = hv.loads(BRIDGE).with_load(hv.Netlist("parallel_sshi", R="100 kohm"))

@@ -126,6 +126,7 @@ def test_what_is_no_step(tmp_path, forged):
         resumed(HARDENING, "0.9:1.1:3", tmp_path)
 
 
+@pytest.mark.thorough("test_what_is_no_step")
 @pytest.mark.ngspice
 @pytest.mark.parametrize(
     ("old", "new"),

@@ -41,6 +41,7 @@ def test_the_picture_has_bars_both_ways_on_every_design():
     assert sorted(wide) == [(1.0, 0.4), (2.9, 0.6), (3.0, 0.4)]
 
 
+@pytest.mark.thorough("test_front_of_power_and_voltage")
 @pytest.mark.slow
 def test_the_front_is_that_of_the_closed_form(harvester, tmp_path):
     """E[V^2] falls with mu: a place is on the front, or alike, if mu is not far below that of the most power."""

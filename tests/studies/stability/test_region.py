@@ -14,6 +14,7 @@ from tests.support.systems import FIGURE7, changed, scene
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.thorough("test_ends_of_the_region")
 def test_boundary_is_where_the_monte_carlo_is_zero():
     """The paper's Figure 9 oscillator: ours on the measured boundary within 4 errors, the published one far off."""
     found = list(region.edges(changed(FIGURE7, mu=None, n2=None), np.array([0.05, 0.5]), np.random.SeedSequence(1)))

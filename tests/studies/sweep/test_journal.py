@@ -78,6 +78,7 @@ for point in itertools.count():
 """
 
 
+@pytest.mark.thorough("test_resume_computes_what_is_missing_or_failed")
 @pytest.mark.slow
 @pytest.mark.parametrize("points", [1, 7, 40])
 def test_a_kill_costs_the_rows_in_flight_only(tmp_path, points):

@@ -82,6 +82,7 @@ def children():
     return found
 
 
+@pytest.mark.thorough("test_a_pool_gives_the_same")
 def test_an_executor_that_is_handed_over_gives_the_same(expected):
     """Any of concurrent.futures: here two processes that Python starts; one that has ended is said so."""
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:

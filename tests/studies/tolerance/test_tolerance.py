@@ -62,6 +62,7 @@ def test_quantiles_and_yield_against_random_devices(damping):
     assert found.met.high - found.met.low < 0.04
 
 
+@pytest.mark.thorough("test_an_engine_that_samples")
 @pytest.mark.slow
 def test_checks_by_the_ensemble_narrow_what_averaged_says():
     """The plate with a stop: the error left by 8 dearer runs is below what `averaged` states, and names the key."""

@@ -125,6 +125,7 @@ def test_a_bias_that_is_not_seen_still_counts():
     assert Bias(0.01, 0.003) + Bias(-0.02, 0.004) == Bias(-0.01, 0.005)
 
 
+@pytest.mark.thorough("test_ladder_is_the_exact_bias")
 @pytest.mark.statistics
 def test_model_bias_takes_the_step_out():
     """An answer of 1.1 x 1.02 x the reference: the step's 2 % gone, 10 % are the model's, errors added in squares."""
