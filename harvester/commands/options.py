@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 import cloup
-from cloup.constraints import If, require_all
+from cloup.constraints import If, mutually_exclusive, require_all
 
 from harvester.commands.completion import scene_files
 from harvester.errors import refused
@@ -67,9 +67,19 @@ def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..
     return cloup.constraint(If(["vector", *others], then=require_all).rephrased(error=error), ["out"])
 
 
-def figure(name: str, vector: tuple[str, ...]) -> list[str]:
-    """The names of the files of a figure."""
-    return [f"{name}.{form}" for form in ("png", *dict.fromkeys(vector))]
+def who_computes(resume: str, workers: str) -> Callable[..., Any]:
+    """The group of options "Who computes": --resume and --workers, with these helps, and --scheduler."""
+    one_of = mutually_exclusive.rephrased(
+        error="--workers must be left out where --scheduler is given, but both are given"
+    )
+    return cloup.option_group(
+        "Who computes",
+        cloup.option("--resume", is_flag=True, help=resume),
+        one_of(
+            cloup.option("--workers", type=int, metavar="N", help=workers),
+            cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
+        ),
+    )
 
 
 def sampling(command: Callable[..., Any], whole: str = "") -> Callable[..., Any]:
