@@ -57,10 +57,11 @@ from harvester.commands.study import Output, output_options, study_command
 def charge(output: Output, **options: Any) -> None:
     """The time that SCENE's storage capacitor takes from empty to a voltage, its spread, and the power on the way."""
     from harvester.commands.progress import Bar
-    from harvester.studies.charging import charge as study
+    from harvester.studies.charging.charge import charge as charge_of
 
     scene = output.scene
     with Bar("charge", at_most=True, shorter="a shorter --duration or fewer --trajectories") as bar:
-        answer = study.draw(scene, output.out, output.formats, progress=bar.tell, notice=bar.notice, **options)
+        options |= {"progress": bar.tell, "notice": bar.notice, "execution": output.execution()}
+        answer = charge_of(scene, **options)
     files = ("charge.csv", "levels.csv", "charge.png", "provenance.json")
     output.show(answer, files, lambda report: report.of_charge(scene, answer, options["seed"]))

@@ -7,9 +7,9 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer
-from harvester.commands.options import json_option
+from harvester.commands.options import json_option, pairs_of
 from harvester.commands.reports import report_file, report_option, save_report
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid
 
 
 @command(
@@ -61,7 +61,7 @@ def identify(
         folder(path.parent)
         check(path, force)
     page = report_file(report, None if path is None else str(path.parent))
-    found = study(names, _known(known))
+    found = study(names, pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'"))
     title = "Identified from " + ", ".join(Path(name).name for name in names)
     echo_answer(found, as_json)
     if path is not None:
@@ -82,15 +82,3 @@ def _unfinished(names: tuple[str, ...]) -> str:
         "note: the scene file is not whole yet, its comments say what is missing; with a known mass: "
         f"harvester identify {' '.join(names)} --known mass='12 g' --out ..."
     )
-
-
-def _known(pairs: tuple[str, ...]) -> dict[str, str]:
-    found = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not (key.strip() and equals and value.strip()):
-            raise invalid("--known", "be KEY=VALUE, such as mass='12 g'", pair)
-        if key.strip() in found:
-            raise InputError(f"--known must name each key only once, but names {shown(key.strip())} twice")
-        found[key.strip()] = value.strip()
-    return found

@@ -40,13 +40,13 @@ def motion(output: Output, engine: str | None, probe: tuple[str, ...], **options
     """One path of SCENE: displacement, voltage and probes over time, phase plane, density."""
     from harvester.commands.progress import Bar
     from harvester.engines.selection import default_sampler
-    from harvester.studies import motion as study
+    from harvester.studies.motion import motion as motion_of
 
     scene = output.scene
     if engine is None:
         engine = "spice" if probe else default_sampler(scene)
     with Bar("motion", known=False, shorter="a shorter --duration") as bar:
-        options |= {"vector": output.formats, "probe": probe, "expected": bar.expect}
-        answer = study.draw(scene, output.out, engine, **options)
+        options |= {"probe": probe, "expected": bar.expect, "execution": output.execution()}
+        answer = motion_of(scene, engine, **options)
     files = ("motion.csv", "motion.npz", "motion.png", "provenance.json")
     output.show(answer, files, lambda report: report.of_motion(scene, answer, options["seed"]))

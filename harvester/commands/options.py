@@ -1,6 +1,6 @@
 """The options that several commands have, and how their values are read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
@@ -8,7 +8,7 @@ import cloup
 from cloup.constraints import If, mutually_exclusive, require_all
 
 from harvester.commands.completion import scene_files
-from harvester.errors import refused
+from harvester.errors import invalid, named_once, refused
 from harvester.quantities.units import fraction, seconds, time
 
 
@@ -33,6 +33,16 @@ def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
         return reader(text)
     except ValueError as error:
         raise refused(argument, error, text) from None
+
+
+def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
+    """The values by name of texts NAME=VALUE, which is what each ``must`` be; InputError for a name given twice."""
+    found = [tuple(part.strip() for part in text.partition("=")) for text in texts]
+    for text, (name, equals, value) in zip(texts, found, strict=True):
+        if not (name and equals and value):
+            raise invalid(option, must, text)
+    named_once([name for name, _, _ in found], option)
+    return {name: value for name, _, value in found}
 
 
 def _form(text: str) -> str:

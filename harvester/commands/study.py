@@ -38,11 +38,12 @@ class Output:
     page: Path | None
     as_json: bool
 
-    def execution(self, progress: "Progress", **options: Any) -> "Execution":
+    def execution(self, progress: "Progress | None" = None, **options: Any) -> "Execution":
         """How a study is carried out that writes into the folder; ``options`` are the other fields of `Execution`."""
         from harvester.machine.execution import Execution
+        from harvester.machine.progress import NO_PROGRESS
 
-        return Execution(out=self.out, formats=self.formats, progress=progress, **options)
+        return Execution(out=self.out, formats=self.formats, progress=progress or NO_PROGRESS, **options)
 
     def show(
         self,

@@ -84,6 +84,9 @@ def sweep(
     with client_of(scheduler) as executor, RowsBar("sweep", shorter=EFFORT, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
         table = compute_table(scene, where, chosen, execution)
-    lines = [*table.powers.lines(elsewhere="sweep.csv" if output.out else ""), *sheet(table).remarks()]
+    text = None
+    if not output.as_json:
+        elsewhere = "sweep.csv" if output.out else ""
+        text = "\n".join([*table.powers.lines(elsewhere=elsewhere), *sheet(table).remarks()])
     files = ("sweep.csv", "sweep.nc", "sweep.png", "provenance.json")
-    output.show(table, files, lambda report: report.of_sweep(scene, table), text="\n".join(lines))
+    output.show(table, files, lambda report: report.of_sweep(scene, table), text=text)
