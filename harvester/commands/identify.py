@@ -50,6 +50,7 @@ def identify(
     from harvester.identification import identified_scene as scene_file
     from harvester.identification.identify import identify as study
     from harvester.machine.files import folder
+    from harvester.presentation.diagnostic import note
     from harvester.scene.schema import NAME
 
     path = None if out is None else Path(out)
@@ -70,15 +71,9 @@ def identify(
         scene_file.write(path, found, title, force)
         figures.save(found.plot(title), path.parent, f"{path.stem}_fit")
         if not as_json:
-            whole = scene_file.is_whole(found)
             click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
-            echo(f"next: harvester run {path}   (after its shaking and load)" if whole else _unfinished(names))
+            if scene_file.is_whole(found):
+                echo(f"next: harvester run {path}   (after its shaking and load)")
+            else:
+                echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
     save_report(page, lambda report: report.of_identification(found, title), quiet=as_json)
-
-
-def _unfinished(names: tuple[str, ...]) -> str:
-    """What to type where the scene misses what no measurement told."""
-    return (
-        "note: the scene file is not whole yet, its comments say what is missing; with a known mass: "
-        f"harvester identify {' '.join(names)} --known mass='12 g' --out ..."
-    )
