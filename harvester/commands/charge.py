@@ -5,19 +5,16 @@ from typing import Any
 import cloup
 
 from harvester.commands.completion import engines
-from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
-from harvester.commands.options import figure, json_option, scene_argument, seed_option, vector_needs_out, vector_option
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.options import seed_option
+from harvester.commands.study import Output, output_options, study_command
 
 
-@command(
+@study_command(
     "harvester charge mine.toml --to 3.3V",
     "harvester charge mine.toml --to 3.3V --duration 10min --trajectories 10000 --out charge",
     "harvester charge chip.toml --probe 'v(out,com)' --to 3V --duration 60s",
     "harvester charge shock.toml --to 1.8V --duration 0.5s --engine spice",
 )
-@scene_argument
 @cloup.option_group(
     "What to compute",
     cloup.option(
@@ -56,26 +53,15 @@ from harvester.commands.reports import report_file, report_option, save_report
     cloup.option("--dt", help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene."),
     seed_option,
 )
-@cloup.option_group(
-    "Output",
-    cloup.option("--out", help="Folder for charge.csv, levels.csv, charge.png and provenance.json."),
-    vector_option,
-    report_option,
-    json_option,
-)
-@vector_needs_out()
-def charge(
-    path: str, out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool, **options: Any
-) -> None:
+@output_options("Folder for charge.csv, levels.csv, charge.png and provenance.json.")
+def charge(output: Output, **options: Any) -> None:
     """The time that SCENE's storage capacitor takes from empty to a voltage, its spread, and the power on the way."""
     from harvester.commands.progress import Bar
-    from harvester.scene.toml import load
-    from harvester.studies.charging import charge as study
+    from harvester.studies.charging.charge import charge as charge_of
 
-    scene, file = load(path), report_file(report, out)
+    scene = output.scene
     with Bar("charge", at_most=True, shorter="a shorter --duration or fewer --trajectories") as bar:
-        answer = study.draw(scene, out, vector, progress=bar.tell, notice=bar.notice, **options)
-    echo_answer(answer, as_json)
-    if out is not None and not as_json:
-        echo_written(out, "charge.csv", "levels.csv", *figure("charge", vector), "provenance.json")
-    save_report(file, lambda report: report.of_charge(scene, answer, options["seed"]), quiet=as_json, scene=path)
+        options |= {"progress": bar.tell, "notice": bar.notice, "execution": output.execution()}
+        answer = charge_of(scene, **options)
+    files = ("charge.csv", "levels.csv", "charge.png", "provenance.json")
+    output.show(answer, files, lambda report: report.of_charge(scene, answer, options["seed"]))

@@ -5,18 +5,17 @@ from typing import Any
 import cloup
 
 from harvester.commands.completion import scene_keys
-from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
-from harvester.commands.options import json_option, scene_argument, seed_option
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.options import json_option, seed_option
+from harvester.commands.reports import report_option
+from harvester.commands.study import Output, study_command
 
 
-@command(
+@study_command(
     "harvester design mine.toml --needs '40 uW at 3.3 V' --spread frequency=2Hz --out design",
     "harvester design mine.toml --needs '1 mW at 1.8 V' --wake '10 s' --limit 'peak_displacement < 1 mm' "
     "--circuits bridge --chips ltc3588",
+    reported=True,
 )
-@scene_argument
 @cloup.option_group(
     "What it must do",
     cloup.option(
@@ -54,30 +53,17 @@ from harvester.commands.reports import report_file, report_option, save_report
     report_option,
     json_option,
 )
-def design(
-    path: str,
-    circuits: str | None,
-    chips: str | None,
-    out: str | None,
-    report: str | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def design(output: Output, circuits: str | None, chips: str | None, **options: Any) -> None:
     """Which circuit, coil or chip, and capacitor meet a requirement, and how many devices do with it."""
     from harvester.commands.progress import Bar
-    from harvester.machine.execution import Execution
     from harvester.report.result import of_result
-    from harvester.scene.toml import load
     from harvester.studies.design.decision import design as study
 
-    scene, file = load(path), report_file("." if report is None and out is not None else report, out)
     options |= {"circuits": _names(circuits), "chips": _names(chips)}
     with Bar("design") as bar:
-        answer = study(scene, execution=Execution(out=out, progress=bar), **options)
-    echo_answer(answer, as_json)
-    if out is not None and not as_json:
-        echo_written(out, "design.toml", "design.csv", "provenance.json")
-    save_report(file, lambda _: of_result(answer.scene, "design", answer), quiet=as_json, scene=path)
+        answer = study(output.scene, execution=output.execution(bar), **options)
+    files = ("design.toml", "design.csv", "provenance.json")
+    output.show(answer, files, lambda _: of_result(answer.scene, "design", answer))
 
 
 def _names(text: str | None) -> list[str] | None:

@@ -7,9 +7,9 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer
-from harvester.commands.options import json_option
+from harvester.commands.options import json_option, pairs_of
 from harvester.commands.reports import report_file, report_option, save_report
-from harvester.errors import InputError, invalid, shown
+from harvester.errors import InputError, invalid
 
 
 @command(
@@ -50,6 +50,7 @@ def identify(
     from harvester.identification import identified_scene as scene_file
     from harvester.identification.identify import identify as study
     from harvester.machine.files import folder
+    from harvester.presentation.diagnostic import note
     from harvester.scene.schema import NAME
 
     path = None if out is None else Path(out)
@@ -61,7 +62,7 @@ def identify(
         folder(path.parent)
         check(path, force)
     page = report_file(report, None if path is None else str(path.parent))
-    found = study(names, _known(known))
+    found = study(names, pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'"))
     title = "Identified from " + ", ".join(Path(name).name for name in names)
     echo_answer(found, as_json)
     if path is not None:
@@ -70,27 +71,9 @@ def identify(
         scene_file.write(path, found, title, force)
         figures.save(found.plot(title), path.parent, f"{path.stem}_fit")
         if not as_json:
-            whole = scene_file.is_whole(found)
             click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
-            echo(f"next: harvester run {path}   (after its shaking and load)" if whole else _unfinished(names))
+            if scene_file.is_whole(found):
+                echo(f"next: harvester run {path}   (after its shaking and load)")
+            else:
+                echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
     save_report(page, lambda report: report.of_identification(found, title), quiet=as_json)
-
-
-def _unfinished(names: tuple[str, ...]) -> str:
-    """What to type where the scene misses what no measurement told."""
-    return (
-        "note: the scene file is not whole yet, its comments say what is missing; with a known mass: "
-        f"harvester identify {' '.join(names)} --known mass='12 g' --out ..."
-    )
-
-
-def _known(pairs: tuple[str, ...]) -> dict[str, str]:
-    found = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not (key.strip() and equals and value.strip()):
-            raise invalid("--known", "be KEY=VALUE, such as mass='12 g'", pair)
-        if key.strip() in found:
-            raise InputError(f"--known must name each key only once, but names {shown(key.strip())} twice")
-        found[key.strip()] = value.strip()
-    return found

@@ -14,9 +14,8 @@ import cloup
 from harvester.commands.geometry import geometry_options, take
 from harvester.commands.help import command
 from harvester.commands.messages import echo, typed
-from harvester.commands.options import json_option
+from harvester.commands.options import json_option, pairs_of
 from harvester.devices.datasheet import FIELDS, LOAD
-from harvester.errors import InputError, invalid
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,7 +93,8 @@ def new(
         title = ask_title() if title is None else title
     if netlist is not None:
         netlist = _netlist(netlist, path)
-    problem = write(path, scene_tables(texts, title or "", netlist, _parameters(parameters)), force)
+    named = pairs_of("--parameter", parameters, "be NAME=VALUE, such as R='1 Mohm'")
+    problem = write(path, scene_tables(texts, title or "", netlist, named), force)
     found = meaning(problem)
     words = _words(problem, [*_on_geometry(beam, made, problem), *found.remarks], file)
     lines = next_lines(problem, file, found.facts)
@@ -184,19 +184,6 @@ def _plain(ohm: float) -> str:
     from harvester.uncertainty.value import Value
 
     return Value(ohm).format("ohm").removesuffix("ohm").replace(" ", "")
-
-
-def _parameters(pairs: tuple[str, ...]) -> dict[str, str]:
-    """The texts of a netlist's parameters by name, from NAME=VALUE."""
-    found = {}
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise invalid("--parameter", "be NAME=VALUE, such as R='1 Mohm'", pair)
-        if name.strip() in found:
-            raise InputError(f"--parameter must name each only once, but names {name.strip()!r} twice")
-        found[name.strip()] = value
-    return found
 
 
 def _netlist(name: str, scene: Path) -> str:

@@ -6,14 +6,12 @@ from typing import Any
 import cloup
 
 from harvester.commands.completion import engines, scene_keys
-from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written
-from harvester.commands.options import figure, json_option, sampling, scene_argument, vector_needs_out, vector_option
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.options import sampling
+from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
 
-@command(
+@study_command(
     "harvester optimise mine.toml --vary load.resistance=1k:10M",
     "harvester optimise mine.toml --vary load.resistance=1k:10M --vary stop.restitution=.5:1 --out best",
     "harvester optimise mine.toml --vary load.resistance=E24:100k:1M --spread piezo.capacitance=10% --objective 5%",
@@ -23,7 +21,6 @@ from harvester.errors import InputError
     "harvester optimise mine.toml --vary load.resistance=1k:10M --objective peak_displacement --lifetime '5 years' "
     "--out front",
 )
-@scene_argument
 @cloup.option_group(
     "What to compute",
     cloup.option(
@@ -68,25 +65,8 @@ from harvester.errors import InputError
     cloup.option("--pareto", hidden=True, help="A second aim as --objective, in version 0.1."),
 )
 @sampling
-@cloup.option_group(
-    "Output",
-    cloup.option("--out", help="Folder for optimise.csv (all evaluations), optimise.png and provenance.json."),
-    vector_option,
-    report_option,
-    json_option,
-)
-@vector_needs_out()
-def optimise(
-    path: str,
-    engine: str | None,
-    within: float | None,
-    budget: float | None,
-    out: str | None,
-    vector: tuple[str, ...],
-    report: str | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+@output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
+def optimise(output: Output, engine: str | None, within: float | None, budget: float | None, **options: Any) -> None:
     """The largest mean power over one or several scene keys, and how well both are known.
 
     --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time for all of it.
@@ -95,13 +75,10 @@ def optimise(
     from harvester.engines import selection
     from harvester.engines.cheapest import formula
     from harvester.equations.problem import Problem
-    from harvester.machine.execution import Execution
-    from harvester.scene.toml import load
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
 
-    aim, points = _aim(options), options.pop("points")
-    scene, file = load(path), report_file(report, out)
+    scene, aim, points = output.scene, _aim(options), options.pop("points")
     kind, circuits = study.kind_of_search(**aim), varied(aim["vary"])[0]
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
@@ -112,14 +89,13 @@ def optimise(
     seconds = budget or 60.0
     whole = seconds * max(len(circuits), 1)
     with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=whole) as bar:
-        execution = Execution(out=out, formats=vector, progress=bar)
+        execution = output.execution(bar)
         asked: Any = {"within": within or 0.01, "budget": seconds, "points": points, "execution": execution}
         answer: Any = study.optimise(scene, engine=which, **aim, **asked)
-    echo_answer(answer, as_json)
-    if out is not None and not as_json:
-        written = [f"{answer.FILE}.csv", *figure(answer.FILE, vector), "provenance.json"]
-        echo_written(out, *(["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)] if circuits else written))
-    save_report(file, lambda report: report.of_search(scene, answer, options["seed"]), quiet=as_json, scene=path)
+    written = [f"{answer.FILE}.csv", f"{answer.FILE}.png", "provenance.json"]
+    of_circuits = ["circuits.csv", *(f"{Path(name).stem}/" for name in circuits)]
+    files = of_circuits if circuits else written
+    output.show(answer, files, lambda report: report.of_search(scene, answer, options["seed"]))
 
 
 def _aim(options: dict[str, Any]) -> dict[str, Any]:

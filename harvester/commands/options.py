@@ -1,14 +1,14 @@
 """The options that several commands have, and how their values are read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
 import cloup
-from cloup.constraints import If, require_all
+from cloup.constraints import If, mutually_exclusive, require_all
 
 from harvester.commands.completion import scene_files
-from harvester.errors import refused
+from harvester.errors import invalid, named_once, refused
 from harvester.quantities.units import fraction, seconds, time
 
 
@@ -33,6 +33,16 @@ def _read(argument: str, reader: Callable[[str], float], text: str) -> float:
         return reader(text)
     except ValueError as error:
         raise refused(argument, error, text) from None
+
+
+def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
+    """The values by name of texts NAME=VALUE, which is what each ``must`` be; InputError for a name given twice."""
+    found = [tuple(part.strip() for part in text.partition("=")) for text in texts]
+    for text, (name, equals, value) in zip(texts, found, strict=True):
+        if not (name and equals and value):
+            raise invalid(option, must, text)
+    named_once([name for name, _, _ in found], option)
+    return {name: value for name, _, value in found}
 
 
 def _form(text: str) -> str:
@@ -67,9 +77,19 @@ def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..
     return cloup.constraint(If(["vector", *others], then=require_all).rephrased(error=error), ["out"])
 
 
-def figure(name: str, vector: tuple[str, ...]) -> list[str]:
-    """The names of the files of a figure."""
-    return [f"{name}.{form}" for form in ("png", *dict.fromkeys(vector))]
+def who_computes(resume: str, workers: str) -> Callable[..., Any]:
+    """The group of options "Who computes": --resume and --workers, with these helps, and --scheduler."""
+    one_of = mutually_exclusive.rephrased(
+        error="--workers must be left out where --scheduler is given, but both are given"
+    )
+    return cloup.option_group(
+        "Who computes",
+        cloup.option("--resume", is_flag=True, help=resume),
+        one_of(
+            cloup.option("--workers", type=int, metavar="N", help=workers),
+            cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
+        ),
+    )
 
 
 def sampling(command: Callable[..., Any], whole: str = "") -> Callable[..., Any]:

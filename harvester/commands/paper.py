@@ -7,21 +7,14 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_json
-from harvester.commands.options import json_option, vector_needs_out, vector_option
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.reports import report_file, save_report
+from harvester.commands.study import output_options
 from harvester.errors import unknown
 
 
 @command("harvester paper --out paper", "harvester paper 3 7 --out paper")
 @cloup.argument("figures", nargs=-1, help="1 to 9.  Default: all.")
-@cloup.option_group(
-    "Output",
-    cloup.option("--out", help="Folder for fig1.csv, fig1.png and so on."),
-    vector_option,
-    report_option,
-    json_option,
-)
-@vector_needs_out()
+@output_options("Folder for fig1.csv, fig1.png and so on.")
 def paper(
     figures: tuple[str, ...], out: str | None, vector: tuple[str, ...], report: str | None, as_json: bool
 ) -> None:

@@ -1,29 +1,21 @@
 """The command `harvester response`."""
 
+from typing import Any
+
 import cloup
 
 from harvester.commands.completion import engines as known_engines
 from harvester.commands.completion import scene_keys
-from harvester.commands.help import command
-from harvester.commands.messages import echo_answer, echo_written, typed
-from harvester.commands.options import (
-    duration,
-    figure,
-    json_option,
-    scene_argument,
-    seed_option,
-    vector_needs_out,
-    vector_option,
-)
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.messages import typed
+from harvester.commands.options import duration, seed_option
+from harvester.commands.study import Output, output_options, study_command
 
 
-@command(
+@study_command(
     "harvester response mine.toml --sweep 1Hz:10Hz:61 --out response",
     "harvester response mine.toml --sweep 40Hz:50Hz:41 --vary load.resistance=10k,100k,1M --out loads",
     "harvester response mine.toml --sweep 40Hz:50Hz:41 --vary acceleration_amplitude=0.1g:1g:10 --out map",
 )
-@scene_argument
 @cloup.option_group(
     "What to compute",
     cloup.option("--sweep", required=True, help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad)."),
@@ -44,16 +36,13 @@ from harvester.commands.reports import report_file, report_option, save_report
         "netlist, else ensemble.",
     ),
 )
-@cloup.option_group(
-    "Output",
-    cloup.option("--out", help="Folder for response.csv, response.png and provenance.json."),
+@output_options(
+    "Folder for response.csv, response.png and provenance.json.",
     cloup.option("--per-g", is_flag=True, help="Draw power, voltage and displacement over the base's amplitude in g."),
     cloup.option(
         "--resume", is_flag=True, help="Keep the frequencies that an interrupted run of the same response did."
     ),
-    vector_option,
-    report_option,
-    json_option,
+    needs_out=("per_g", "resume"),
 )
 @cloup.option_group(
     "Accuracy",
@@ -62,20 +51,14 @@ from harvester.commands.reports import report_file, report_option, save_report
     ),
     seed_option,
 )
-@vector_needs_out("per_g", "resume")
 def response(
-    path: str,
+    output: Output,
     sweep: str,
     varied: tuple[str, ...],
     engines: tuple[str, ...],
-    out: str | None,
-    per_g: bool,
-    resume: bool,
-    vector: tuple[str, ...],
-    report: str | None,
-    as_json: bool,
     budget: float | None,
     seed: int,
+    **options: bool,
 ) -> None:
     """Power, voltage, displacement and phases of a harmonically driven SCENE against the frequency.
 
@@ -83,13 +66,12 @@ def response(
     """
     from harvester.commands.progress import RowsBar
     from harvester.equations.problem import Problem
-    from harvester.scene.toml import load
     from harvester.studies.frequency_response import response as study
     from harvester.studies.frequency_response.driven import HarmonicDrive
     from harvester.studies.frequency_response.engines import engines_of
     from harvester.studies.sweep.points import grid, read_axis
 
-    scene, file = load(path), report_file(report, out)
+    scene = output.scene
     problem = Problem(scene)
     points = study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
     chosen = engines_of(problem, engines or None, seed, budget)
@@ -98,8 +80,7 @@ def response(
     with RowsBar("response", rows, shorter="fewer frequencies in --sweep", warms_up=True) as bar:
         for doubt in HarmonicDrive(problem).doubts(frequencies):  # before minutes go by
             bar.notice(f"warning: {typed(str(doubt))}")
-        answer = study.draw(scene, sweep, out, seed, bar.row, vector, points, chosen, per_g, resume, bar.skip)
-    echo_answer(answer, as_json)
-    if out is not None and not as_json:
-        echo_written(out, "response.csv", *figure("response", vector), "provenance.json")
-    save_report(file, lambda report: report.of_response(scene, answer, seed), quiet=as_json, scene=path)
+        asked: Any = {"out": output.out, "vector": output.formats, "vary": points, "engines": chosen, **options}
+        answer = study.draw(scene, sweep, seed=seed, tick=bar.row, skip=bar.skip, **asked)
+    files = ("response.csv", "response.png", "provenance.json")
+    output.show(answer, files, lambda report: report.of_response(scene, answer, seed))

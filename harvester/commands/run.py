@@ -6,13 +6,12 @@ import cloup
 
 from harvester.commands.completion import engines
 from harvester.commands.formula_meanwhile import formula_meanwhile
-from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_answer, echo_json
-from harvester.commands.options import json_option, probe_option, sampling, scene_argument
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.options import json_option, probe_option, sampling
+from harvester.commands.reports import report_option
+from harvester.commands.study import Output, study_command
 
 
-@command(
+@study_command(
     "harvester run mine.toml",
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
@@ -20,7 +19,6 @@ from harvester.commands.reports import report_file, report_option, save_report
     "harvester run mine.toml --sensitivity",
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
-@scene_argument
 @cloup.option_group(
     "What to compute",
     cloup.option(
@@ -47,46 +45,29 @@ from harvester.commands.reports import report_file, report_option, save_report
 @sampling
 @cloup.option_group("Output", report_option, json_option)
 def run(
-    path: str,
-    engine: str | None,
-    probe: tuple[str, ...],
-    report: str | None,
-    as_json: bool,
-    lifetime: str | None,
-    sensitivity: bool,
-    **options: Any,
+    output: Output, engine: str | None, probe: tuple[str, ...], lifetime: str | None, sensitivity: bool, **options: Any
 ) -> None:
     """Mean square voltage and mean power of one SCENE by one engine."""
     from harvester.commands.progress import Bar
     from harvester.engines import selection
-    from harvester.scene.toml import load
 
-    scene = load(path)
+    scene = output.scene
     options["probe"] = probe or None
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
-    file = report_file(report, None)
     if lifetime is not None:
-        from harvester.studies.extremes.extremes import check_asked
+        from harvester.studies.extremes.extremes import check_asked, extremes
 
         check_asked(scene, lifetime)
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
         answer = chosen.run(scene, bar.tell)
     further: dict[str, Any] = {}
-    largest = None
     if lifetime is not None:
-        from harvester.studies.extremes.extremes import extremes
-
-        further["extremes"] = largest = extremes(scene, lifetime=lifetime, seed=options["seed"])
+        further["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
         further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
-    if not further:
-        echo_answer(answer, as_json)
-    elif as_json:
-        echo_json(answer.as_json() | {name: one.as_json() for name, one in further.items()})
-    else:
-        echo("\n".join(str(one) for one in (answer, *further.values())))
-    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json, scene=path)
+    about = options["seed"], further.get("extremes")
+    output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)

@@ -1,14 +1,116 @@
-"""The command of a study that has no file of its own: made from the study's entry in the registry."""
+"""What all commands of studies have in common: a SCENE is read, and the answer shown, saved, and made a page.
 
-from typing import Any
+A study without a file of its own here gets its whole command from its entry in the registry.
+"""
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import cloup
 
-from harvester.commands.help import Command
-from harvester.commands.messages import echo_answer
-from harvester.commands.options import json_option, scene_argument
-from harvester.commands.reports import report_file, report_option, save_report
+from harvester.commands.help import Command, command
+from harvester.commands.messages import echo, echo_json, echo_written
+from harvester.commands.options import json_option, scene_argument, vector_needs_out, vector_option
+from harvester.commands.reports import HERE, report_file, report_option, save_report
 from harvester.studies.registry import STUDIES, Study
+
+if TYPE_CHECKING:
+    from harvester.machine.execution import Execution
+    from harvester.machine.progress import Progress
+    from harvester.report import Page
+    from harvester.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where the answer about a scene goes: the terminal, the folder ``out``, and the ``page`` of a report.
+
+    ``path`` is the scene's file, and ``formats`` are forms of the figures beside .png.
+    """
+
+    scene: "Scene"
+    path: str
+    out: str | None
+    formats: tuple[str, ...]
+    page: Path | None
+    as_json: bool
+
+    def execution(self, progress: "Progress | None" = None, **options: Any) -> "Execution":
+        """How a study is carried out that writes into the folder; ``options`` are the other fields of `Execution`."""
+        from harvester.machine.execution import Execution
+        from harvester.machine.progress import NO_PROGRESS
+
+        return Execution(out=self.out, formats=self.formats, progress=progress or NO_PROGRESS, **options)
+
+    def show(
+        self,
+        answer: Any,
+        written: Sequence[str],
+        page: "Callable[[Any], Page]",
+        *,
+        text: str | None = None,
+        further: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Print an answer and the ``written`` files of the folder, a figure in all its forms, and save its page.
+
+        ``further`` answers stand below it, in JSON by their names; ``text`` is what is printed in place of its own.
+        ``page`` makes the page with `harvester.report`.
+        """
+        from harvester.presentation.plain import plain
+
+        further = further or {}
+        if self.as_json:
+            echo_json(answer.as_json() | {name: plain(one) for name, one in further.items()})
+        else:
+            below = (one for some in further.values() for one in (some if isinstance(some, list) else [some]))
+            echo("\n".join([str(answer) if text is None else text, *map(str, below)]))
+        if self.out is not None and not self.as_json:
+            echo_written(self.out, *(form for name in written for form in self._forms(name)))
+        save_report(self.page, page, quiet=self.as_json, scene=self.path)
+
+    def _forms(self, name: str) -> list[str]:
+        """A file, or all forms of a figure."""
+        return [name, *(f"{name[:-3]}{form}" for form in dict.fromkeys(self.formats) if name.endswith(".png"))]
+
+
+def output_options(out: str, *others: Any, needs_out: Sequence[str] = ()) -> Callable[..., Any]:
+    """The group of options "Output": --out, whose help is ``out``, ``others``, and those that most studies have.
+
+    --vector and ``needs_out``, options by name, are refused without --out.
+    """
+    options = [cloup.option("--out", help=out), *others, vector_option, report_option, json_option]
+    group = cloup.option_group("Output", *options)
+    return lambda command: vector_needs_out(*needs_out)(group(command))
+
+
+def study_command(*examples: str, reported: bool = False) -> Callable[[Callable[..., Any]], Command]:
+    """Make a function of an `Output` and options a command about a SCENE, whose help ends with these examples.
+
+    ``reported`` says that what is written into a folder always has a page.
+    """
+
+    def decorated(study: Callable[..., Any]) -> Command:
+        @functools.wraps(study)
+        def called(
+            path: str,
+            report: str | None,
+            as_json: bool,
+            out: str | None = None,
+            vector: tuple[str, ...] = (),
+            **options: Any,
+        ) -> None:
+            from harvester.scene.toml import load
+
+            scene = load(path)
+            page = report_file(HERE if reported and report is None and out is not None else report, out)
+            study(Output(scene, path, out, vector, page, as_json), **options)
+
+        return command(*examples)(scene_argument(called))
+
+    return decorated
 
 
 def study_commands() -> list[Command]:
@@ -19,27 +121,22 @@ def study_commands() -> list[Command]:
 def _command(study: Study) -> Command:
     """The command of one study: its options are the keywords of its function."""
 
-    def compute(path: str, report: str | None, as_json: bool, **options: Any) -> None:
+    def compute(output: Output, **options: Any) -> None:
         from harvester.commands.progress import Bar
         from harvester.report.result import of_result
-        from harvester.scene.toml import load
 
-        scene, file = load(path), report_file(report, None)
         with Bar(study.name, known=False):
-            found = study.run()(scene, **options)
-        echo_answer(found, as_json)
+            found = study.run()(output.scene, **options)
         picture = found.plot(None) if hasattr(found, "plot") else None
-        save_report(file, lambda _: of_result(scene, study.name, found, picture), quiet=as_json, scene=path)
+        output.show(found, (), lambda _: of_result(output.scene, study.name, found, picture))
 
-    compute.__doc__ = study.summary
+    compute.__doc__, compute.__name__ = study.summary, study.name
     asked = [
         cloup.option(
             "--" + one.name.replace("_", "-"), type=one.type, default=one.default, show_default=True, help=one.help
         )
         for one in study.options
     ]
-    decorated = scene_argument(
-        cloup.option_group("What to compute", *asked)(cloup.option_group("Output", report_option, json_option)(compute))
-    )
-    examples = [f"harvester {study.name} mine.toml {study.example}".rstrip()]
-    return cloup.command(study.name, cls=Command, examples=examples)(decorated)
+    shown = cloup.option_group("Output", report_option, json_option)(compute)
+    example = f"harvester {study.name} mine.toml {study.example}".rstrip()
+    return study_command(example)(cloup.option_group("What to compute", *asked)(shown))

@@ -1,24 +1,12 @@
 """The command `harvester tolerance`."""
 
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import cloup
 
 from harvester.commands.completion import engines, scene_keys
-from harvester.commands.help import command
-from harvester.commands.messages import echo, echo_answer, echo_written
-from harvester.commands.options import (
-    figure,
-    json_option,
-    percent,
-    scene_argument,
-    seed_option,
-    vector_needs_out,
-    vector_option,
-)
-from harvester.commands.reports import report_file, report_option, save_report
-from harvester.commands.sweep import one_runner
+from harvester.commands.options import percent, seed_option, who_computes
+from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,11 +14,10 @@ if TYPE_CHECKING:
     from harvester.scene.scene import Scene
 
 
-@command(
+@study_command(
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% --out spread",
     'harvester tolerance mine.toml --vary stop.restitution=.94:.98 --limit "mean_power > 5 uW"',
 )
-@scene_argument
 @cloup.option_group(
     "What scatters, and what must hold",
     cloup.option(
@@ -85,59 +72,30 @@ if TYPE_CHECKING:
     ),
     seed_option,
 )
-@cloup.option_group(
-    "Output",
-    cloup.option(
-        "--out", help="Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps."
-    ),
-    vector_option,
-    report_option,
-    json_option,
-)
-@cloup.option_group(
-    "Who computes",
-    cloup.option("--resume", is_flag=True, help="Keep the samples that an earlier run of the same study finished."),
-    one_runner(
-        cloup.option("--workers", type=int, metavar="N", help="Processes.  Default: one a core."),
-        cloup.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, such as tcp://host:8786."),
-    ),
-)
-@vector_needs_out()
+@output_options("Folder for tolerance.csv (all samples), tolerance.png, provenance.json and the sweeps.")
+@who_computes("Keep the samples that an earlier run of the same study finished.", "Processes.  Default: one a core.")
 def tolerance(
-    path: str,
-    varied: tuple[str, ...],
-    out: str | None,
-    vector: tuple[str, ...],
-    workers: int | None,
-    scheduler: str | None,
-    resume: bool,
-    report: str | None,
-    as_json: bool,
-    **options: Any,
+    output: Output, varied: tuple[str, ...], workers: int | None, scheduler: str | None, resume: bool, **options: Any
 ) -> None:
     """How power and voltage scatter over devices whose parts have tolerances: quantiles, yield, what matters."""
     from harvester.commands.progress import Bar
-    from harvester.machine.execution import Execution
-    from harvester.scene.toml import load
-    from harvester.studies.sweep.cluster import dask_client
+    from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
 
-    scene, file = load(path), report_file(report, out)
-    stated = None if varied else _stated(path, scene)
+    scene = output.scene
+    stated = None if varied else _stated(output.path, scene)
     if stated is not None and not options["correlate"]:
         options["correlate"] = stated.correlate
     shorter = "fewer --runs, fewer --checks or a larger --within"
-    with ExitStack() as stack:
-        bar = stack.enter_context(Bar("tolerance", shorter=shorter, enough=0.02))
-        executor = None if scheduler is None else stack.enter_context(dask_client(scheduler))
-        execution = Execution(workers, executor, resume, out, vector, bar)
+    with Bar("tolerance", shorter=shorter, enough=0.02) as bar, client_of(scheduler) as executor:
+        execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
         answer = study(scene, vary=varied if stated is None else stated.vary, execution=execution, **options)
-    echo_answer(answer, as_json)
-    if stated is not None and not as_json:
-        echo(str(stated))
-    if out is not None and not as_json:
-        echo_written(out, "tolerance.csv", *figure("tolerance", vector), "provenance.json")
-    save_report(file, lambda report: report.of_tolerance(scene, answer, options["seed"]), quiet=as_json, scene=path)
+    output.show(
+        answer,
+        ("tolerance.csv", "tolerance.png", "provenance.json"),
+        lambda report: report.of_tolerance(scene, answer, options["seed"]),
+        text=None if stated is None else f"{answer}\n{stated}",
+    )
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":

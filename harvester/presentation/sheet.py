@@ -137,20 +137,27 @@ def mapping_rows(numbers: Mapping[Any, Any], units: AnswerUnits, own: str = "") 
 def _rows(name: str, one: Any, units: AnswerUnits, own: str) -> Iterator[tuple[str, str]]:
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
     about = term(name)
-    unit = unit_of(about, units, own)
+    text = _text(one, about, unit_of(about, units, own))
+    if text:
+        yield about.label, text
+
+
+def _text(one: Any, about: Term, unit: str) -> str:
+    """A number, a value or a text, several texts, or the two ends of a range as people read them; else empty."""
     if isinstance(one, bool):
-        yield about.label, "yes" if one else "no"
-    elif isinstance(one, Value | float | int):
-        yield about.label, quantity(one, about, unit)
-    elif isinstance(one, WholeError):
+        return "yes" if one else "no"
+    if isinstance(one, Value | float | int):
+        return quantity(one, about, unit)
+    if isinstance(one, WholeError):
         error = f" +- {percent(one.error95, one.value)} (95 %)" if one.value else ""
-        yield about.label, quantity(one.value, about, unit) + error
-    elif isinstance(one, str) and one:
-        yield about.label, one
-    elif isinstance(one, tuple) and one and all(isinstance(part, str) for part in one):
-        yield about.label, ", ".join(one)
-    elif isinstance(one, tuple) and len(one) == 2 and all(isinstance(part, float) for part in one):
-        yield about.label, " to ".join(quantity(part, about, unit) for part in one)
+        return quantity(one.value, about, unit) + error
+    if isinstance(one, str):
+        return one
+    if isinstance(one, tuple) and all(isinstance(part, str) for part in one):
+        return ", ".join(one)
+    if isinstance(one, tuple) and len(one) == 2 and all(isinstance(part, float) for part in one):
+        return " to ".join(quantity(part, about, unit) for part in one)
+    return ""
 
 
 def quantity(one: Value | float, about: Term, unit: str) -> str:

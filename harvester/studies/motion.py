@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path as File
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,6 +22,7 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments, unknown
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
@@ -143,6 +143,7 @@ def motion(
     from_rest: bool = False,
     probe: Sequence[str] = (),
     expected: Expected | None = None,
+    execution: Execution = DEFAULT,
 ) -> Motion:
     """Compute one path from rest, of which a plot shows the last part.
 
@@ -163,6 +164,8 @@ def motion(
         further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a circuit.
     expected
         is called with the seconds that a long path by ngspice will take, measured on a short one.
+    execution
+        has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and ``formats`` alone.
 
     Returns
     -------
@@ -172,7 +175,8 @@ def motion(
     Raises
     ------
     InputError
-        for an engine without paths, and a duration that is none or too long.
+        for an engine without paths, a duration that is none or too long, a folder that cannot be written, and what
+        `Execution` has for other studies.
     CannotServeError
         for a netlist with engine "ensemble", and what the engine does not know.
 
@@ -182,6 +186,8 @@ def motion(
     >>> bool(path.displacement.min() >= 0.0), path.shown  # the stop is at x = 0
     (True, 50.0)
     """
+    execution.only("motion", "out", "formats")
+    folder = OutputFolder.of(execution)
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     problem = served(ENGINES[engine], scene)
@@ -198,7 +204,7 @@ def motion(
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     s, speed = problem.units, problem.units.length * unit
     base = a if a is None or not problem.physical else -a * speed * unit  # the mass feels the opposite
-    return Motion(
+    found = Motion(
         time=path.t / unit,
         displacement=path.x * s.length,
         velocity=path.v * speed,
@@ -215,6 +221,17 @@ def motion(
         probe_units={one.name: one.unit if problem.physical else "" for one in probes},
         hides_noise=base is not None and problem.equations.n1 is not None,
     )
+    _write(found, problem, folder, {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)})
+    return found
+
+
+def _write(found: Motion, problem: Problem, folder: OutputFolder | None, asked: dict[str, Any]) -> None:
+    """Write the files of a path that was ``asked`` for in this way; none without a folder."""
+    if folder is None:
+        return
+    about = provenance(problem, **asked, duration=found.shown, step=found.step)
+    folder.packed("motion", found.table.npz())
+    folder.save("motion", found.table.csv(units=True), found.plot(problem.scene.title), about)
 
 
 def _computed(
@@ -274,29 +291,3 @@ def _step(problem: Problem) -> float:
 
     check_bounded(problem.equations, driven=problem.netlist is not None)
     return step_from_rest(problem.equations, 0.5)
-
-
-def draw(
-    scene: AnyScene,
-    out: str | File | None,
-    engine: str = "ensemble",
-    duration: float | None = None,
-    seed: int = 0,
-    vector: Sequence[str] = (),
-    from_rest: bool = False,
-    probe: Sequence[str] = (),
-    expected: Expected | None = None,
-) -> Motion:
-    """Compute a `motion`, and write its files; none where ``out`` is None.
-
-    These are motion.csv, motion.npz, motion.png, its ``vector`` forms (svg, pdf) and provenance.json.
-    """
-    folder = None if out is None else OutputFolder(out, vector)
-    problem = Problem.of(scene)
-    found = motion(problem, engine, duration, seed, from_rest, probe, expected)
-    asked = {"engine": engine, "seed": seed, "from_rest": from_rest, "probe": list(probe)}
-    about = provenance(problem, **asked, duration=found.shown, step=found.step)
-    if folder is not None:
-        folder.packed("motion", found.table.npz())
-        folder.save("motion", found.table.csv(units=True), figures.motion(found, problem.scene.title), about)
-    return found

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import harvester as hv
 from harvester.cli import cli
 from harvester.errors import CannotServeError, InputError
-from harvester.studies.motion import draw, motion
+from harvester.studies.motion import motion
 from tests.support.systems import DRIVEN, PAPER, changed, continuum, scene
 
 TWO = hv.load("examples/plate_two_stops.toml")
@@ -69,7 +69,7 @@ def test_netlists_need_ngspice(tmp_path):
     bridge = hv.load("examples/plate_bridge.toml")
     with pytest.raises(CannotServeError, match="use engine 'spice'"):
         motion(bridge)
-    found = draw(bridge, tmp_path, "spice", duration=0.5)
+    found = motion(bridge, "spice", duration=0.5, execution=hv.Execution(out=tmp_path))
     assert np.abs(found.voltage).max() > 0.1
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
 from harvester.engines.sampling import FEWEST_DRAWN
-from harvester.equations.problem import Problem
-from harvester.studies.charging.passages import SAMPLES, Passages
+from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -18,16 +17,8 @@ if TYPE_CHECKING:
 FINEST, PARTS = 0.4, 200  # nondimensional time between two looks at first; later, parts of the time that has passed
 
 
-def charge_ideal(
-    problem: Problem,
-    levels: Floats,
-    duration: float,
-    count: int,
-    seed: int,
-    h: float | None,
-    progress: Progress | None = None,
-) -> Passages:
-    """The passages of ``count`` runs up to the ``duration`` (s), or until all have reached the last of ``levels`` (V).
+def charge_ideal(runs: ChargeRuns) -> Passages:
+    """The passages of runs up to their duration, or until all have reached the last level.
 
     Beside them go the same runs at twice the step, of which every second look is left out: the change is that of the
     step and of looking now and then.  A first passage that is looked for now and then comes late by the square root of
@@ -41,35 +32,31 @@ def charge_ideal(
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.step_size import step_from_rest
 
+    problem, s = runs.problem, runs.problem.scales
     assert problem.circuit is not None, "the engine's refusal checks this"
-    s = problem.scales
     circuit = ideal_circuit(problem.circuit, s)
     assert circuit is not None, "the engine's refusal checks this"
-    count = count if problem.equations.density is None else max(count, FEWEST_DRAWN)
-    root, h = np.random.SeedSequence([seed, 8]), step_from_rest(problem.equations) if h is None else h
+    count = runs.count if problem.equations.density is None else max(runs.count, FEWEST_DRAWN)
+    root, h = np.random.SeedSequence([runs.seed, 8]), step_from_rest(problem.equations) if runs.h is None else runs.h
     with compilation():
         Trajectories(problem.equations, 1, root, h, circuit=circuit, controlled=True).run(FINEST)
     begin = time.perf_counter()
     fine = Trajectories(problem.equations, count, root, h, circuit=circuit, controlled=True)
     coarse = fine.coarser()
-    end = duration * s.frequency
-    t, u, times = _watch(
-        fine, levels / s.volts, end, 1.0, None if progress is None else lambda part: progress(0.6 * part)
-    )
-    _, _, others = _watch(
-        coarse, levels / s.volts, end, 2.0, None if progress is None else lambda part: progress(0.6 + 0.4 * part)
-    )
+    volts, end = runs.levels / s.volts, runs.duration * s.frequency
+    t, u, times = _watch(fine, volts, end, 1.0, lambda part: runs.tell(0.6 * part))
+    _, _, others = _watch(coarse, volts, end, 2.0, lambda part: runs.tell(0.6 + 0.4 * part))
     at = np.linspace(0.0, t[-1], SAMPLES)
     after = np.clip(np.searchsorted(t, at), 1, len(t) - 1)
     share = ((at - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
     curves = (1.0 - share) * u[after - 1] + share * u[after]
     return Passages(
-        levels,
+        runs.levels,
         times.T / s.frequency,
         others.T / s.frequency,
         at / s.frequency,
         curves.T * s.volts,
-        duration,
+        runs.duration,
         circuit.kappa * s.capacitance,
         fine.steps + coarse.steps,
         time.perf_counter() - begin,
@@ -80,7 +67,7 @@ def charge_ideal(
 
 
 def _watch(
-    runs: "Trajectories", levels: Floats, end: float, apart: float, progress: Progress | None
+    runs: "Trajectories", levels: Floats, end: float, apart: float, progress: Progress
 ) -> tuple[Floats, Floats, Floats]:
     """Go on to the time ``end``, or until all have reached the last level: times, voltages (times, runs), passages.
 
@@ -98,7 +85,6 @@ def _watch(
                 times[level, new] = t[-1] + share * (runs.time - t[-1])
         t.append(runs.time)
         u.append(now)
-        if progress is not None:
-            progress(min(max(runs.time / end, float(np.isfinite(times[-1]).mean())), 1.0))
+        progress(min(max(runs.time / end, float(np.isfinite(times[-1]).mean())), 1.0))
     times[times > end] = math.inf
     return np.array(t), np.array(u), times

@@ -8,7 +8,6 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines import Slow
-from harvester.engines.protocol import Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.netlists.probes import STORE, Probe
@@ -17,7 +16,7 @@ from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, IDEA
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.by_ideal import charge_ideal
-from harvester.studies.charging.passages import SAMPLES, Passages
+from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.uncertainty.value import bound95
 
 RUNS = 512  # direct ones under noise
@@ -49,41 +48,30 @@ def charges_slowly(problem: Problem) -> bool:
     return store is not None and store >= LARGE * problem.scales.capacitance
 
 
-def charge_slowly(
-    problem: Problem,
-    levels: Floats,
-    duration: float,
-    count: int,
-    seed: int,
-    h: float | None,
-    whole: bool,
-    progress: Progress | None = None,
-) -> Passages:
-    """The passages of the store through ``levels`` (V) within the ``duration`` (s).
-
-    ``whole`` is as of `charge_in_ngspice`, the others as of `charge_ideal`.
+def charge_slowly(runs: ChargeRuns) -> Passages:
+    """The passages of the store.
 
     Raises UnboundedResponseError where the motion grows without bound.
     """
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.storage.rectifier_cut import is_plain_store
 
+    problem = runs.problem
     assert problem.circuit is not None, "the refusal checks this"
     begin = time.perf_counter()
     with compilation():
         if not is_plain_store(problem.circuit):
-            found = _behind_a_rectifier(problem, levels, duration, whole)
+            found = _behind_a_rectifier(runs)
         elif problem.equations.is_steady:
-            found = _steady(problem, levels, duration, h)
+            found = _steady(runs)
         else:
-            found = _random(problem, levels, duration, count, seed, h)
-    if progress is not None:
-        progress(1.0)
+            found = _random(runs)
+    runs.tell(1.0)
     found["seconds"] = time.perf_counter() - begin
-    return Passages(levels=levels, end=duration, capacitance=problem.circuit.smoothing or 0.0, **found)
+    return Passages(levels=runs.levels, end=runs.duration, capacitance=problem.circuit.smoothing or 0.0, **found)
 
 
-def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) -> dict[str, Any]:
+def _steady(runs: ChargeRuns) -> dict[str, Any]:
     """One run under a drive."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.storage.measured_current import HELD, measured, time_constant
@@ -91,17 +79,18 @@ def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) 
     from harvester.storage.rectifier_cut import with_held_store
     from harvester.storage.slow_circuit import direct_check
 
+    problem, levels, duration = runs.problem, runs.levels, runs.duration
     circuit, top = problem.circuit, float(levels[-1])
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     elements = with_held_store(circuit, HELD * problem.scales.capacitance)
-    table, rough, steps, _ = measured(problem, elements, top=top, h=h)
+    table, rough, steps, _ = measured(problem, elements, top=top, h=runs.h)
     both = compiled_circuit(circuit, problem.scales)
     store = circuit.smoothing, both.resistance
     volts = np.linspace(0.0, top, FINE)
     curve = times_to(volts, table, *store)
     reached = np.isfinite(curve)
     volts, curve = volts[reached], curve[reached]
-    check = direct_check(problem, both, volts, curve, duration, h)
+    check = direct_check(problem, both, volts, curve, duration, runs.h)
 
     def at(one: RectifiedCurrent) -> Floats:
         found = times_to(levels, one, *store) + check.late
@@ -122,9 +111,7 @@ def _steady(problem: Problem, levels: Floats, duration: float, h: float | None) 
     }
 
 
-def _random(
-    problem: Problem, levels: Floats, duration: float, count: int, seed: int, h: float | None
-) -> dict[str, Any]:
+def _random(runs: ChargeRuns) -> dict[str, Any]:
     """Many runs under noise."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.charging import first_passages
@@ -133,15 +120,16 @@ def _random(
     from harvester.storage.rectified_current import LONGER, error_of_times, random_paths, times_to
     from harvester.storage.rectifier_cut import with_held_store
 
+    problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     ideal, top = ideal_circuit(circuit, scales), float(levels[-1])
     store = circuit.smoothing, compiled_circuit(circuit, scales).resistance
     elements = with_held_store(circuit, HELD * scales.capacitance)
-    table, _, steps, _ = measured(problem, elements, ideal, top, h, seed)
+    table, _, steps, _ = measured(problem, elements, ideal, top, runs.h, runs.seed)
     mean = times_to(levels, table, *store)
-    end = min(duration, LONGER * float(mean[-1]))
-    found = [random_paths(table, *store, top, end, count, seed, coarse) for coarse in (False, True)]
+    end = min(runs.duration, LONGER * float(mean[-1]))
+    found = [random_paths(table, *store, top, end, runs.count, runs.seed, coarse) for coarse in (False, True)]
     times, coarse = (np.array([first_passages(t, v, levels) for v in paths]) for t, paths in found)
     at, unit = np.linspace(0.0, end, SAMPLES), time_constant(problem.equations) / scales.frequency
     sampling = np.array([bound95(0.0, one) for one in error_of_times(levels, table, *store)])
@@ -149,7 +137,8 @@ def _random(
     unknown, remarks = COMPILED_CIRCUIT, _not_apart(float(mean[-1]), unit)
     if ideal is not None and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
-        direct = charge_ideal(problem, levels[: level + 1], LONGER * float(mean[level]), RUNS, seed, h)
+        watched = LONGER * float(mean[level])
+        direct = charge_ideal(ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h))
         both, slow = direct.time_to(level), times[:, level]
         if both is not None:
             late = both.value - float(slow.mean())
@@ -169,7 +158,7 @@ def _random(
     }
 
 
-def _behind_a_rectifier(problem: Problem, levels: Floats, duration: float, whole: bool) -> dict[str, Any]:
+def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
     from harvester.storage.measured_current import HELD, measured, time_constant
@@ -177,26 +166,27 @@ def _behind_a_rectifier(problem: Problem, levels: Floats, duration: float, whole
     from harvester.storage.slow_circuit import SlowCircuit
     from harvester.storage.steady_power import FINER
 
+    problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None, "the refusal checks this"
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem, cut.held(HELD * scales.capacitance))
     slow, unit = SlowCircuit(circuit, cut, scales), time_constant(problem.equations) / scales.frequency
-    runs = [slow.run(one, duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
-    times, coarse, other = (first_passages(one.t, one.store, levels) for one in runs)
-    found = [afterwards(one.t, one.store, float(levels[-1])) for one in runs[:2]]
-    at = np.linspace(0.0, duration, SAMPLES)
+    paths = [slow.run(one, runs.duration, unit / FINER, stride=4) for one in (table, rough, table.halved())]
+    times, coarse, other = (first_passages(one.t, one.store, levels) for one in paths)
+    found = [afterwards(one.t, one.store, float(levels[-1])) for one in paths[:2]]
+    at = np.linspace(0.0, runs.duration, SAMPLES)
     return {
         "times": times[None],
         "coarse": coarse[None],
         "at": at,
-        "curves": np.interp(at, runs[0].t, runs[0].store)[None],
-        "steps": steps + sum(one.steps for one in runs),
+        "curves": np.interp(at, paths[0].t, paths[0].store)[None],
+        "steps": steps + sum(one.steps for one in paths),
         "unknown": f"{COMPILED_CIRCUIT} and {TIME_SCALES}",
         "notes": tuple(_not_apart(float(times[-1]), unit)),
         "model": _finite(other - times),
-        "after": ([found[0]], [found[1]]) if whole else None,
+        "after": ([found[0]], [found[1]]) if runs.whole else None,
     }
 
 

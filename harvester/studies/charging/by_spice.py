@@ -1,18 +1,15 @@
 """Charges in ngspice: each run its own process, from rest and empty."""
 
-import dataclasses
 import math
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester.arrays import Floats
 from harvester.engines.protocol import Progress
-from harvester.equations.problem import Problem
-from harvester.netlists.probes import Probe
 from harvester.studies.charging.afterwards import Afterwards, afterwards
-from harvester.studies.charging.passages import SAMPLES, Passages
+from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.studies.smaller_step import at_smaller_steps
 
 if TYPE_CHECKING:
@@ -25,50 +22,38 @@ PILOTED = 10.0  # times the first runs: what takes longer has a pilot, for the t
 FIRST, LONGER = 120.0 * math.pi, 4.0  # nondimensional time of the first runs, and how much longer the next ones are
 
 
-def charge_in_ngspice(
-    problem: Problem,
-    probe: Probe | None,
-    levels: Floats,
-    duration: float,
-    count: int,
-    seed: int,
-    h: float | None,
-    anywhere: bool,
-    whole: bool,
-    progress: Progress | None = None,
-) -> Passages:
-    """The passages of ``count`` runs, of a probe or (None) of the storage capacitor, through ``levels``.
+def charge_in_ngspice(runs: ChargeRuns) -> Passages:
+    """The passages of runs, at a step that is smaller than the scene's where ngspice does not converge with that.
 
-    ``h`` is the step (1/w0); None: what the motion asks for, and smaller where ngspice does not converge with that.
-    They go on for the ``duration`` (s); unless they are to do the ``whole`` of it, shorter ones come first, and the
-    first that all reach the last level are taken.  Those that do the whole of it also say how long they stay above.
+    Unless they are to do the whole of their duration, shorter ones come first, and the first that all reach the last
+    level are taken.  Those that do the whole of it also say how long they stay above.
 
     Raises as `harvester.cosimulation.runs.measure_in_workers`.
     """
     from harvester.cosimulation.runs import warm_up_workers
     from harvester.mechanics.kernels.step_size import step_from_rest
 
-    end = duration * problem.scales.frequency
+    problem, whole = runs.problem, runs.whole
+    end = runs.duration * problem.scales.frequency
 
     def at_step(step: float) -> Passages:
-        device = _device(problem, probe, step)
+        device = _device(runs, step)
         warm_up_workers(device)
         begin, steps, past = time.perf_counter(), 0, 0.0
         lengths = lengths_of_runs(end, whole)
-        if progress is not None:
-            progress(0.0)
+        runs.tell(0.0)
         for length in lengths:
-            told = None if progress is None else _part(progress, past / sum(lengths), length / sum(lengths))
-            found = _runs(device, levels, length, count, seed, anywhere, whole and length == end, told)
+            told = _part(runs, past / sum(lengths), length / sum(lengths))
+            found = _runs(device, replace(runs, whole=whole and length == end, progress=told), length)
             steps, past = steps + found.steps, past + length
             if found.reached == 1.0 and not whole:
                 break
-        return dataclasses.replace(found, steps=steps, seconds=time.perf_counter() - begin)
+        return replace(found, steps=steps, seconds=time.perf_counter() - begin)
 
-    if h is not None:
-        return at_step(h)
+    if runs.h is not None:
+        return at_step(runs.h)
     passages, _, notes = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
-    return dataclasses.replace(passages, notes=notes)
+    return replace(passages, notes=notes)
 
 
 def lengths_of_runs(end: float, whole: bool) -> list[float]:
@@ -81,58 +66,48 @@ def lengths_of_runs(end: float, whole: bool) -> list[float]:
     return lengths
 
 
-def _part(progress: Progress, past: float, share: float) -> Progress:
+def _part(runs: ChargeRuns, past: float, share: float) -> Progress:
     """The progress of a part of the work, a ``share`` of it after what is ``past``."""
-    return lambda done: progress(past + share * done)
+    return lambda done: runs.tell(past + share * done)
 
 
-def _device(problem: Problem, probe: Probe | None, h: float) -> "CoupledDevice":
+def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
     """The device at a step."""
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import whole_steps
 
-    eqs = problem.equations
+    problem, eqs = runs.problem, runs.problem.equations
     assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
     step = whole_steps(h, eqs.shaking_period)
-    probes = () if probe is None else (probe,)
+    probes = () if runs.probe is None else (runs.probe,)
     return CoupledDevice(eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes)
 
 
-def _runs(
-    device: "CoupledDevice",
-    levels: Floats,
-    length: float,
-    count: int,
-    seed: int,
-    anywhere: bool,
-    whole: bool,
-    progress: Progress | None,
-) -> Passages:
-    """Runs of a nondimensional ``length``; the other arguments as of `charge_in_ngspice`."""
+def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
+    """Runs of a nondimensional ``length``."""
     from harvester.cosimulation.charging import charges_in_workers
     from harvester.mechanics.kernels.noise import child
 
-    s, unit = device.scales, 2 * device.stride
+    levels, s, unit = runs.levels, device.scales, 2 * device.stride
     kicks = max(math.ceil(length / (device.h * unit) - 1e-6), 1) * unit
     end = length / s.frequency
-    finer = min(max(round(kicks / device.stride / (SAMPLES - 1)), 1), FINER) if whole else 1
+    finer = min(max(round(kicks / device.stride / (SAMPLES - 1)), 1), FINER) if runs.whole else 1
     at = np.linspace(0.0, end, (SAMPLES - 1) * finer + 1)
-    root = np.random.SeedSequence([seed, 9])
-    seeds = [child(root, k) for k in range(count)]
+    root = np.random.SeedSequence([runs.seed, 9])
+    seeds = [child(root, k) for k in range(runs.count)]
     pairs: list[tuple[ChargeRun, ChargeRun]] = []
     after: tuple[list[Afterwards], list[Afterwards]] = [], []
-    for pair in charges_in_workers(device, seeds, kicks, levels, at, anywhere, math.inf):
+    for pair in charges_in_workers(device, seeds, kicks, levels, at, runs.anywhere, math.inf):
         for some, one in zip(after, pair, strict=True):
             some.append(afterwards(at, one.sampled, float(levels[-1])))
-        fine, coarser = (dataclasses.replace(one, sampled=one.sampled[::finer].copy()) for one in pair)
+        fine, coarser = (replace(one, sampled=one.sampled[::finer].copy()) for one in pair)
         pairs.append((fine, coarser))
-        if progress is not None:
-            progress(len(pairs) / count)
+        runs.tell(len(pairs) / runs.count)
     times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
     times[times > end], coarse[coarse > end] = math.inf, math.inf
     steps = sum(one.steps for pair in pairs for one in pair)
     curves = np.array([pair[0].sampled for pair in pairs])
-    smoothing, looked = pairs[0][0].smoothing, after if whole else None
+    smoothing, looked = pairs[0][0].smoothing, after if runs.whole else None
     return Passages(levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked)

@@ -8,16 +8,15 @@ Long because the public function explains its arguments to users.
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.scene.plausibility import unusual_values
@@ -25,7 +24,7 @@ from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_ideal import charge_ideal
 from harvester.studies.charging.by_slow import charge_slowly
 from harvester.studies.charging.by_spice import charge_in_ngspice
-from harvester.studies.charging.passages import HIGH, LEVELS, LOW, Passages
+from harvester.studies.charging.passages import HIGH, LEVELS, LOW, ChargeRuns, Passages
 from harvester.studies.charging.request import (
     ENGINES,
     check_anywhere,
@@ -53,6 +52,7 @@ def charge(
     anywhere: bool = False,
     progress: Progress | None = None,
     notice: Callable[[str], None] | None = None,
+    execution: Execution = DEFAULT,
 ) -> ChargingResult:
     """The time from empty until ``probe`` reaches ``to``, over many runs or, where nothing is random, of one.
 
@@ -84,6 +84,8 @@ def charge(
         is called with the fraction done.
     notice
         is called before many runs of ngspice that nobody chose, with the reason.
+    execution
+        has the folder for charge.csv, levels.csv, charge.png and provenance.json; ``out`` and ``formats`` alone.
 
     Returns
     -------
@@ -93,8 +95,8 @@ def charge(
     Raises
     ------
     InputError
-        for a scene without storage capacitor, an unknown probe or engine, and options that are out of range or would do
-        nothing.
+        for a scene without storage capacitor, an unknown probe or engine, options that are out of range or would do
+        nothing, and a folder that cannot be written.
     CannotServeError
         for a scene that the engine does not serve.
     MissingProgramError
@@ -107,7 +109,9 @@ def charge(
     >>> found.engine, len(found.levels), found.levels[-1].voltage
     ('ideal', 20, 2.0)
     """
+    execution.only("charge", "out", "formats")
     problem = Problem.of(scene)
+    folder = OutputFolder.of(execution)
     if problem.circuit is None:
         raise InputError("charging must have a [load] with a storage capacitor, but the circuit is open")
     if problem.netlist is None and probe == STORE:
@@ -128,21 +132,29 @@ def charge(
     h = read_step(dt, problem)
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
-    whole, looked = duration is not None, None if seen.name == STORE else seen
-
-    def passages_by(name: str, count: int, real: float) -> Passages:
-        if ENGINES[name].by_mean_current:
-            return charge_slowly(problem, levels, real, count, seed, h, whole, progress)
-        if not ENGINES[name].runs_ngspice:
-            return charge_ideal(problem, levels, real, count, seed, h, progress)
-        return charge_in_ngspice(problem, looked, levels, real, count, seed, h, anywhere, whole, progress)
-
-    passages = passages_by(name, count, real)
+    looked = None if seen.name == STORE else seen
+    runs = ChargeRuns(problem, levels, real, count, seed, h, looked, anywhere, duration is not None, progress)
+    passages = _passages(name, runs)
     if engine is None and has(passages.notes, "charge_not_slow"):
         reason = dataclasses.replace(passages.notes[-1], severity="note")
         name = choose_engine(problem, seen, None, slowly=False)[0]
-        passages = passages_by(name, count_of_runs(trajectories, name, steady), min(real, LONGER * passages.at[-1]))
-    return _answer(problem, passages, name, seen, target, reason, not chosen)
+        again, direct = count_of_runs(trajectories, name, steady), min(real, LONGER * passages.at[-1])
+        passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
+    found = _answer(problem, passages, name, seen, target, reason, not chosen)
+    if folder is not None:
+        asked = {"trajectories": trajectories, "seed": seed, "probe": probe, "engine": engine, "duration": duration}
+        asked |= {"anywhere": anywhere, "dt": dt}
+        about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **asked)
+        folder.table("levels", found.ladder.csv(units=True))
+        folder.save("charge", found.table.csv(units=True), found.plot(problem.scene.title), about)
+    return found
+
+
+def _passages(engine: str, runs: ChargeRuns) -> Passages:
+    """The passages by an engine."""
+    if ENGINES[engine].by_mean_current:
+        return charge_slowly(runs)
+    return charge_in_ngspice(runs) if ENGINES[engine].runs_ngspice else charge_ideal(runs)
 
 
 def _answer(
@@ -240,27 +252,4 @@ def _doubts(problem: Problem, passages: Passages, clock: float, by_default: bool
         found.append(warning("few_records", records=records, together=passages.together))
     elif 1 < runs < FEW:
         found.append(warning("few_runs", runs=runs))
-    return found
-
-
-def draw(
-    scene: AnyScene,
-    out: str | Path | None,
-    vector: Sequence[str] = (),
-    to: str | float = "",
-    progress: Progress | None = None,
-    notice: Callable[[str], None] | None = None,
-    **options: object,
-) -> ChargingResult:
-    """Compute a `charge`, and write charge.csv, levels.csv, charge.png and its ``vector`` forms, and provenance.json.
-
-    ``options`` are those of `charge`; ``out`` None writes nothing.
-    """
-    problem = Problem.of(scene)
-    folder = None if out is None else OutputFolder(out, vector)
-    found = charge(problem, to, progress=progress, notice=notice, **options)  # type: ignore[arg-type]
-    if folder is not None:
-        about = provenance(problem, to=to, runs=found.runs, chosen_engine=found.engine, **options)
-        folder.table("levels", found.ladder.csv(units=True))
-        folder.save("charge", found.table.csv(units=True), figures.charging(found, problem.scene.title), about)
     return found

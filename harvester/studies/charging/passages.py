@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.engines.protocol import Progress
+from harvester.equations.problem import Problem
+from harvester.netlists.probes import Probe
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.studies.charging.afterwards import Afterwards
 from harvester.uncertainty.value import Value, bound95, mean_and_error
@@ -13,6 +16,32 @@ from harvester.uncertainty.value import Value, bound95, mean_and_error
 LEVELS = 20  # up to the target
 SAMPLES = 201  # times of the curve, from the beginning
 LOW, HIGH = 0.05, 0.95  # shares of the runs
+
+
+@dataclass(frozen=True)
+class ChargeRuns:
+    """What is to be run: ``count`` charges of a problem from rest and empty, and through which ``levels`` (V).
+
+    ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that of the scene.
+    ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the beginning of the shaking, or
+    ``anywhere``; with ``whole`` it goes on to the end, else until all have reached the last level.
+    """
+
+    problem: Problem
+    levels: Floats
+    duration: float
+    count: int
+    seed: int
+    h: float | None = None
+    probe: Probe | None = None
+    anywhere: bool = False
+    whole: bool = False
+    progress: Progress | None = None
+
+    def tell(self, fraction: float) -> None:
+        """Tell the progress, where there is one, the fraction done."""
+        if self.progress is not None:
+            self.progress(fraction)
 
 
 @dataclass(frozen=True)

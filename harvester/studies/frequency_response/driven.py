@@ -28,8 +28,10 @@ class HarmonicDrive:
             raise CannotServeError(reason)
         if self.problem.equations.drive is None:
             given = getattr(getattr(self.problem.scene, table), amplitude, None)
-            said = "is left out" if given is None else f"is {given:g}"
-            raise InputError(f"{table}.{amplitude} must be given, above 0, for a frequency response, but {said}")
+            raise InputError(
+                f"{table}.{amplitude} must be given, above 0, for a frequency response, but "
+                f"{'is left out' if given is None else f'is {given:g}'}"
+            )
 
     @property
     def _names(self) -> tuple[str, str, str]:

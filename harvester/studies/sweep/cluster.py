@@ -4,7 +4,7 @@ import logging
 import socket
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import wraps
 from typing import Any, TypeVar
@@ -15,6 +15,11 @@ from harvester.machine.execution import DEFAULT
 Study = TypeVar("Study", bound=Callable[..., Any])
 LOGGERS = ("distributed", "tornado", "asyncio")
 PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
+
+
+def client_of(address: str | None) -> AbstractContextManager[Any]:
+    """`dask_client`, or None where there is no address."""
+    return nullcontext() if address is None else dask_client(address)
 
 
 @contextmanager

@@ -85,8 +85,7 @@ def _varied(vary: Any, over: Any, values: Values | None) -> Any:
     if vary is not None:
         raise InputError("`vary` must be given alone, but `over` or `values` is given beside it")
     if isinstance(over, str) != (values is not None):
-        said = "is left out" if isinstance(over, str) else "is given"
-        raise InputError(f"`values` must go with a single key, but {said}")
+        raise InputError(f"`values` must go with a single key, but is {'left out' if values is None else 'given'}")
     text = "sweep takes vary={key: values} in place of over and values from version 0.3 on"
     warnings.warn(text, DeprecationWarning, stacklevel=6)
     return {over: values} if isinstance(over, str) else over
