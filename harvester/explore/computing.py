@@ -19,6 +19,7 @@ from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
+PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
 HASTE = 8.0  # the same, of the power of a circuit
 ALONG = 9  # places of a circuit's curve
@@ -104,6 +105,8 @@ class Computing:
             if curves is None:  # the best formula's curve is there long before those of the others
                 found = live(*where, False, first=True)
                 self._tell(asked, found, rested=False, more=True)
+                if self._ended.wait(PAUSED) or overtaken():
+                    return
             found = live(*where, False, curves=curves, known=found)
             self._tell(asked, found, rested=False)
             if self._ended.wait(RESTED) or overtaken():

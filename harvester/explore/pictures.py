@@ -21,6 +21,8 @@ _MARKERS |= {"h": "hex", "v": "inverted_triangle"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
 _OWN, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
+_EARLIER = 0.3  # opacity of a curve that is of the knobs' place before, until it is computed anew
+_ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the axis of power, times a power of ten
 JOINED = 3  # points of one design that are joined
 _TICKS = """
 const size = Math.abs(tick);
@@ -122,7 +124,7 @@ class PowerPlot:
         self._show_runs(runs, scaled)
         self.here.location = live.at
         top = max((one for one in tops if math.isfinite(one)), default=0.0)
-        self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
+        self.plot.y_range.end = axis_end(top / scaled, self.plot.y_range.end)
 
     def _show_curves(self, live: Live, pinned: Live | None, scaled: float) -> None:
         """Draw the formulas' curves, and that of the pinned design, over ``scaled``."""
@@ -130,11 +132,13 @@ class PowerPlot:
         for engine in FORMULAS:
             curve = None if live.instead and engine != best else live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
-            self.curves[engine].glyph.update(**(_REFERENCE if live.instead else _OWN))
+            look = _REFERENCE if live.instead else _OWN
+            earlier = curve is not None and engine not in live.here
+            self.curves[engine].glyph.update(**look | ({"line_alpha": _EARLIER} if earlier else {}))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
         ghost = _main(pinned)
-        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else _columns(ghost, scaled)
         _put(self.ghost.data_source, drawn)
         self.items["pinned"].visible = ghost is not None
 
@@ -158,10 +162,25 @@ def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
         source.data = data
 
 
+def axis_end(top: float, now: float) -> float:
+    """The end of an axis from 0 that shows ``top``: the one that it has ``now`` while that fits, else a round number.
+
+    A curve then moves before a scale that stands, and the browser need not set the axis anew at every step.
+    """
+    if not top > 0.0:
+        return 1.0
+    if 0.5 * now <= top <= 0.97 * now:
+        return now
+    size = 10.0 ** math.floor(math.log10(top))
+    return next(end * size for end in (*_ENDS, 12.0) if 1.04 * top <= end * size)
+
+
 def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
+    """A curve as lists: each array would be two messages of its own on the websocket."""
     if curve is None:
         return {"x": [], "y": [], "low": [], "high": []}
-    return {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+    columns = {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+    return {name: column.tolist() for name, column in columns.items()}
 
 
 def _main(live: Live | None) -> PowerCurve | None:

@@ -141,3 +141,14 @@ def test_only_the_newest_is_computed():
 @pytest.mark.parametrize(("values", "power"), [([3e-6, 8e-6], -6), ([0.0], 0), ([1e3], 3), ([float("nan"), 2.0], 0)])
 def test_prefixes(values, power):
     assert engineering(values) == power
+
+
+def test_the_axis_of_power_stands_while_the_curve_fits():
+    """It ends at a round number above the curve, and changes only when the curve leaves it or becomes small."""
+    from harvester.explore.pictures import axis_end
+
+    assert [axis_end(top, 1.0) for top in (9.42, 4.1, 310.0, 0.0, 99.0)] == [10.0, 5.0, 400.0, 1.0, 120.0]
+    assert axis_end(8.0, 10.0) == axis_end(5.1, 10.0) == 10.0
+    assert axis_end(4.0, 10.0) == 5.0
+    for top in 10.0 ** np.linspace(-3, 3, 601):
+        assert 1.04 * top <= axis_end(top, 1e9) <= 1.6 * top
