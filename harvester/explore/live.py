@@ -1,5 +1,6 @@
 """The engines that answer while a knob turns: the three formulas over a grid of one key, and at the working point."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -147,7 +148,8 @@ def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
     key_of_base = "load.resistance" if key == "load.parameters.R" else key
     if resistance is None or key_of_base.startswith("load.parameters."):
         return None, key
-    return problem.scene.with_load(resistance=resistance), key_of_base
+    alone = dataclasses.replace(problem.scene, storage=None, node=None)  # which are the netlist's
+    return alone.with_load(resistance=resistance), key_of_base
 
 
 def best(here: dict[str, Estimate]) -> Estimate | None:

@@ -8,6 +8,7 @@ from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Legend, LegendItem, Span
 from bokeh.plotting import figure
 
+from harvester.arrays import Floats
 from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
 from harvester.explore.runs import SAMPLERS
 from harvester.explore.slider_scale import Slide
@@ -111,10 +112,10 @@ class PowerPlot:
         legend.spacing, legend.padding, legend.margin, legend.glyph_width = 10, 2, 2, 24
         self.plot.add_layout(legend, "above")
 
-    def show(self, live: Live, runs: list[dict[str, Any]], pinned: Live | None) -> None:
-        """Draw the curves, the runs (x, y, error, engine, own) and the pinned design, all in one unit."""
-        curves = [*live.curves.values(), *(pinned.curves.values() if pinned else ())]
-        tops = [float(one.power.max()) for one in curves] + [run["y"] + run["error"] for run in runs]
+    def show(self, live: Live, runs: list[dict[str, Any]], pinned: tuple[Floats, Floats] | None) -> None:
+        """Draw the curves, the runs (x, y, error, engine, own) and the pinned design's (x, y), all in one unit."""
+        tops = [float(one.power.max()) for one in live.curves.values()] + [run["y"] + run["error"] for run in runs]
+        tops += [float(pinned[1].max())] if pinned else []
         self.power = engineering(tops)
         unit = f"{SYMBOLS[self.power].replace('u', 'µ')}W" if live.problem.physical else ""
         scaled = 10.0**self.power
@@ -126,7 +127,7 @@ class PowerPlot:
         top = max((one for one in tops if math.isfinite(one)), default=0.0)
         self.plot.y_range.end = axis_end(top / scaled, self.plot.y_range.end)
 
-    def _show_curves(self, live: Live, pinned: Live | None, scaled: float) -> None:
+    def _show_curves(self, live: Live, pinned: tuple[Floats, Floats] | None, scaled: float) -> None:
         """Draw the formulas' curves, and that of the pinned design, over ``scaled``."""
         best = next((name for name in FORMULAS if name in live.curves), "")
         for engine in FORMULAS:
@@ -137,10 +138,9 @@ class PowerPlot:
             self.curves[engine].glyph.update(**look | ({"line_alpha": _EARLIER} if earlier else {}))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
-        ghost = _main(pinned)
-        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else _columns(ghost, scaled)
+        drawn = {"x": [], "y": []} if pinned is None else {"x": pinned[0].tolist(), "y": (pinned[1] / scaled).tolist()}
         _put(self.ghost.data_source, drawn)
-        self.items["pinned"].visible = ghost is not None
+        self.items["pinned"].visible = pinned is not None
 
     def _show_runs(self, runs: list[dict[str, Any]], scaled: float) -> None:
         """Draw the runs of each engine with their errors; paler those of another scene."""
@@ -183,9 +183,16 @@ def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
     return {name: column.tolist() for name, column in columns.items()}
 
 
-def _main(live: Live | None) -> PowerCurve | None:
-    """The curve of the engine that is nearest to the truth."""
-    return None if live is None else next((live.curves[name] for name in FORMULAS if name in live.curves), None)
+def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats] | None:
+    """The power of a pinned design over the key: of the engine nearest to the truth, a circuit's by its own ``runs``.
+
+    Never the curve of a resistor in a circuit's place; None where nothing is known yet.
+    """
+    if not live.instead:
+        curve = next((live.curves[name] for name in FORMULAS if name in live.curves), None)
+        return None if curve is None else (curve.x, curve.power)
+    own = sorted((run["x"], run["y"]) for run in runs if run["own"])
+    return (np.array([x for x, _ in own]), np.array([y for _, y in own])) if own else None
 
 
 class PathPlots:
