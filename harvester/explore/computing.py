@@ -19,6 +19,7 @@ from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.scene import Scene
 
 POOL = ThreadPoolExecutor(4, "explore")  # of all users; the server's own thread only hands on
+PAUSED = 0.06  # seconds without a change before the other formulas follow: the first one's curve is drawn meanwhile
 RESTED = 0.3  # seconds without a change before more is computed than a knob needs that goes on turning
 HASTE = 8.0  # the same, of the power of a circuit
 ALONG = 9  # places of a circuit's curve
@@ -58,8 +59,12 @@ class Shown(Protocol):
         """Say how it stands with the path."""
         ...
 
-    def show_path(self, found: dict[str, Any]) -> None:
+    def show_path(self, asked: Wanted, found: dict[str, Any]) -> None:
         """Draw a path."""
+        ...
+
+    def show_life(self, asked: Wanted, found: dict[str, Any]) -> None:
+        """Say how the node lives; ``error``: why that is not known."""
         ...
 
 
@@ -104,6 +109,8 @@ class Computing:
             if curves is None:  # the best formula's curve is there long before those of the others
                 found = live(*where, False, first=True)
                 self._tell(asked, found, rested=False, more=True)
+                if self._ended.wait(PAUSED) or overtaken():
+                    return
             found = live(*where, False, curves=curves, known=found)
             self._tell(asked, found, rested=False)
             if self._ended.wait(RESTED) or overtaken():
@@ -146,9 +153,17 @@ class Computing:
         except Exception as error:
             text = str(named(error))
             self._soon(lambda: self._page.say_of_path(f"no path: {text}"))
-            return
+            found = None
         if found is not None and not overtaken():
-            self._soon(lambda: self._page.show_path(found))
+            self._soon(functools.partial(self._page.show_path, asked, found))
+        if overtaken() or "node" not in asked.tables:
+            return
+        try:
+            life = in_worker.elsewhere(in_worker.life, (asked.tables,), overtaken, self._ended.is_set, PATIENCE)
+        except Exception as error:
+            life = {"error": str(named(error))}
+        if life is not None and not overtaken():
+            self._soon(functools.partial(self._page.show_life, asked, life))
 
     def _power(self, asked: Wanted, overtaken: Callable[[], bool]) -> None:
         """In a thread: what the circuit itself gives, at once and then finely, and along the axis; from a process."""

@@ -5,9 +5,9 @@ All that comes from a scene is escaped.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.selection import ENGINES
@@ -43,31 +43,58 @@ def problem_line(text: str) -> str:
     return f'<div class="error" role="alert">{escape(plain(" ".join(text.split())))}</div>' if text else ""
 
 
-def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "") -> str:
-    """The working point in large letters: the power of the engine nearest to the truth, with its whole error.
+class Power(NamedTuple):
+    """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 
-    The last of the ``runs`` there goes before a formula that is not exact.  A circuit's power is never that of a
-    resistor in its place: until a run has it, it is not known yet, or not at all, and ``why``.
+    ``error`` is what is known of its 95 % error, None where nothing is; ``known`` says that this is all of it;
+    ``share`` is that of the most that any device of this mass could take, None where no bound applies.
     """
-    found = best(live.here)
+
+    engine: str
+    value: float
+    error: float | None
+    known: bool
+    share: float | None
+    unit: str
+
+
+def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
+    """The power of the design itself: that of the last of its ``runs``, which goes before a formula that is not exact.
+
+    A circuit's power is never that of a resistor in its place: None until a run has it.
+    """
+    found, unit = best(live.here), "W" if live.problem.physical else ""
     own = [run for run in runs if run["own"]]
     if own and (found is None or not ENGINES[found.engine].is_exact or live.instead):
-        unit = "W" if live.problem.physical else ""
-        number, told = _number(own[-1]["y"], unit, own[-1]["error"])
-        told += "" if own[-1]["known"] else " of what is known of its error"
-        return _large(number, told, f"mean power by <b>{escape(own[-1]['engine'])}</b>")
+        one = own[-1]
+        error = one["error"] if one["known"] or one["error"] else None
+        return Power(one["engine"], one["y"], error, one["known"], one["share"], unit)
+    if found is None or live.instead:
+        return None
+    value = found.mean_power
+    return Power(found.engine, value.value, value.error95, True, found.share_of_possible, unit)
+
+
+def headline(live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()) -> str:
+    """The working point in large letters: its power with the whole error, and what is known ``beside`` it.
+
+    Where it is not known the page says so, and ``why``, or that it is being computed.
+    """
+    found = power_here(live, runs)
+    if found is not None:
+        number, told = _number(found.value, found.unit, found.error)
+        told += "" if found.known or found.error is None else " of what is known of its error"
+        share = [] if found.share is None else [f"{100.0 * found.share:.3g} % of the possible"]
+        more = "".join(f", {escape(plain(one))}" for one in (*share, *beside))
+        return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>{more}")
     if live.instead:
         by = plain(why) if why else "The curves are those of a resistor in its place."
         known = "The circuit's power is not known." if why else "Computing the circuit's power ..."
         return f'<div class="power none">{known}</div><div class="by">{escape(by)}</div>'
-    if found is None:
-        return (
-            '<div class="power none">No formula knows this scene.</div>'
-            '<div class="by">Run an engine below; the reasons are under "The working point".</div>'
-        )
-    value, error = found.mean_power, found.mean_power.error95
-    number, told = _number(value.value, found.unit_names.power, error)
-    return _large(number, told, f"mean power by <b>{escape(found.engine)}</b>")
+    return (
+        '<div class="power none">No formula knows this scene.</div>'
+        '<div class="by">Run an engine below; the reasons are under "The working point".</div>'
+    )
 
 
 def _large(number: str, told: str, by: str) -> str:
@@ -118,6 +145,14 @@ def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = (
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 
+def life(found: dict[str, Any]) -> str:
+    """How the node lives, as `in_worker.life` tells it, or why that is not known (``error``)."""
+    if "error" in found:
+        return f'<div class="by">The node: {escape(plain(found["error"]))}</div>'
+    remarks = "".join(f"<li>{escape(plain(one))}</li>" for one in found["remarks"])
+    return table(("the node", "in a day"), found["rows"], "life") + f"<ul>{remarks}</ul>"
+
+
 def meanings(problem: Problem) -> tuple[str, list[str]]:
     """What the scene's numbers mean, as HTML, and the warnings among it."""
     if not problem.physical:
@@ -137,16 +172,32 @@ def meanings(problem: Problem) -> tuple[str, list[str]]:
     return paragraphs + table((), rows, "numbers"), doubts
 
 
-def difference(rows: Sequence[tuple[str, str, str]], before: Estimate | None, after: Estimate | None) -> str:
-    """The table of what differs from the pinned design, and its power beside the present one."""
+def difference(
+    rows: Sequence[tuple[str, str, str]],
+    before: Power | None,
+    after: Power | None,
+    beside: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
+) -> str:
+    """Two designs side by side: the keys in which they differ, their powers, and what is known ``beside`` of each."""
     cells = [(name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest) for name, *rest in rows]
-    if before is not None and after is not None:
-        unit, was, now = after.unit_names.power, before.mean_power, after.mean_power
-        cells.append((f"mean power ({after.engine})", was.format(unit), now.format(unit)))
-        if was.value > 0.0 and before.unit_names == after.unit_names:
-            cells.append(("ratio of the powers", "1", f"{now.value / was.value:.4g}"))
-    if not rows:
-        return "<p>The present design is the pinned one: turn a knob.</p>" + (
-            table(("", "pinned", "now"), cells, "difference") if cells else ""
-        )
-    return table(("", "pinned", "now"), cells, "difference")
+    cells.append(("mean power", _told(before), _told(after)))
+    if before and after and (before.share is not None or after.share is not None):
+        cells.append(("of the possible", _share(before), _share(after)))
+    if before and after and before.value > 0.0 and before.unit == after.unit:
+        cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
+    unknown = "not computed yet"
+    cells += [(name, *(one.get(name, unknown) for one in beside)) for name in {**beside[0], **beside[1]}]
+    same = "" if rows else "<p>The present design is the pinned one: turn a knob.</p>"
+    return same + table(("", "pinned", "now"), cells, "difference")
+
+
+def _told(power: Power | None) -> str:
+    """A power with its error and its engine."""
+    if power is None:
+        return "not computed yet"
+    number, error = _number(power.value, power.unit, power.error)
+    return f"{number} {error}{'' if power.known or power.error is None else ' of what is known'}, by {power.engine}"
+
+
+def _share(power: Power) -> str:
+    return "no bound" if power.share is None else f"{100.0 * power.share:.3g} %"

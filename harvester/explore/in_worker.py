@@ -1,4 +1,7 @@
-"""A path of a scene, and its circuit's power, for the page, in a worker process: what it compiles holds nobody up."""
+"""A path of a scene, its circuit's power and its node's day, for the page, in a worker process of their own.
+
+What they compile holds nobody up.
+"""
 
 import threading
 from collections.abc import Callable
@@ -66,6 +69,27 @@ def power(tables: dict[str, Any], within: float, seconds: float) -> dict[str, An
     raise CannotServeError(list(refusals.values())[-1])
 
 
+def life(tables: dict[str, Any]) -> dict[str, Any]:
+    """How a scene's [node] lives of it for a day: the rows of `harvester node`, its remarks, and three in short.
+
+    Raises HarvesterError as `harvester.node`.
+    """
+    from harvester.explore.beside import NODE
+    from harvester.presentation.sheet import sheet
+    from harvester.scene.scene import Scene
+    from harvester.studies.node import node
+
+    found = node(Scene(**tables))
+    first = found.first_packet
+    short = {
+        NODE: f"{found.packets_per_hour.value:.4g}",
+        "runs": f"{100.0 * found.share_running.value:.4g} % of the day",
+        "awake after": "no packet in a day" if first is None else f"{first.value:.4g} s",
+    }
+    told = sheet(found)
+    return {"rows": told.rows, "remarks": [*told.warnings, *told.notes], "short": short}
+
+
 def elsewhere(
     function: Callable[..., dict[str, Any]],
     arguments: tuple[Any, ...],
@@ -73,9 +97,9 @@ def elsewhere(
     ended: Callable[[], bool],
     patience: float,
 ) -> dict[str, Any] | None:
-    """`path` or `power` in a worker process; None where that has ended, or was overtaken and beyond its ``patience``.
+    """`path`, `power` or `life` in a worker process; None where that has ended, or was overtaken and out of patience.
 
-    That is in seconds.
+    The ``patience`` is in seconds.
 
     Raises HarvesterError as the ``function``, and RuntimeError of loky's where the worker dies.
     """

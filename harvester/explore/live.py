@@ -1,5 +1,6 @@
 """The engines that answer while a knob turns: the three formulas over a grid of one key, and at the working point."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -94,37 +95,49 @@ def live(
         return Live(
             problem, key, at, False, refused={name: str(one.refusal(problem)) for name, one in FORMULAS.items()}
         )
-    found = Live(problem, key, at, problem.netlist is not None)
-    if known is not None:
-        found.curves.update(known.curves)
-        found.here.update(known.here)
-        found.refused.update(known.refused)
+    before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
+    found = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
     for name, engine in FORMULAS.items():
         if name in found.here or name in found.refused:
             continue
-        if (reason := engine.refusal(Problem(base))) is not None:
-            found.refused[name] = str(reason)
-            continue
-        places = grid(slide, (POINTS_EXACT if engine.is_exact else POINTS)[fine]) if curves is None else np.empty(0)
-        answers = _answers(engine(), base, key_of_base, places, overtaken)
-        if answers is None:
+        places = None if curves is not None else grid(slide, (POINTS_EXACT if engine.is_exact else POINTS)[fine])
+        if not _add(found, name, engine, base, key_of_base, places, slide, overtaken):
             return None
-        _take(found, name, *answers)
-        if curves is not None:
+        if curves is not None and name in found.here:
             found.curves.update({name: curves[name]} if name in curves else {})
-        elif len(answers[1]) > 1:
-            found.curves[name] = _curve(answers[1], slide)
         if first and found.here:
             return found
     return found
 
 
-def _take(found: Live, name: str, here: Estimate | HarvesterError, _: object) -> None:
-    """Put an engine's answer at the working point, or its error, where it belongs."""
+def _add(
+    found: Live,
+    name: str,
+    engine: type[Engine],
+    scene: Scene,
+    key: str,
+    places: Floats | None,
+    slide: Slide,
+    overtaken: Callable[[], bool],
+) -> bool:
+    """Add an engine's answer at the working point and its curve through ``places``, or why it has none.
+
+    Whether it was not overtaken meanwhile.
+    """
+    if (reason := engine.refusal(Problem(scene))) is not None:
+        found.refused[name] = str(reason)
+        return True
+    answers = _answers(engine(), scene, key, np.empty(0) if places is None else places, overtaken)
+    if answers is None:
+        return False
+    here, along = answers
     if isinstance(here, Estimate):
         found.here[name] = here
     else:
         found.refused[name] = str(here)
+    if len(along) > 1:
+        found.curves[name] = _curve(along, slide)
+    return True
 
 
 def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
@@ -135,7 +148,8 @@ def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
     key_of_base = "load.resistance" if key == "load.parameters.R" else key
     if resistance is None or key_of_base.startswith("load.parameters."):
         return None, key
-    return problem.scene.with_load(resistance=resistance), key_of_base
+    alone = dataclasses.replace(problem.scene, storage=None, node=None)  # which are the netlist's
+    return alone.with_load(resistance=resistance), key_of_base
 
 
 def best(here: dict[str, Estimate]) -> Estimate | None:

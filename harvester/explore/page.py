@@ -1,4 +1,7 @@
-"""One user's page: its draft, its pictures, and what happens when a knob turns."""
+"""One user's page: its draft, its pictures, and what happens when a knob turns.
+
+Long because every part of the page is told here of what is computed.
+"""
 
 import tempfile
 import threading
@@ -11,17 +14,17 @@ import panel as pn
 
 from harvester.errors import HarvesterError, InputError
 from harvester.explore import html_text
+from harvester.explore.beside import NODE, Beside, of_path, sentence
 from harvester.explore.computing import Computing, Wanted
 from harvester.explore.draft import PARAMETER, RESISTANCE, Draft, differences
 from harvester.explore.knobs import Knobs
-from harvester.explore.live import Live, best
+from harvester.explore.live import Live
 from harvester.explore.looks import CHART, FIELD, PICTURES, WORDS
-from harvester.explore.pictures import PathPlots, PowerPlot
+from harvester.explore.pictures import PathPlots, PowerPlot, pinned_curve
 from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
 from harvester.explore.toolbar import FilesBar, PinBar
 from harvester.presentation.diagnostic import Diagnostic
-from harvester.uncertainty.value import amount
 
 
 class Explorer:
@@ -36,12 +39,14 @@ class Explorer:
         self._wanted: Wanted | None = None
         self.pinned: tuple[dict[str, Any], Live] | None = None
         self._doubts: list[str] = []
+        self._beside = Beside()
         self._answered: dict[str, Any] = {}  # the design that the table of answers is of; paler of another one
         self._unknown: tuple[dict[str, Any], str] = ({}, "")  # a design, and why the power of its circuit is not known
         self._computing = Computing(self, self.soon)
         self.error = self._html("error-line")
         self.headline, self.answers, self.warnings = map(self._html, ("headline", "answers", "warnings"))
-        self.meaning, self.difference, self.path_told = map(self._html, ("meaning", "difference", "path-told"))
+        others = ("meaning", "difference", "path-told", "life")
+        self.meaning, self.difference, self.path_told, self.life = map(self._html, others)
         self.axis = pn.widgets.Select(
             name="", options=["load.resistance"], width=210, margin=0, css_classes=["axis"], stylesheets=[FIELD]
         )
@@ -72,7 +77,7 @@ class Explorer:
             "power": pn.Column(
                 self.said, self.error, head, self.plot, self.runs.view, sizing_mode="stretch_width", margin=0
             ),
-            "numbers": pn.Column(self.answers, self.warnings, sizing_mode="stretch_width", margin=0),
+            "numbers": pn.Column(self.answers, self.life, self.warnings, sizing_mode="stretch_width", margin=0),
             "path": self.path_told,
             "orbit": pn.pane.Bokeh(self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
             "voltage": pn.pane.Bokeh(self.paths.voltage, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]),
@@ -126,14 +131,23 @@ class Explorer:
         """Say how it stands with the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
-    def show_path(self, found: dict[str, Any]) -> None:
-        """Draw a path."""
+    def show_path(self, asked: Wanted, found: dict[str, Any]) -> None:
+        """Draw a path, and say beside the power how far it went."""
         self.paths.show(found)
-        hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
-        length, volt = ("m", "V") if found["physical"] else ("", "")
-        sizes = [amount(max(map(abs, found[name])), unit) for name, unit in (("x", length), ("V", volt))]
-        far = f"largest displacement {sizes[0]} and voltage {sizes[1]}"
-        self.say_of_path(f"the last 12 periods of one path by {found['engine']}{hits}: {far}; a path is no mean")
+        sizes = of_path(asked.scene, found)
+        self.say_of_path(sentence(found, sizes))
+        self._known_beside(asked, {f"{name} of a path": size for name, size in sizes.items()})
+
+    def show_life(self, asked: Wanted, found: dict[str, Any]) -> None:
+        """Say how the node lives of the device, as a table and beside the power."""
+        self.life.object = html_text.life(found)
+        if "error" not in found:
+            self._known_beside(asked, found["short"])
+
+    def _known_beside(self, asked: Wanted, facts: dict[str, str]) -> None:
+        """Keep what is known beside the power of a design, of those that are shown, and say it."""
+        self._beside.add(asked.tables, facts, self.pinned[0] if self.pinned else None)
+        self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
         """Call a function on the server's thread, where the page may be changed; nothing where the page is gone."""
@@ -177,16 +191,20 @@ class Explorer:
         if self.power is None or (self.power.key, self.power.slide) != (asked.key, asked.slide):
             self.power = PowerPlot(asked.key, asked.slide)
             self.plot.object = self.power.plot
-        pinned = self.pinned[1] if self.pinned and self.pinned[1].key == asked.key else None
+        pinned = None
+        if self.pinned and self.pinned[1].key == asked.key:
+            pinned = pinned_curve(self.pinned[1], self.runs.shown(self.pinned[0], asked.key))
         self.power.show(self.live, self.runs.shown(asked.tables, asked.key), pinned)
         self._draw_words(rested)
 
     def _draw_words(self, rested: bool = True) -> None:
         if self.live is None:
             return
-        runs = [one for one in self.runs.shown(self._asked.tables, self.live.key) if one["x"] == self.live.at]
+        runs = self._runs_at(self._asked.tables, self.live)
         tables, why = self._unknown
-        self.headline.object = html_text.headline(self.live, runs, why if tables == self._asked.tables else "")
+        beside = self._beside.of(self._asked.tables)
+        told = [f"{name} {fact}" for name, fact in beside.items()]
+        self.headline.object = html_text.headline(self.live, runs, why if tables == self._asked.tables else "", told)
         stale = not rested and self._answered != self._asked.tables
         if self.answers.styles != (shade := {"opacity": "0.35" if stale else "1"}):
             self.answers.styles = shade
@@ -194,14 +212,22 @@ class Explorer:
             return
         self._answered = self._asked.tables
         self.answers.object = html_text.answers(self.live, runs)
+        if NODE not in beside:
+            waiting = '<div class="by">Computing how the node lives ...</div>'
+            self.life.object = waiting if "node" in self._asked.tables else ""
         self.files.show_link()
         self.warnings.object = html_text.warnings(self.live, runs, self._doubts)
+        self.difference.object = ""
         if self.pinned is None:
-            self.difference.object = ""
-        else:
-            tables, before = self.pinned
-            rows = differences(tables, self._asked.tables)
-            self.difference.object = html_text.difference(rows, best(before.here), best(self.live.here))
+            return
+        tables, before = self.pinned
+        was = html_text.power_here(before, self._runs_at(tables, before))
+        rows, known = differences(tables, self._asked.tables), (self._beside.of(tables), beside)
+        self.difference.object = html_text.difference(rows, was, html_text.power_here(self.live, runs), known)
+
+    def _runs_at(self, tables: dict[str, Any], live: Live) -> list[dict[str, Any]]:
+        """The runs at the working point of a design."""
+        return [one for one in self.runs.shown(tables, live.key) if one["x"] == live.at]
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
         """The working point for a run in the background: what the knobs say, be it drawn yet or not."""

@@ -8,6 +8,7 @@ from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, CustomJSTickFormatter, HoverTool, Legend, LegendItem, Span
 from bokeh.plotting import figure
 
+from harvester.arrays import Floats
 from harvester.explore.live import FORMULAS, Live, PowerCurve, engineering
 from harvester.explore.runs import SAMPLERS
 from harvester.explore.slider_scale import Slide
@@ -21,6 +22,8 @@ _MARKERS |= {"h": "hex", "v": "inverted_triangle"}
 _DASH = 1.5  # a dash, in those of matplotlib
 _INK, _GRID, _GHOST = "#3a434d", "#e6e9ec", "#9aa4af"
 _OWN, _REFERENCE = {"line_width": 2.4, "line_alpha": 1.0}, {"line_width": 1.2, "line_alpha": 0.5}
+_EARLIER = 0.3  # opacity of a curve that is of the knobs' place before, until it is computed anew
+_ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the axis of power, times a power of ten
 JOINED = 3  # points of one design that are joined
 _TICKS = """
 const size = Math.abs(tick);
@@ -109,10 +112,10 @@ class PowerPlot:
         legend.spacing, legend.padding, legend.margin, legend.glyph_width = 10, 2, 2, 24
         self.plot.add_layout(legend, "above")
 
-    def show(self, live: Live, runs: list[dict[str, Any]], pinned: Live | None) -> None:
-        """Draw the curves, the runs (x, y, error, engine, own) and the pinned design, all in one unit."""
-        curves = [*live.curves.values(), *(pinned.curves.values() if pinned else ())]
-        tops = [float(one.power.max()) for one in curves] + [run["y"] + run["error"] for run in runs]
+    def show(self, live: Live, runs: list[dict[str, Any]], pinned: tuple[Floats, Floats] | None) -> None:
+        """Draw the curves, the runs (x, y, error, engine, own) and the pinned design's (x, y), all in one unit."""
+        tops = [float(one.power.max()) for one in live.curves.values()] + [run["y"] + run["error"] for run in runs]
+        tops += [float(pinned[1].max())] if pinned else []
         self.power = engineering(tops)
         unit = f"{SYMBOLS[self.power].replace('u', 'µ')}W" if live.problem.physical else ""
         scaled = 10.0**self.power
@@ -122,21 +125,22 @@ class PowerPlot:
         self._show_runs(runs, scaled)
         self.here.location = live.at
         top = max((one for one in tops if math.isfinite(one)), default=0.0)
-        self.plot.y_range.end = 1.08 * top / scaled if top > 0.0 else 1.0
+        self.plot.y_range.end = axis_end(top / scaled, self.plot.y_range.end)
 
-    def _show_curves(self, live: Live, pinned: Live | None, scaled: float) -> None:
+    def _show_curves(self, live: Live, pinned: tuple[Floats, Floats] | None, scaled: float) -> None:
         """Draw the formulas' curves, and that of the pinned design, over ``scaled``."""
         best = next((name for name in FORMULAS if name in live.curves), "")
         for engine in FORMULAS:
             curve = None if live.instead and engine != best else live.curves.get(engine)
             _put(self.curves[engine].data_source, _columns(curve, scaled))
-            self.curves[engine].glyph.update(**(_REFERENCE if live.instead else _OWN))
+            look = _REFERENCE if live.instead else _OWN
+            earlier = curve is not None and engine not in live.here
+            self.curves[engine].glyph.update(**look | ({"line_alpha": _EARLIER} if earlier else {}))
             self.items[engine].visible = curve is not None
             self.items[engine].label = value(f"a resistor instead ({engine})" if live.instead else engine)
-        ghost = _main(pinned)
-        drawn: dict[str, Any] = {"x": [], "y": []} if ghost is None else {"x": ghost.x, "y": ghost.power / scaled}
+        drawn = {"x": [], "y": []} if pinned is None else {"x": pinned[0].tolist(), "y": (pinned[1] / scaled).tolist()}
         _put(self.ghost.data_source, drawn)
-        self.items["pinned"].visible = ghost is not None
+        self.items["pinned"].visible = pinned is not None
 
     def _show_runs(self, runs: list[dict[str, Any]], scaled: float) -> None:
         """Draw the runs of each engine with their errors; paler those of another scene."""
@@ -158,15 +162,37 @@ def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
         source.data = data
 
 
+def axis_end(top: float, now: float) -> float:
+    """The end of an axis from 0 that shows ``top``: the one that it has ``now`` while that fits, else a round number.
+
+    A curve then moves before a scale that stands, and the browser need not set the axis anew at every step.
+    """
+    if not top > 0.0:
+        return 1.0
+    if 0.5 * now <= top <= 0.97 * now:
+        return now
+    size = 10.0 ** math.floor(math.log10(top))
+    return next(end * size for end in (*_ENDS, 12.0) if 1.04 * top <= end * size)
+
+
 def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
+    """A curve as lists: each array would be two messages of its own on the websocket."""
     if curve is None:
         return {"x": [], "y": [], "low": [], "high": []}
-    return {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+    columns = {"x": curve.x, "y": curve.power / scaled, "low": curve.low / scaled, "high": curve.high / scaled}
+    return {name: column.tolist() for name, column in columns.items()}
 
 
-def _main(live: Live | None) -> PowerCurve | None:
-    """The curve of the engine that is nearest to the truth."""
-    return None if live is None else next((live.curves[name] for name in FORMULAS if name in live.curves), None)
+def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats] | None:
+    """The power of a pinned design over the key: of the engine nearest to the truth, a circuit's by its own ``runs``.
+
+    Never the curve of a resistor in a circuit's place; None where nothing is known yet.
+    """
+    if not live.instead:
+        curve = next((live.curves[name] for name in FORMULAS if name in live.curves), None)
+        return None if curve is None else (curve.x, curve.power)
+    own = sorted((run["x"], run["y"]) for run in runs if run["own"])
+    return (np.array([x for x, _ in own]), np.array([y for _, y in own])) if own else None
 
 
 class PathPlots:

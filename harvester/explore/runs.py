@@ -13,7 +13,6 @@ from harvester.explore.background import Background
 from harvester.explore.html_text import plain
 from harvester.explore.looks import BUTTON, FIELD, WORDS
 from harvester.presentation.diagnostic import Diagnostic
-from harvester.uncertainty.value import half95
 
 SAMPLERS = tuple(name for name, kind in ENGINES.items() if kind.samples)
 
@@ -148,17 +147,17 @@ class RunPanel:
 
 
 def _point(engine: str, begun: tuple[dict[str, Any], str, float], said: dict[str, Any]) -> dict[str, Any]:
-    """A run's answer as a point of the picture; ``error`` is its whole 95 % error, or that of its sampling."""
+    """A run's answer as a point of the picture; ``error`` is what is known of its 95 % error, ``known`` if all is."""
     tables, key, at = begun
     power = said["answer"]["mean_power"]
-    error = power["error95"] if power["error95"] is not None else half95(power["stderr"] or 0.0)
     return {
         "engine": engine,
         "key": key,
         "x": at,
         "y": power["value"],
-        "error": error,
+        "error": said["known_error95"],
         "known": power["error95"] is not None,
+        "share": said["answer"].get("share_of_possible"),
         "rest": without(tables, key),
         "row": said["row"],
         "text": said["power"],

@@ -1,13 +1,16 @@
-"""The page's server: on 127.0.0.1 only, and nothing without the token of its address.
+"""The page's server: on one address, 127.0.0.1 unless another is asked for, and nothing without its token.
 
 The token is the first part of every path, so that the page, what it fetches and its websocket all carry it; any other
 request is refused before its body is read (`harvester.explore.guard`).
 """
 
 import asyncio
+import errno
+import ipaddress
 import os
 import secrets
 import socket
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,7 +24,8 @@ from harvester.explore.draft import Draft
 from harvester.explore.guard import LIMITS, Guard, quieten
 from harvester.explore.page import Explorer
 
-HOST = "127.0.0.1"
+HOST = "127.0.0.1"  # only this machine reaches it
+SWITCH = 0.001  # seconds that a thread which computes may keep the one that draws waiting; Python's own is 0.005
 MOST_BYTES = 80_000_000  # of a message: a file of `uploads.MOST_BYTES`, as text
 
 
@@ -33,12 +37,16 @@ class Frame(pn.Template):  # type: ignore[misc]
 
 
 class Server:
-    """A server that is ready to be started; ``url`` is the address with the token."""
+    """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
 
-    def __init__(self, first: Callable[[], Draft], port: int) -> None:
+    Raises InputError for a ``host`` that is no address of this machine, and for a ``port`` that is taken.
+    """
+
+    def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:
         os.environ.setdefault("BOKEH_RESOURCES", "server")
         pn.extension(notifications=False)
-        port = free_port(port)
+        port = free_port(port, host)
+        hosts = hosts_of(host, port)
         token = secrets.token_urlsafe(24)
         template = (Path(__file__).parent / "page.html").read_text()
 
@@ -59,9 +67,9 @@ class Server:
         self._server = pn.io.server.get_server(
             {"/": page},
             port=port,
-            address=HOST,
+            address=host,
             prefix=token,
-            websocket_origin=[f"{HOST}:{port}", f"localhost:{port}"],
+            websocket_origin=[*hosts],
             websocket_max_message_size=MOST_BYTES,
             title="harvester explore",
             http_server_kwargs=LIMITS,
@@ -69,13 +77,14 @@ class Server:
             start=False,
             verbose=False,
         )
-        guarded = Guard(self._server._tornado, token, (f"{HOST}:{port}", f"localhost:{port}"))
+        guarded = Guard(self._server._tornado, token, hosts)
         self._server._http.request_callback = guarded
         quieten(token)
-        self.url = f"http://{HOST}:{port}/{token}/"
+        self.url = f"http://{hosts[0]}/{token}/"
 
     def run(self) -> None:
         """Serve until the program is interrupted."""
+        sys.setswitchinterval(SWITCH)
         try:
             self._server.start()
             self._server.io_loop.asyncio_loop.set_exception_handler(report_failure)
@@ -93,13 +102,31 @@ def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> 
         loop.default_exception_handler(context)
 
 
-def free_port(port: int) -> int:
-    """The port itself, or any free one for 0; InputError where another program has it."""
-    with socket.socket() as one:
+def hosts_of(host: str, port: int) -> tuple[str, ...]:
+    """What a request may name as its host: the address itself, and localhost where that is this machine's own."""
+    bracketed = f"[{host}]" if ":" in host else host
+    return (f"{bracketed}:{port}", *([f"localhost:{port}"] if host == HOST else []))
+
+
+def free_port(port: int, host: str = HOST) -> int:
+    """The port itself, or any free one for 0.
+
+    Raises InputError where another program has it, and for a ``host`` that is not one address of this machine.
+    """
+    must = "`host` must be an IP address of this machine, such as 192.168.1.20"
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        raise InputError(f"{must}, but was '{host}'") from None
+    if address.is_unspecified:
+        raise InputError(f"{must}, but was '{host}', which is all of them: the page answers to one")
+    with socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET) as one:
         one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            one.bind((HOST, port))
+            one.bind((host, port))
         except OSError as error:
+            if error.errno == errno.EADDRNOTAVAIL:
+                raise InputError(f"{must}, but was '{host}', which is none") from None
             raise InputError(
                 f"`port` must be free, but {port} is not: {error.strerror}; leave it out for any that is"
             ) from None

@@ -29,34 +29,36 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     """
     answers = sorted(answers, key=lambda one: next(iter(one.varied.values())))
     (key,) = answers[0].varied
-    directions = list(answers[0].directions)
-    at = sorted(set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions)))
-    powers = {d: np.array([_powers(a, d, at, per_g) for a in answers]) for d in directions}
-    if len(directions) > 1 and not any(one.hysteresis for one in answers):
-        directions = directions[:1]
+    at, powers = _common(answers, per_g)
     units = answers[0].unit_names
     name = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
     power = scale(*name, [*powers.values()])
     hertz = scale("drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at)
     norm = _colours([one / power.factor for one in powers.values()])
+    shown = [*powers] if any(one.hysteresis for one in answers) else [*powers][:1]
     with styled():
-        size = (WIDTH, 4.2) if len(directions) == 1 else (WIDTH, 3.9)
-        figure, axes = new(1, len(directions), size, squeeze=False, sharey=True)
-        for panel, direction in zip(axes[0], directions, strict=True):
+        size = (WIDTH, 4.2) if len(shown) == 1 else (WIDTH, 3.9)
+        figure, axes = new(1, len(shown), size, squeeze=False, sharey=True)
+        for number, (panel, direction) in enumerate(zip(axes[0], shown, strict=True)):
             height = _heights(panel, key, np.array([one.varied[key] for one in answers]))
             values = powers[direction] / power.factor
             f = np.array(at) / hertz.factor
             drawn = panel.pcolormesh(f, height, values, norm=norm, cmap="viridis", shading="nearest")
             _crest(panel, answers, direction, height, hertz.factor)
             panel.set_xlabel(hertz.label)
-            if len(directions) > 1:
-                panel.set_title(f"{direction} the frequencies")
-        for panel in axes[0][1:]:
-            panel.set_ylabel("")
+            panel.set_title(f"{direction} the frequencies" if len(shown) > 1 else "")
+            panel.set_ylabel("" if number else panel.get_ylabel())
         _bar(figure.colorbar(drawn, ax=list(axes[0]), label=power.label), isinstance(norm, LogNorm))
         entitle(figure, title, "Mean power against drive frequency and " + quantity(key)[0])
         legend(figure)
     return figure
+
+
+def _common(answers: Sequence[ResponseShape], per_g: bool) -> tuple[list[float], dict[str, Floats]]:
+    """The frequencies that all responses have, and by direction the powers there, shape (responses, frequencies)."""
+    directions = answers[0].directions
+    at = sorted(set.intersection(*({p.frequency for p in a.sweep(d)} for a in answers for d in directions)))
+    return at, {d: np.array([_powers(a, d, at, per_g) for a in answers]) for d in directions}
 
 
 def _bar(bar: Colorbar, by_ratio: bool) -> None:

@@ -13,6 +13,7 @@ from harvester.figures.response_maps import is_map, response_map
 from harvester.figures.shapes import DriveShape, ResponseShape
 from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
 from harvester.figures.sweep_curves import MOST_CURVES, colour
+from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.engine_look import look as look_of
 from harvester.uncertainty.value import Value
 
@@ -44,13 +45,8 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
     points = [p for a, d, _ in curves for p in a.sweep(d)]
     frequency = "drive frequency" if units.frequency else "drive frequency Ω"
     hertz = scale(frequency, units.frequency, [p.frequency for p in points])
-    sizes = [
-        ("mean_power", "mean power", units.power, 2 * per_g),
-        ("voltage_rms", "RMS voltage", units.voltage, +per_g),
-    ]
-    moved, turned = (any(x is not None for x in some) for some in _known(points))
-    if moved:
-        sizes.append(("displacement_rms", "RMS displacement", units.length, +per_g))
+    sizes = _quantities(points, units, per_g)
+    turned = any(p.voltage_phase is not None for p in points)
     panels = len(sizes) + turned
     with styled():
         rows, columns = (2, 2) if panels > 2 else (2, 1)
@@ -58,17 +54,26 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
         places = list(axes.flat)
         for place, (name, words, unit, power) in zip(places, sizes, strict=False):
             _sizes(place, curves, name, words, unit, hertz.factor, power)
-        alone = len(answers) == 1 and not per_g
-        for number, (a, d, look) in enumerate(curves if alone else []):
-            _bandwidth(places[0], a, d, look, hertz.factor, first=number == 0)
+        alone = curves if len(answers) == 1 and not per_g else []
+        _bandwidths(places[0], alone, hertz.factor)
         if turned:
             _phases(places[len(sizes)], curves, hertz.factor, bool(units.frequency))
         _close(places, panels, columns, broken(hertz.label, 30))
         entitle(figure, title, "Mean power against the drive frequency")
         legend(figure, _note(curves, len(answers)))
-        if alone:
-            write_labels(places[0], [_peak(a, d, look, hertz.factor) for a, d, look in curves])
+        write_labels(places[0], [_peak(a, d, look, hertz.factor) for a, d, look in alone])
     return figure
+
+
+def _quantities(points: Sequence[DriveShape], units: AnswerUnits, per_g: bool) -> list[tuple[str, str, str, int]]:
+    """What has a panel of its own: its name, words and unit, and the power of the level that it is divided by."""
+    found = [
+        ("mean_power", "mean power", units.power, 2 * per_g),
+        ("voltage_rms", "RMS voltage", units.voltage, +per_g),
+    ]
+    if any(p.displacement_rms is not None for p in points):
+        found.append(("displacement_rms", "RMS displacement", units.length, +per_g))
+    return found
 
 
 def _close(places: Sequence[Any], panels: int, columns: int, label: str) -> None:
@@ -78,11 +83,6 @@ def _close(places: Sequence[Any], panels: int, columns: int, label: str) -> None
     for place in places[max(0, panels - columns) : panels]:
         place.set_xlabel(label)
         place.tick_params(labelbottom=True)
-
-
-def _known(points: Sequence[DriveShape]) -> tuple[list[Any], list[Any]]:
-    """Displacements and phases of points, None where not known."""
-    return [p.displacement_rms for p in points], [p.voltage_phase for p in points]
 
 
 def _curves(answer: ResponseShape, place: int, answers: Sequence[ResponseShape]) -> list[Curve]:
@@ -173,17 +173,16 @@ def _unbroken(f: Floats, phases: Sequence[float | None]) -> tuple[Floats, Floats
     return np.insert(f, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
-def _bandwidth(
-    top: Axes, answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float, first: bool
-) -> None:
-    """Draw the half-power bandwidth as a wide pale bar at half the largest power, if it is within the sweep."""
-    edges = answer.edges(direction)
-    if edges is None:
-        return
-    half = 0.5 * answer.peak(direction).mean_power.value / _power_scale(answer)
-    bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"], "solid_capstyle": "butt"}
-    label = "half-power bandwidth" if first else "_"
-    top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
+def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:
+    """Draw each half-power bandwidth that is within its sweep as a wide pale bar at half the largest power."""
+    label = "half-power bandwidth"
+    for answer, direction, look in curves:
+        if (edges := answer.edges(direction)) is None:
+            continue
+        half = 0.5 * answer.peak(direction).mean_power.value / _power_scale(answer)
+        bar: dict[str, Any] = {"linewidth": 3.5, "alpha": 0.5, "color": look["color"], "solid_capstyle": "butt"}
+        top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
+        label = "_"
 
 
 def _power_scale(answer: ResponseShape) -> float:

@@ -1,7 +1,7 @@
 """The figure of a sweep: mean power along one varied key, and each engine's power over that of one of them."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -135,14 +135,17 @@ def _note(table: SweepShape, groups: int) -> str:
 def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
     """What bars and bands are, and of which engines not all of the error is known."""
     powers = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
-    points = Counter(engine for engine, _ in powers)
-    sampled = any(power.stderr is not None for _, power in powers)
-    stated = {engine: None for engine, power in powers if power.stderr is None and _shows(power)}
-    unknown = {engine: None for engine, power in powers if power.error95 is None}
-    if sampled:
+    if any(power.stderr is not None for _, power in powers):
+        points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
         yield f"{what}: 95 % intervals of sampling, and step; of a ratio, those of both."
+    stated = _engines(powers, lambda power: power.stderr is None and _shows(power))
     if stated and not (table.listed and len(table.axes) > 1):
-        yield f"Pale band: the error that {' and '.join(stated)} states."
-    if unknown:
-        yield f"Of the error of {' and '.join(unknown)} not all is known."
+        yield f"Pale band: the error that {stated} states."
+    if unknown := _engines(powers, lambda power: power.error95 is None):
+        yield f"Of the error of {unknown} not all is known."
+
+
+def _engines(powers: Sequence[tuple[str, Value]], which: Callable[[Value], bool]) -> str:
+    """The engines with a power of a kind, in words, each once."""
+    return " and ".join(dict.fromkeys(engine for engine, power in powers if which(power)))

@@ -41,6 +41,9 @@ GLOSSARY = _terms(
     available=("available at the voltage needed", "W", "The mean power that is there at the voltage needed."),
     circuit=("circuit", "", "The name of the netlist."),
     coil=("coil", "", "The coil that was chosen, of those that can be bought."),
+    L=("L", "H", "The inductance of the coil."),
+    Rcoil=("Rcoil", "ohm", "The resistance of the coil's wire."),
+    Rcore=("Rcore", "ohm", "What stands across the coil for the losses of its core."),
     load_resistance=(
         "load that takes what is needed",
         "ohm",

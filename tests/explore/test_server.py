@@ -5,12 +5,16 @@ import http.client
 import json
 import re
 import socket
+import subprocess
+import sys
 import time
 import urllib.parse
 from pathlib import Path
 
 import pytest
+import segno
 
+import harvester as hv
 from tests.support.browser import serving
 from tests.support.paths import ROOT
 
@@ -114,3 +118,43 @@ def test_who_may_talk_to_the_server():
     assert token not in err
     assert "Traceback" not in err
     assert all(line.startswith("harvester") for line in err.splitlines()), err
+
+
+@pytest.mark.slow
+def test_a_host_that_is_asked_for_is_the_only_one():
+    """The page then answers to that address and to no other name, with the token as ever, and comes as a QR code."""
+    host = "127.0.0.2"  # another one that every Linux has
+    begin = (sys.executable, "-m", "harvester", "explore", str(ROOT / "examples" / "plate.toml"), "--host", host)
+    with subprocess.Popen(begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        address = program.stdout.readline().removeprefix("open ").strip()
+        assert "not encrypted" in program.stdout.readline()
+        url = urllib.parse.urlsplit(address)
+        assert (url.hostname, len(url.path.strip("/")) >= 32) == (host, True)
+        rows = read_qr([program.stdout.readline() for _ in range(18)])
+        assert rows == [list(row) for row in segno.make(address, error="l", micro=False).matrix]
+        assert ask(address) == ask(address, Origin=f"http://{url.netloc}") == 200
+        wrong = [f"localhost:{url.port}", f"127.0.0.1:{url.port}", f"0.0.0.0:{url.port}", "evil.example", host]
+        assert [ask(address, host=one) for one in wrong] == [403] * len(wrong)
+        assert [ask(address, Origin=f"http://{one}") for one in wrong] == [403] * len(wrong)
+        assert ask(address, path="/") == 403
+        with pytest.raises(OSError, match="refused"):  # nothing else of this machine listens there
+            socket.create_connection(("127.0.0.1", url.port), timeout=5.0)
+        program.terminate()
+        _, err = program.communicate(timeout=20)
+    assert url.path.strip("/") not in err
+
+
+def read_qr(lines):
+    """The modules of a QR code of half blocks, 1 where dark, without its border of two."""
+    halves = {"█": (0, 0), "▀": (0, 1), "▄": (1, 0), " ": (1, 1)}
+    rows = [[halves[letter][half] for letter in line.rstrip("\n")] for line in lines if line.strip() for half in (0, 1)]
+    size = len(rows[0])
+    return [row[2 : size - 2] for row in rows[2 : size - 2]]
+
+
+@pytest.mark.parametrize(("host", "why"), [("0.0.0.0", "answers to one"), ("8.8.8.8", "none"), ("mybox", "'mybox'")])
+def test_a_host_must_be_one_address_of_this_machine(host, why):
+    from harvester.explore.server import free_port
+
+    with pytest.raises(hv.InputError, match=f"`host` must be an IP address of this machine.*{why}"):
+        free_port(0, host)

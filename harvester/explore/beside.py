@@ -1,0 +1,47 @@
+"""What is known of a design beside its power: how far one path went, and how a node lives of it."""
+
+import json
+from typing import Any
+
+from harvester.scene.scene import Scene
+from harvester.uncertainty.value import amount
+
+NODE = "packets an hour"  # what is known of a design once its node was followed
+
+
+def of_path(scene: Scene, found: dict[str, Any]) -> dict[str, str]:
+    """The largest displacement, voltage and, where the scene has it, strain of a path of `in_worker.path`."""
+    length, volt = ("m", "V") if found["physical"] else ("", "")
+    far, high = (max(map(abs, found[name])) for name in ("x", "V"))
+    known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}
+    strain = scene.piezo.strain_per_displacement if scene.piezo else None
+    return known | ({} if strain is None else {"largest strain": f"{1e6 * strain * far:.4g} microstrain"})
+
+
+def sentence(found: dict[str, Any], sizes: dict[str, str]) -> str:
+    """A path and its sizes in words."""
+    hits = f", {found['impacts']} impacts since rest" if found["stops"] else ""
+    words = ", ".join(f"{name} {size}" for name, size in sizes.items())
+    return f"the last 12 periods of one path by {found['engine']}{hits}: {words}; a path is no mean"
+
+
+class Beside:
+    """What is known of the designs that a page shows: the present one, and the pinned one."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, dict[str, str]] = {}
+
+    def of(self, tables: dict[str, Any]) -> dict[str, str]:
+        """What is known of a design, by its name."""
+        return self._known.get(_design(tables), {})
+
+    def add(self, tables: dict[str, Any], facts: dict[str, str], pinned: dict[str, Any] | None) -> None:
+        """Keep facts of a design, and of others only those of the pinned one."""
+        design, kept = _design(tables), None if pinned is None else _design(pinned)
+        self._known = {name: one for name, one in self._known.items() if name in (design, kept)}
+        self._known[design] = self._known.get(design, {}) | facts
+
+
+def _design(tables: dict[str, Any]) -> str:
+    """What identifies a design, but for its title."""
+    return json.dumps({name: one for name, one in tables.items() if name != "title"}, sort_keys=True)
