@@ -74,11 +74,10 @@ def run(
     with Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar, formula_meanwhile(scene, chosen):
         answer = chosen.run(scene, bar.tell)
     further: dict[str, Any] = {}
-    largest = None
     if lifetime is not None:
         from harvester.studies.extremes.extremes import extremes
 
-        further["extremes"] = largest = extremes(scene, lifetime=lifetime, seed=options["seed"])
+        further["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
     if sensitivity:
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
@@ -89,4 +88,5 @@ def run(
         echo_json(answer.as_json() | {name: one.as_json() for name, one in further.items()})
     else:
         echo("\n".join(str(one) for one in (answer, *further.values())))
-    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], largest), quiet=as_json, scene=path)
+    more = [further.get(name) for name in ("extremes", "sensitivity")]
+    save_report(file, lambda report: report.of_run(scene, answer, options["seed"], *more), quiet=as_json, scene=path)
