@@ -55,6 +55,8 @@ class Density(Request, Engine):
         "density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
     )
     has_gradient: ClassVar[bool] = True
+    is_resolved: ClassVar[bool] = True
+    has_first_passages: ClassVar[bool] = True
     share_of_time: ClassVar[float] = 0.3
     FINEST: ClassVar[float] = 1e-9
 
