@@ -69,5 +69,5 @@ def run(
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
         further["sensitivity"] = sensitivities(scene, budget=options.get("budget"))
-    about = options["seed"], further.get("extremes")
+    about = options["seed"], further.get("extremes"), further.get("sensitivity")
     output.show(answer, (), lambda report: report.of_run(scene, answer, *about), further=further)

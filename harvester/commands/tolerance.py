@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 @study_command(
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% --out spread",
     'harvester tolerance mine.toml --vary stop.restitution=.94:.98 --limit "mean_power > 5 uW"',
+    "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary oscillator.damping=normal:5% --runs first-order",
 )
 @cloup.option_group(
     "What scatters, and what must hold",
@@ -53,10 +54,10 @@ if TYPE_CHECKING:
     cloup.option("--samples", type=int, metavar="N", help="Devices in the distribution.  Default: 10000."),
     cloup.option(
         "--runs",
-        type=int,
         metavar="N",
         help="Of them that the engine computes; a polynomial through them stands for the others.  "
-        "Default: 512 by formulas, else 24 a key and 24 more.",
+        "Default: 512 by formulas, else 24 a key and 24 more.  first-order: none but a few; the power goes linearly "
+        "with each key, by the gradient of engine density.",
     ),
     cloup.option(
         "--checks",

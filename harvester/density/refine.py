@@ -53,12 +53,13 @@ class Solution:
 
 @dataclass(frozen=True)
 class Probed:
-    """A box, a frame and a number of modes, with the errors that they leave of each mean."""
+    """A box, a frame and a number of modes, with the errors that they leave of each mean, and a coarse solution."""
 
     setting: Setting
     modes: int
     modes_error: Floats
     box_error: Floats
+    coarse: Solution
 
 
 @dataclass(frozen=True)
@@ -107,28 +108,33 @@ def solution(eqs: Equations, setting: Setting, on: Mesh, modes: int) -> Solution
 def probed(eqs: Equations, within: float, place: int, late: Callable[[], bool]) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-    ``place`` is that of the coarse mesh; where a larger box brings nothing, a finer one is asked.
+    ``place`` is that of the coarse mesh; where a larger box brings nothing, a finer one is asked.  The error of a box
+    is asked once, not again with more modes.
     """
     few = 1 if eqs.mu is None else 0 if eqs.beta else 3  # so few are exact where the voltage does not act on the mass
     tails, counts = iter(TAILS), iter([few] if few else MODES)
     setting, modes = settled(eqs, next(tails)), next(counts)
-    box_error = math.inf
+    box_error, fewer, off = math.inf, None, None
     while True:
         on = mesh(eqs, setting.box, RESOLUTIONS[place])
         base = solution(eqs, setting, on, modes)
-        fewer = base if few else solution(eqs, setting, on, modes - 2)
-        wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes)
-        found = Probed(setting, modes, np.abs(base.means - fewer.means), np.abs(base.means - wider.means))
+        if fewer is None:
+            fewer = base if few else solution(eqs, setting, on, modes - 2)
+        if off is None:
+            wider = solution(eqs, setting, on.widened(eqs, setting.box.reach, WIDER), modes)
+            off = np.abs(base.means - wider.means)
+        found = Probed(setting, modes, np.abs(base.means - fewer.means), off, base)
         room = 0.25 * within * abs(float(base.means[0]))
         more, tail = modes, None
         if found.modes_error[0] > room:
             more = next(counts, modes)
-        if found.box_error[0] > room:
+        if off[0] > room:
             tail = next(tails, None)
-            place += found.box_error[0] > NO_BETTER * box_error and place < FINEST_PROBE
-            box_error = found.box_error[0]
+            place += off[0] > NO_BETTER * box_error and place < FINEST_PROBE
+            box_error = off[0]
         if (more == modes and tail is None) or on.memory(more) > MOST_MEMORY or late():
             return found
+        fewer, off = (None, None) if off[0] > room else (base if more == modes + 2 else None, off)
         modes, setting = more, setting if tail is None else settled(eqs, tail)
 
 
@@ -155,7 +161,9 @@ def refined(
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
     found = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), late)
     found = replace(found, box_error=beyond * found.box_error)
-    coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
+    coarse = found.coarse
+    if coarse.form.mesh.degree != RESOLUTIONS[0].degree:  # modes and box were chosen on a finer mesh
+        coarse = solution(eqs, found.setting, mesh(eqs, found.setting.box, RESOLUTIONS[0]), found.modes)
     best, first = None, 0.0
     for place in range(1, len(RESOLUTIONS)):
         before = time.perf_counter()

@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
@@ -20,8 +20,9 @@ from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.density.refine import Answer
+    from harvester.engines.power_slopes import PowerSlopes
 
-USUAL = 1e-5  # the relative error that is aimed at where none is asked for
+USUAL, SWEPT = 1e-5, 1e-2  # the relative error that is aimed at where none is asked for, and that at many points
 REFUSED = 0.02  # the relative error above which there is no answer
 
 
@@ -53,8 +54,16 @@ class Density(Request, Engine):
     LOOK: ClassVar[EngineLook] = EngineLook(
         "density (no sampling)", "#661100", "v", (0, (6, 1, 1, 1)), order=3.2, trust=4
     )
+    has_gradient: ClassVar[bool] = True
+    is_resolved: ClassVar[bool] = True
+    has_first_passages: ClassVar[bool] = True
     share_of_time: ClassVar[float] = 0.3
     FINEST: ClassVar[float] = 1e-9
+
+    @property
+    def at_many_points(self) -> Self:
+        """With the error of its coarsest meshes, which is below `SWEPT` as a rule, unless one is asked for."""
+        return replace(self, within=SWEPT) if self.within is None and self.budget is None else self
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
@@ -81,13 +90,23 @@ class Density(Request, Engine):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The stationary mean square voltage and mean power of a scene."""
+        problem, begin = served(type(self), scene), time.perf_counter()
+        exists, answer = self.solve(problem, progress)
+        return self._estimate(problem, exists, answer, time.perf_counter() - begin)
+
+    def run_with_slopes(self, scene: AnyScene, progress: Progress | None = None) -> "tuple[Estimate, PowerSlopes]":
+        """`run`, and the gradient of the mean power in the keys; raises InputError where there is no power, too."""
+        from harvester.engines.power_slopes import PowerSlopes
+
+        problem, begin = served(type(self), scene), time.perf_counter()
+        exists, answer = self.solve(problem, progress)
+        slopes = PowerSlopes(problem, answer, exists.unknown)
+        return self._estimate(problem, exists, answer, time.perf_counter() - begin), slopes
+
+    def _estimate(self, problem: Problem, exists: MomentExistence, answer: "Answer", seconds: float) -> Estimate:
         from harvester.density.functionals import NAMES
 
-        problem, within = served(type(self), scene), number(self.within)
-        eqs = problem.equations
-        begin = time.perf_counter()
-        exists, answer = self.solve(problem, progress)
-        seconds = time.perf_counter() - begin
+        eqs, within = problem.equations, number(self.within)
         share, parts = answer.share, answer.parts
         uncounted = accumulation(eqs)
         diagnostics = [exists.warning, note("density_solved"), uncounted]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, Self, TypeAlias
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
@@ -32,6 +32,11 @@ class Engine:
     is_formula: ClassVar[bool] = False  # samples nothing, and solves many scenes for little more than one
     is_exact: ClassVar[bool] = False  # its only error is rounding
     samples: ClassVar[bool] = False  # means over trajectories, so that more of them make the error smaller
+    has_gradient: ClassVar[bool] = False  # of the power in the keys of a scene, without noise: run_with_slopes
+    is_resolved: ClassVar[bool] = (
+        False  # samples nothing, and states the error of its resolution, which `within` asks for
+    )
+    has_first_passages: ClassVar[bool] = False  # of a displacement: their rate, without sampling
     takes_netlists: ClassVar[bool] = False
     needs_netlist: ClassVar[bool] = False  # serves nothing else
     runs_ngspice: ClassVar[bool] = False  # in processes of their own; it alone sees all nodes of a circuit
@@ -41,6 +46,11 @@ class Engine:
     follows_periods: ClassVar[bool] = False  # from the periodic response of one drive to that of a neighbour: run_from
     next_fidelity: ClassVar[str | None] = None  # the engine that leaves less out of the model
     share_of_time: ClassVar[float] = 1.0  # beside other engines on the same scene
+
+    @property
+    def at_many_points(self) -> Self:
+        """The engine as it computes many points, where nobody asked for an accuracy."""
+        return self
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:

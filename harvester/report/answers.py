@@ -15,6 +15,7 @@ from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
 from harvester.studies.extremes.extremes import Extremes
 from harvester.studies.output_folder import provenance
+from harvester.studies.sensitivity import Sensitivity
 
 Z = (
     "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
@@ -22,19 +23,31 @@ Z = (
 )
 
 
-def of_run(scene: Scene | Problem, answer: Estimate, seed: int, largest: Extremes | None = None) -> Page:
+def of_run(
+    scene: Scene | Problem,
+    answer: Estimate,
+    seed: int,
+    largest: Extremes | None = None,
+    sensitivity: Sensitivity | None = None,
+) -> Page:
     """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
 
-    ``largest`` are the largest values over a lifetime, where they were asked for.
+    ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the power, where they
+    were asked for.
     """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
     ledger = any(name.startswith("ledger_") for name in answer.details)
     caption = f"{parts} Below, where the power went." if ledger else parts
+    tables = [engines.table([answer]), engines.reasons([answer]), *engines.details(answer), *_largest(largest)]
+    if sensitivity is not None:
+        caption_of = "Elasticity of the mean power in each key, the largest first"
+        said = signs("; ".join(map(str, sensitivity.diagnostics)))
+        tables.append(replace(text_table(sensitivity.table), caption=caption_of, note=said))
     found = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
-        tables=[engines.table([answer]), engines.reasons([answer]), *engines.details(answer), *_largest(largest)],
+        tables=tables,
         warnings=engines.warnings([answer]),
     )
     seed_text = seed if answer.mean_power.stderr is not None else f"{seed} (nothing was sampled)"

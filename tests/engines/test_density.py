@@ -55,6 +55,16 @@ def test_progress_ends_at_one():
     assert seen[-1] == 1.0
 
 
+def test_at_many_points_it_computes_what_is_asked():
+    """Of a sweep: the error of the coarsest meshes, unless one is asked for."""
+    assert hv.Density().at_many_points.within == 0.01
+    for asked in (hv.Density(within=1e-6), hv.Density(budget=3.0), hv.Ensemble()):
+        assert asked.at_many_points is asked
+    (row,) = hv.sweep(scene(PAPER), vary={"nondimensional.mu": [0.5]}, engines=["density"]).rows
+    fine = hv.Density().run(scene(PAPER).vary("nondimensional.mu", 0.5)).mean_power
+    assert abs(row.mean_power.value - fine.value) <= row.mean_power.error95 <= 1e-3 * fine.value
+
+
 def test_a_budget_that_ends_too_early_is_said():
     answer = hv.Density(within=1e-7, budget=0.01).run(scene(PAPER))
     (warning,) = answer.warnings
@@ -69,6 +79,7 @@ def test_a_budget_that_ends_too_early_is_said():
         ({"n1": None, "n2": None}, "must have white noise of the base"),
         ({"n1": None, "n2": None, "coloured": 0.01, "correlation_time": 1.0}, "cannot model coloured noise"),
         ({"drive": 0.1, "drive_frequency": 1.0}, "cannot model harmonic drive"),
+        ({"cv": 0.1}, "cannot model damping_v"),
     ],
 )
 def test_what_has_no_stationary_density_is_refused(changes, words):

@@ -286,7 +286,7 @@ def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing
         ({"restitution": 0.9, "gap": 0.5, "alpha": 0.1}, "cubic stiffness and impact and gap"),
         ({"stop_stiffness": 100.0}, "compliant stop"),
         ({"alpha": -0.1}, "softening stiffness"),
-        ({"alpha2": 0.1, "c2": -0.1, "c3": 0.1}, "quadratic stiffness and damping x2 and damping x4"),
+        ({"alpha2": 0.1, "c2": -0.1, "c3": 0.1}, "quadratic stiffness and damping_x2 and damping_x4"),
     ],
 )
 def test_exact_says_what_is_not_linear(changes, name):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, quad, simpson
 from scipy.linalg import expm, solve_banded
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 import harvester as hv
 from harvester.averaging.kramers import hopping_rates
@@ -688,6 +688,25 @@ def test_weak_form_of_the_density():
         moved, hit = float((p * made * weights).sum()), float((at_wall * w * jump * half_weights).sum())
         size = float(np.abs(p * made * weights).sum())
         assert abs(moved + hit) < 1e-6 * size, (i, j, k)
+
+
+@pytest.mark.parametrize(("restitution", "near"), [(0.9, 0.003), (0.6, 0.003), (0.37, 0.01)])
+@checks("grazing")
+def test_exponent_at_the_grazing_corner(restitution, near):
+    """The slope of ln p over ln |v| at the stop, on either side of v = 0, on a mesh graded far towards the corner."""
+    from harvester.density.box import settled
+    from harvester.density.elements import evaluated
+    from harvester.density.mesh import Resolution, mesh
+    from harvester.density.refine import solution
+
+    e = Equations(c1=-0.1, n1=0.02, restitution=restitution)
+    setting = settled(e, 20.0)
+    found = solution(e, setting, on := mesh(e, setting.box, Resolution(6, 6, 12)), 1)
+    v = np.geomspace(1e-3, 7e-3, 15) * on.v_breaks[-1]
+    k = brentq(lambda k: 2.0 * np.sin(np.pi / 6.0 - np.pi * k / 3.0) - restitution ** -(2.0 + k), -1.99, -0.01)
+    for way in (-1.0, 1.0):
+        p = evaluated(on.v_breaks, on.degree, way * v) @ found.p[0, 0, 0]
+        assert np.polyfit(np.log(v), np.log(p), 1)[0] == pytest.approx(k, abs=near)
 
 
 @checks("adjoint")

@@ -281,6 +281,15 @@ def test_a_page_shows_what_the_user_wrote():
     assert "0000000" not in text
 
 
+@pytest.mark.slow
+def test_elasticities_stand_in_the_report_of_a_run():
+    found = hv.sensitivity(PLATE, within=1e-2)
+    page = report.html(report.of_run(hv.load(PLATE), estimates()[0], 0, None, found))
+    assert "Elasticity of the mean power in each key, the largest first" in page
+    assert page.index("oscillator.mass", page.index("Elasticity of the mean power")) > 0
+    assert "one percent more of a key" in page
+
+
 def test_figures_are_as_wide_as_the_page():
     """On a phone, too: no figure has a width of its own."""
     template = (ROOT / "harvester" / "report" / "page.html").read_text()

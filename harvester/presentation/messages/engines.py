@@ -119,7 +119,9 @@ def _slow_circuit(constant: float, frequency: float | None) -> str:
 
 
 def _unknown_effects(who: str, effects: str, instead: str) -> str:
-    return f"{who} cannot model {effects.replace('_', ' ')}: use {instead}"
+    words = effects.split(" ")  # a damping is named by its key, of which damping_v has no word that is shorter
+    told = " ".join(one if one.startswith("damping_") else one.replace("_", " ") for one in words)
+    return f"{who} cannot model {told}: use {instead}"
 
 
 EXACT = "'exact', which serves all linear scenes"

@@ -51,6 +51,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "no_model_error": "no interval of the keys: the model's error is not known, so neither is how far off the optimum "
     "is",
     "curvature_in_noise": "no interval of the keys: the curvature does not stand above the noise",
+    "no_curvature": "no interval of the keys: by its second derivatives the power has no peak there",
+    "by_gradient": "by the gradient of the power: intervals are its error over the curvature, which leaves out {third:.1g} "
+    "of them",
     "not_narrowed": "no interval of the keys: the budget ended before it was narrowed",
     "search_cut_short": _search_cut_short,
     "interval_rough": "the budget ended in the level set: the interval is rough",
@@ -84,6 +87,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "checked_by_runs": "the error of a power is from {runs} runs of {by!r}, whose powers are {ratio:.4g} times those of "
     "{engine!r}",
     "polynomial_stands_for_others": "a polynomial through {runs} runs, and {ends} at the ends, stands for the others",
+    "linear_law": "first order: the power goes linearly with each key, by its gradient; curvature along the keys would "
+    "move 95 % of the powers by less than {missed:.2g} and their mean by {mean:+.2g}, relatively, and two devices at the "
+    "5 % and 95 % powers are off by up to {beyond:.2g} more ({runs} solutions)",
     "intervals_of_samples_alone": "the error of the engine is not known: intervals hold that of the samples alone",
     "intervals_are_wide": "the error of {engine!r} is not small against the spread of the powers: intervals are wide",
     "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give more `samples`",

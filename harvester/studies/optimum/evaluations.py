@@ -16,11 +16,13 @@ from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.progress import NO_PROGRESS, Progress
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.scene import Scene
 from harvester.studies.optimum.ranges import Range, problem_at
 from harvester.uncertainty.value import Value
 
 SHORTEST = 0.1  # seconds that an evaluation has at least
+_FLAT = 1e-6  # relative difference of powers that is none
 _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
 
 
@@ -138,6 +140,15 @@ def local_maxima(u: Floats, power: Floats) -> list[int]:
     _, near = cKDTree(u).query(u, count)
     found = [k for k in range(len(u)) if power[k] >= power[near[k]].max()]
     return sorted(found, key=lambda k: -power[k])
+
+
+def flatness(power: Floats) -> Diagnostic | None:
+    """Why no place is better than another, where none is."""
+    if power.max() <= 0.0:
+        return note("no_power_anywhere")
+    if len(power) > 1 and np.ptp(power) <= _FLAT * power.max():
+        return note("same_power_everywhere")
+    return None
 
 
 def with_options(engine: Any, **options: Any) -> Any:

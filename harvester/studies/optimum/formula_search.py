@@ -15,7 +15,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, local_maxima, served
+from harvester.studies.optimum.evaluations import Evaluation, SpentError, Surface, flatness, local_maxima, served
 from harvester.studies.optimum.ranges import spread
 from harvester.studies.optimum.search_result import Peak, SearchResult
 from harvester.uncertainty.value import Value
@@ -24,7 +24,6 @@ SCAN = {1: 129, 2: 513, 3: 1025, 4: 2049}
 STARTS = 5
 ROUNDS = 3  # scans of the level set
 _SAME = 1e-4  # a relative dip between two peaks that is none
-_FLAT = 1e-6  # relative difference of powers that is none
 _END = 1e-4  # of the range: nearer to its end than this is at it
 
 
@@ -52,7 +51,7 @@ class FormulaSearch:
         except SpentError:
             missing = "scan"
         u, power, _ = self.served()
-        if flat := _flatness(power):
+        if flat := flatness(power):
             return SearchResult((self.highest(),), flat)
         if not missing:
             try:
@@ -154,15 +153,6 @@ class FormulaSearch:
             spacing = (high - low) * SCAN[n] ** (-1.0 / n)
         low, high = self.hull()
         return np.maximum(low - spacing, 0.0), np.minimum(high + spacing, 1.0)
-
-
-def _flatness(power: Floats) -> Diagnostic | None:
-    """Why no place is better than another, where none is."""
-    if power.max() <= 0.0:
-        return note("no_power_anywhere")
-    if len(power) > 1 and np.ptp(power) <= _FLAT * power.max():
-        return note("same_power_everywhere")
-    return None
 
 
 def trusted(points: list[Evaluation], most: float) -> bool:

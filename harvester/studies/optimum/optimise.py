@@ -86,7 +86,7 @@ def optimise(
         front without ``spread`` it may sample, too.
     within
         the relative error of the power at the optimum (.01 or "1%"); at the ends of the keys' intervals, at most a
-        quarter of it is lost.  Only engines that sample can work towards it.
+        quarter of it is lost.  Only engines that sample, and `Density`, can work towards it.
     budget
         seconds, compilation included, or a text such as "30s".
     points

@@ -21,7 +21,7 @@ FLAT = (
     *("no_power", "no_power_anywhere", "same_power_everywhere"),
     *("flat_within_model", "no_place_better", "power_changes_little"),
 )
-NO_INTERVAL = ("no_model_error", "curvature_in_noise", "not_narrowed", "search_cut_short")
+NO_INTERVAL = ("no_model_error", "curvature_in_noise", "no_curvature", "not_narrowed", "search_cut_short")
 CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")  # the budget ended before the search did
 
 

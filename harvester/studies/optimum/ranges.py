@@ -47,6 +47,12 @@ class Range:
             return float(self.low * (self.high / self.low) ** u)
         return self.low + u * (self.high - self.low)
 
+    def slope(self, u: float) -> float:
+        """The derivative of the logarithm of the key's size in the place, where it is not 0."""
+        if self.logarithmic:
+            return math.log(self.high / self.low)
+        return (self.high - self.low) / self.value(u)
+
 
 # What is varied: keys with the ends of their ranges or a text LOW:HIGH, or texts KEY=LOW:HIGH.
 Vary: TypeAlias = Sequence[Range | str] | Mapping[str, Any] | str

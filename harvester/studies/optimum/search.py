@@ -4,7 +4,7 @@ import dataclasses
 import math
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from harvester.answers.estimate import Estimate
@@ -17,7 +17,7 @@ from harvester.errors import InputError
 from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.scene import Scene
-from harvester.studies.optimum import formula_search
+from harvester.studies.optimum import formula_search, gradient_search
 from harvester.studies.optimum.evaluations import Evaluation, Surface, with_options
 from harvester.studies.optimum.optimum_result import OptimalKey, Optimum, PowerPeak, end
 from harvester.studies.optimum.ranges import Range, Vary, problem_at, ranges
@@ -72,6 +72,9 @@ class Search:
     def begin(cls, request: SearchRequest, progress: Progress = NO_PROGRESS) -> "Search":
         """Begin to count the seconds."""
         surface = Surface(request.scene, request.ranges, request.budget, progress)
+        if request.engine.has_gradient:
+            engine = with_options(request.engine, within=gradient_search.FINER * request.within)
+            return cls(replace(request, engine=engine), surface, None)
         formula = request.engine.is_formula
         return cls(request, surface, None if formula else SampledSearch(surface, request.engine, request.within))
 
@@ -84,7 +87,10 @@ class Search:
         if found is None:
             surface.share = SEARCHED
             engine = self.request.engine
-            found = formula_search.search(surface, engine) if self.sampled is None else self.sampled.find()
+            if self.sampled is not None:
+                found = self.sampled.find()
+            else:
+                found = (gradient_search if engine.has_gradient else formula_search).search(surface, engine)
         surface.share = math.inf  # the optimum itself is always evaluated
         estimate, doubts = self._last(found.peaks[0])
         answer = self._answer(found, estimate, doubts, time.perf_counter() - begin)

@@ -50,6 +50,7 @@ def compute_table(
     folder that cannot be written, or an earlier sweep that was another one; KeyboardInterrupt at ^C, with a text that
     says how to go on; HarvesterError when every point failed, the last error; the table is written all the same.
     """
+    engines = [engine.at_many_points for engine in engines]
     names = [engine.NAME for engine in engines]
     named_once(names, "`engine`")
     points.check(scene)

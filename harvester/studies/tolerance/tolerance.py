@@ -17,6 +17,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.device_limits import lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
+from harvester.studies.tolerance.first_order import FIRST_ORDER, WITHIN, engine_with_gradient, linear_law
 from harvester.studies.tolerance.spreads import spreads
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
@@ -35,7 +36,7 @@ def tolerance(
     correlate: Mapping[tuple[str, str], float] | Sequence[str] = (),
     engine: Named | None = None,
     samples: int | None = None,
-    runs: int | None = None,
+    runs: int | str | None = None,
     checks: int | None = None,
     within: float | str | None = None,
     lifetime: float | str | None = None,
@@ -64,7 +65,8 @@ def tolerance(
         an engine or its name, by default the cheapest whose error is small against the spread.
     samples, runs
         how many devices (default: 10,000), and how many of them the engine computes (default: 512 by a formula, else 24
-        for each key and 24 more).
+        for each key and 24 more).  "first-order": the power goes linearly with each key, by the gradient of engine
+        `Density`, and each key's ends and two more devices tell what that leaves out.
     checks, within
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none), and to which
         relative error.
@@ -101,9 +103,17 @@ def tolerance(
     matrix = design.correlation(correlate, [one.key for one in spread])
     bounds = read_limits(limits, problem.physical)
     folder = None if execution.out is None else OutputFolder(execution.out, execution.formats)
+    linear = runs == FIRST_ORDER
+    runs = _read_runs(runs)
     _check_counts(samples, runs, checks)
     years = lifetime_of(bounds, lifetime, problem)
-    chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
+    if linear:
+        for name, given in (("checks", checks), ("lifetime", lifetime)):
+            if given is not None:
+                raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
+        chosen = engine_with_gradient(engine, within=WITHIN if within is None else within)
+    else:
+        chosen = engine_of(sampled.cheapest(problem)(seed=seed) if engine is None else engine)
     if chosen.chooses:
         raise InputError("`engine` must be one for all samples, such as 'averaged', but is 'cheapest'")
     if reason := chosen.refusal(problem):
@@ -112,8 +122,8 @@ def tolerance(
     asked = ToleranceRequest(problem.scene, spread, matrix, bounds, years, count, runs, checks, wanted, seed)
     with working(execution.progress):
         study = ToleranceStudy(asked, folder, execution)
-        found = study.run(chosen)
-        better = None if engine is not None else sampled.dearer(chosen, seed=seed, within=wanted)
+        found = linear_law(asked, chosen, execution.progress) if linear else study.run(chosen)
+        better = None if engine is not None or linear else sampled.dearer(chosen, seed=seed, within=wanted)
         if better is not None and not found.samples.small:
             found = study.run(better)
         answer = ToleranceResult.of(asked, found, time.perf_counter() - begin)
@@ -123,6 +133,17 @@ def tolerance(
         about = provenance(problem, seed=seed, engine=answer.engine, **what, correlate=correlations)
         folder.save("tolerance", answer.table.csv(units=True), answer.plot(problem.scene.title), about)
     return answer
+
+
+def _read_runs(runs: int | str | None) -> int | None:
+    """The number of runs; None where none is given, or `FIRST_ORDER`."""
+    if runs is None or runs == FIRST_ORDER:
+        return None
+    if isinstance(runs, str):
+        if not runs.isdigit():
+            raise invalid("`runs`", f"be a number or {FIRST_ORDER!r}", runs)
+        return int(runs)
+    return runs
 
 
 def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:

@@ -23,7 +23,7 @@ from harvester.studies.tolerance.study import Found, ToleranceRequest
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
-CHECKS = ("error_by_engine", "no_error_stated", "checked_by_runs", "polynomial_stands_for_others")
+CHECKS = ("error_by_engine", "no_error_stated", "checked_by_runs", "polynomial_stands_for_others", "linear_law")
 NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")
 
 

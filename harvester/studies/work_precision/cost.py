@@ -6,7 +6,7 @@ step
     E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`, `ngspice_bias`).
 model
     of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.  `Exact`
-    has none.
+    has none, and that of `Density` is what it states of its mesh, its modes and its box.
 
 All are relative to one power, the finest engine's for a step of zero, and each bias has a standard error of its own.
 
@@ -61,7 +61,7 @@ def table_of(measurement: Measurement) -> Cost:
     power, reference = _reference(measurement)
     runs = [(run, _step(measurement, run)) for run in measurement.runs]
     models = _models(measurement, runs, power, reference)
-    rows = [_row(run, step, models[whole(label(run.engine))], abs(power.value)) for run, step in runs]
+    rows = [_row(run, step, _model(run, models), abs(power.value)) for run, step in runs]
     for index in front([(row.seconds or 0.0, row.total_error or 0.0) for row in rows]):
         rows[index] = dataclasses.replace(rows[index], best=True)
     rows += [CostRow(label(engine), setting(engine), error=str(error)) for engine, error in measurement.failed]
@@ -69,6 +69,14 @@ def table_of(measurement: Measurement) -> Cost:
     rows.sort(key=lambda row: order.index(row.engine))
     refused = {name: str(why) for name, why in measurement.refused.items()}
     return Cost(tuple(rows), reference, power, refused, measurement.problem.physical)
+
+
+def _model(run: Run, models: dict[str, Bias]) -> Bias:
+    """The bias of a run's model; of an engine whose error is that of its resolution, what it states of it."""
+    if not run.engine.is_resolved:
+        return models[whole(label(run.engine))]
+    power = run.answer.mean_power
+    return Bias(0.0, 0.5 * power.known_error95 / abs(power.value))
 
 
 def _models(

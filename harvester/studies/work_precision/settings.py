@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from harvester.engines import Ensemble, Spice
 from harvester.engines.protocol import Engine
@@ -12,6 +12,7 @@ from harvester.studies.work_precision.ngspice_bias import TOLERANCES
 
 ALONE = "spice alone"
 PARTS = {"CONTROLS": "no controls", "PAIRING": "no pairing", "SETTLED": "from rest"}  # that an engine may lack
+ACCURACIES = (1e-2, 1e-3, 1e-7)  # beside the default of an engine whose error is that of its resolution
 FACTORS = (0.5, 1.0, 2.0, 4.0)  # of the default step
 
 Sampler = Ensemble | Spice
@@ -58,6 +59,11 @@ def setting(engine: Engine) -> str:
         if value != one.default and one.name not in ("seed", "budget", "alone"):
             options.append(one.name if value is True else f"{one.name}={value:.4g}")
     return " ".join(options) or "default"
+
+
+def resolved(engine: Any) -> list[Any]:
+    """Settings of an engine whose error is that of its resolution: accuracies."""
+    return [dataclasses.replace(engine, within=one) for one in ACCURACIES]
 
 
 def ensembles(kind: type[Ensemble], step: float) -> list[Sampler]:

@@ -28,11 +28,13 @@ from harvester.studies.work_precision.settings import (
     first_alone,
     label,
     paired,
+    resolved,
     setting,
     whole,
     without_each_part,
 )
 
+RESOLVED = 0.15  # of the remaining budget, for the accuracies of an engine whose error is that of its resolution
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
 
@@ -86,6 +88,8 @@ class Measurement:
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if not kind.runs_ngspice:
                 self.run(kind())
+        for run in [one for one in self.runs if one.engine.is_resolved]:
+            self.fill(resolved(run.engine), RESOLVED)
         self.cheap = next((run for run in self.runs if run.engine.samples), None)
         steady = self.problem.equations.is_steady  # then by itself one periodic response, whose error is no sampling's
         sampled = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()

@@ -67,6 +67,25 @@ class Surface(Engine):
         return Estimate(self.NAME, False, value, value, {}, (), 1e-4, 0, details=details, power_samples=samples)
 
 
+@pytest.mark.slow
+def test_density_finds_the_closed_form_by_its_gradient():
+    """At sqrt(1 + beta) for small damping, known from `exact`: within the interval that the gradient's error leaves."""
+    found = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.3, 5.0)}, engine="density", budget=600.0)
+    exact = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.3, 5.0)}, engine="exact")
+    best = only(found)
+    assert best.low95 <= only(exact).value <= best.high95
+    assert best.high95 - best.low95 < 0.01 * best.value
+    assert abs(found.mean_power.value - exact.mean_power.value) <= found.mean_power.error95 + 1e-9
+    assert found.evaluation_count < 20
+    assert "by_gradient" in {one.code for one in found.diagnostics}
+
+
+@pytest.mark.slow
+def test_density_stays_at_the_end_of_a_range_where_power_would_rise_beyond():
+    found = hv.optimise(LINEAR, vary={"nondimensional.mu": (0.1, 0.4)}, engine="density", budget=600.0)
+    assert (only(found).boundary, only(found).value) == ("high", 0.4)
+
+
 def only(answer):
     (key,) = answer.keys
     return key
