@@ -117,10 +117,12 @@ def _ngspice() -> Iterator[Requirement]:
 
 def _trial(version: str, why: str) -> Requirement:
     """Whether an ngspice does what the lock-step needs, and whether its version is a known one."""
-    from harvester.cosimulation.ngspice.trial import TESTED
+    from harvester.cosimulation.ngspice.trial import COMPARED, TESTED
 
-    good = ", ".join(map(str, TESTED))
-    known = f"version {version} is known good"
-    if int(version) not in TESTED:
-        known = f"version {version} is not among those that all tests have run with ({good}), but passes its trial"
+    good, others = (", ".join(map(str, some)) for some in (TESTED, COMPARED))
+    known = f"version {version} is known good: all tests have run with it"
+    if int(version) in COMPARED:
+        known = f"version {version} passes its trial, and gave the answers of {good} in most scenes that were compared"
+    elif int(version) not in TESTED:
+        known = f"version {version} passes its trial, but is not among those that were compared with {good}: {others}"
     return Requirement("ngspice trial", "" if why else known, f"{why}: take version {good}")

@@ -6,7 +6,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.rigid_stop import plan_impact
-from harvester.cosimulation.lockstep.state import STATE, Recording
+from harvester.cosimulation.lockstep.state import BEYOND, STATE, Recording
 from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
@@ -122,7 +122,7 @@ class Drive:
     def duration(self) -> float:
         """Time that ngspice has to run, in second: to the last sample and a little beyond."""
         s = self.state[0]
-        return float((s.noise_size + 0.75) * s.h / s.w0)
+        return float((s.noise_size + BEYOND) * s.h / s.w0)
 
     def path(self) -> Path:
         """The path of the finished run, in the form of `harvester.mechanics.kernels.path.trace`.

@@ -7,7 +7,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.cosimulation.lockstep.any_mechanics import ModelRecord
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
-from harvester.cosimulation.lockstep.state import AFTER, STATE
+from harvester.cosimulation.lockstep.state import AFTER, BEYOND, STATE
 
 
 class ModelDrive:
@@ -46,7 +46,7 @@ class ModelDrive:
     def duration(self) -> float:
         """Time that ngspice has to run, in second: to the last kick and a little beyond."""
         s = self.state[0]
-        return float((s.noise_size + 0.75) * s.h)
+        return float((s.noise_size + BEYOND) * s.h)
 
     def ledger(self, capacitance: float, linear: bool) -> EnergyLedger:
         """The energy ledger of the finished run; ``input`` is the work of the model against the port's reaction.

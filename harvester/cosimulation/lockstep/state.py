@@ -16,6 +16,8 @@ from harvester.mechanics.kernels.compiled import inlined
 
 KICK, IMPACT, SAMPLE = 0, 1, 2  # values of `goal`: what a leg of the lock-step leads to
 BEFORE, DURING, AFTER = 0, 1, 2  # values of `measuring`: where the run stands to the time that the ledger covers
+BEYOND = 0.75  # steps that a run goes on after its last kick
+EARLY = 4e-15  # of the time of a run's end, before which ngspice is led no further: some 30 roundings
 TINY = 1e-9  # parts of a step: targets nearer than this are one
 
 

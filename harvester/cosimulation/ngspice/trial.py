@@ -27,6 +27,7 @@ from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 
 TESTED = (39,)  # versions that all tests have run with
+COMPARED = (46, 47)  # versions with which scenes gave its answers: docs/install.md has which, and their differences
 STEP, STEPS, EVENT = 1e-3, 40, 0.0255  # s, their number, and when the stop comes (s)
 COUPLING, CAPACITANCE, RESISTANCE = 1e-3, 5e-8, 1e6  # N/V, F, ohm
 ROUNDING = 1e-9  # of the voltage

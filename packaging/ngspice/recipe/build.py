@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -31,7 +32,7 @@ def build(source: Path, work: Path, target: Target) -> list[Path]:
     """
     work.mkdir(parents=True, exist_ok=True)
     (work / "include/ngspice").mkdir(parents=True, exist_ok=True)
-    (work / "include/ngspice/config.h").write_text(config(target))
+    (work / "include/ngspice/config.h").write_text(config(target, _version(source)))
     src = source / "src"
     library = work / target.library
     parsers = with_m4(work)
@@ -41,12 +42,22 @@ def build(source: Path, work: Path, target: Target) -> list[Path]:
     return [library, *_code_models(src, work, target, parsers)]
 
 
+def _version(source: Path) -> str:
+    """The version of a source of ngspice, from what its `configure` is made of: 39, or 44.2."""
+    found = re.search(r"ngspice_major_version\], \[([0-9.]+)", (source / "configure.ac").read_text())
+    if found is None:
+        raise BuildError(f"{source / 'configure.ac'} names no version")
+    return found[1]
+
+
 def _parsed(path: Path, env: dict[str, str]) -> Path:
     """The C file of a source; that of a grammar is made by Bison, with its header."""
     if path.suffix != ".y":
         return path
     made = path.with_suffix(".c")
     _run(_tool("bison"), "-d", "-o", made, path, env=env)
+    if not made.is_file():  # where m4 does not start, Bison does not always say so
+        raise BuildError(f"bison made nothing of {path}: does {env.get('M4', 'm4')} run?")
     return made
 
 

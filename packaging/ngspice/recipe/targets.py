@@ -53,7 +53,7 @@ def this_machine() -> str:
     return f"{system}-{processor}"
 
 
-def config(target: Target) -> str:
+def config(target: Target, version: str) -> str:
     """The file config.h: Debian's options of ngspice as a library, but for OpenMP, which slows small circuits.
 
     It names no folder that could exist: the library reads no start file but those that its user gives it.
@@ -62,9 +62,10 @@ def config(target: Target) -> str:
     lines += [f"#define {name} 1" for name in _OPTIONS.split()]
     if not target.is_windows:
         lines += ["#define IPC_UNIX_SOCKETS 1", "#define HAVE_DECL_ISINF 1", "#define HAVE_DECL_ISNAN 1"]
-    texts = {"VERSION": "39", "PACKAGE_VERSION": "39", "PACKAGE": "ngspice", "PACKAGE_BUGREPORT": "", "LT_OBJDIR": ""}
-    texts |= {"PACKAGE_STRING": "ngspice 39", "NGSPICEBUILDDATE": "2023-02-05", "NGSPICEBINDIR": "/nonexistent"}
-    texts |= {"NGSPICEDATADIR": "/nonexistent", "PACKAGE_NAME": "ngspice", "SHAREDSPICE_version": "39"}
+    texts = {"VERSION": version, "PACKAGE_VERSION": version, "SHAREDSPICE_version": version}
+    texts |= {"PACKAGE": "ngspice", "PACKAGE_BUGREPORT": "", "LT_OBJDIR": ""}
+    texts |= {"PACKAGE_STRING": f"ngspice {version}", "NGSPICEBUILDDATE": "2023-02-05", "NGSPICEBINDIR": "/nonexistent"}
+    texts |= {"NGSPICEDATADIR": "/nonexistent", "PACKAGE_NAME": "ngspice"}
     lines += [f'#define {name} "{text}"' for name, text in texts.items()]
     lines += ["#define RETSIGTYPE void", "#define OS_COMPILED 6", "#define SELECT_TYPE_ARG1 int"]
     lines += ["#define SELECT_TYPE_ARG234 (fd_set *)", "#define SELECT_TYPE_ARG5 (struct timeval *)"]
