@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
-from harvester.engines.protocol import AnyScene, Progress, needs_one_mode, served
+from harvester.engines.protocol import AnyScene, Progress, served
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -61,8 +61,6 @@ class Compiled(Ensemble):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
         if problem.netlist is None:
             return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         assert problem.circuit is not None, "a netlist is a circuit"
@@ -87,7 +85,8 @@ class Compiled(Ensemble):
 
         problem = served(type(self), scene)
         self.check_times(problem.physical)
-        if not problem.equations.is_steady or (self.trajectories, self.duration) != (None, None):
+        sampled = not problem.equations.is_steady or problem.equations.modes is not None
+        if sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
         answer, found = steady_answer(self, self.NAME, problem, near, judged)
@@ -104,7 +103,7 @@ class Compiled(Ensemble):
         from harvester.engines.spice.difference import difference_from_ngspice
 
         eqs, trajectories = problem.equations, pair.trajectories
-        if not eqs.is_shaken_by_white_noise:
+        if not eqs.is_shaken_by_white_noise or eqs.modes is not None:
             return {}, self.MODEL_NOTE
         assert trajectories.circuit is not None, "that of the netlist"
         settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
-from harvester.engines.protocol import AnyScene, Progress, needs_one_mode
+from harvester.engines.protocol import AnyScene, Progress
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError, names_arguments
@@ -56,8 +56,6 @@ class Ideal(Ensemble):
         """Why the engine cannot serve a problem; None where it can."""
         from harvester.cosimulation.idealised import TOPOLOGIES, ideal_circuit
 
-        if (several := needs_one_mode(problem, cls.NAME)) is not None:
-            return several
         if problem.netlist is None:
             return refusal("needs_netlist", cls.NAME, engine=cls.NAME)
         circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
@@ -92,7 +90,9 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     from harvester.cosimulation.idealised import switching_time
 
     assert problem.circuit is not None, "the engine serves netlists only"
-    frequency = problem.scales.frequency * max(problem.equations.drive_frequency or 1.0, 1.0)
+    eqs = problem.equations
+    fastest = 1.0 if eqs.modes is None else eqs.modes.highest(eqs.spring[0], eqs.beta or 0.0)
+    frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, fastest)
     seconds = switching_time(problem.circuit, problem.scales)
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}

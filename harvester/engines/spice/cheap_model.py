@@ -45,6 +45,8 @@ def cheap_circuit(
     ideal = ideal_circuit(load, scales)
     if charging > LONGEST_COMPILED or (eqs.shaking_period is not None and not eqs.is_random):
         return ideal, False
+    if eqs.modes is not None:
+        return ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
     if ideal is not None and not (closely and ideal.hysteresis is not None):
@@ -110,7 +112,8 @@ def settled_starts(
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
     states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
     own = isinstance(pilot.circuit, CompiledCircuit)  # which has more states than x, x', V and that of Csmooth
-    starts: list[Start] = [(*map(float, one[:4]), *([one[4:]] if own else [])) for one in states]
+    further = 4 if own else 5 if pilot.modes is not None else None  # where the states of several modes go on
+    starts: list[Start] = [(*map(float, one[:4]), *([one[further:]] if further else [])) for one in states]
     return min(MEMORIES * slowest, from_rest), starts
 
 
