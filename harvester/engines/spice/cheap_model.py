@@ -43,9 +43,7 @@ def cheap_circuit(
     if charging > LONGEST_CHARGING or eqs.mu is not None:
         return None, False
     ideal = ideal_circuit(load, scales)
-    if charging > LONGEST_COMPILED or (eqs.shaking_period is not None and not eqs.is_random):
-        return ideal, False
-    if eqs.modes is not None:
+    if charging > LONGEST_COMPILED or not _bears_compiled(eqs):
         return ideal, False
     short = settled and _tells_paths_apart(eqs) and (options.trajectories, options.duration) == (None, None)
     closely = short and (number(options.within) or 1.0) < CLOSE
@@ -55,6 +53,11 @@ def cheap_circuit(
         return compiled_circuit(load, scales), short
     except InputError:
         return ideal, False
+
+
+def _bears_compiled(eqs: Equations) -> bool:
+    """Whether a compiled circuit may go beside: of one mode, and under no shaking that makes the response periodic."""
+    return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
 
 
 def _tells_paths_apart(eqs: Equations) -> bool:

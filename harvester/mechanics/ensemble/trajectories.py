@@ -111,9 +111,7 @@ class Trajectories:
         check_start(eqs.rigid_stops, start[0].min(), start[0].max())
         self.eqs, self.seed, self.step_is_fixed, self.start = eqs, seed, h is not None, start
         self.circuit, self.ngspice_rule, self.steps = circuit, ngspice_rule, 0
-        self.modes = None
-        if eqs.modes is not None:
-            self.modes = ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
+        self.modes = _modal_motion(eqs, circuit)
         self._coefficients: Any = coefficients(eqs) if self.modes is None else self.modes.coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
@@ -294,6 +292,11 @@ class Trajectories:
         """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+
+
+def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:
+    """What moves several modes, with an ideal circuit or without; None of one mode."""
+    return None if eqs.modes is None else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
 
 
 def _has_controls(eqs: Equations) -> bool:

@@ -62,17 +62,23 @@ def advance_modes(z, s0, s1, sums, controls, schedule, h, c, shaker, update, sto
                     _step(i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit)
         for i in range(states * BATCH):
             mid[i] = z[i]
-        if circuit is None:
-            for i in range(BATCH):
-                drift_modes(i, mid, half, c, last_acceleration(i, shaker))
-        else:
-            held = store.copy()
-            for i in range(BATCH):
-                drift_with_ideal(i, mid, held, half, c, last_acceleration(i, shaker), circuit)
-                sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
+        _to_mid_drift(mid, sums, half, c, shaker, store, circuit)
         for i in range(BATCH):
             add_sample_of_modes(i, sums, z, mid, c)
     _give_sums(z, sums, controls if circuit is None else None, states)
+
+
+@forced
+def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
+    """Take all lanes half a step on, and add up the load's power."""
+    if circuit is None:
+        for i in range(BATCH):
+            drift_modes(i, mid, half, c, last_acceleration(i, shaker))
+    else:
+        held = store.copy()
+        for i in range(BATCH):
+            drift_with_ideal(i, mid, held, half, c, last_acceleration(i, shaker), circuit)
+            sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
 
 
 @forced

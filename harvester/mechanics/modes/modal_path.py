@@ -1,7 +1,7 @@
 """One recorded trajectory of several modes, as `harvester.mechanics.kernels.path` of one."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,16 @@ class ModalPath(Path):
     lost: float = 0.0
 
 
+class Loaded(NamedTuple):
+    """An ideal circuit on a path: its U and m now, shape (2, BATCH), and U at the samples, shape (n, 2)."""
+
+    circuit: IdealCircuit
+    store: Floats
+    charge: Floats
+
+
 @kernel
-def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, charge, store, circuit):
+def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, loaded):
     """Fill samples, coordinates and impacts from the states z of a batch of which lane 0 is used: (impacts, energy)."""
     whole, half = drifts(h, c.own.mu, EXACT)
     n, count, lost = len(c.k), 0, 0.0
@@ -37,10 +45,10 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
     kick_modes(0, z, 0.0, 0.5 * h, c, a0)  # from a start other than rest: the force of the first half step
     for k in range(1, len(samples) * stride + 1):
         mean, a = between_kicks(shaking, k)
-        if circuit is None:
+        if loaded is None:
             did = drift_modes(0, z, whole, c, mean)
         else:
-            did = drift_with_ideal(0, z, store, whole, c, mean, circuit)
+            did = drift_with_ideal(0, z, loaded.store, whole, c, mean, loaded.circuit)
         lost += did.energy
         if did.speed != 0.0:
             impacts[count, 0], impacts[count, 1] = (k - 1) * h + did.time, did.speed
@@ -51,12 +59,12 @@ def _trace(z, mid, noise, shaking, h, stride, samples, coordinates, impacts, c, 
             samples[row, 0], samples[row, 1] = along(c.e, z, 0, 0), z[2 * n * BATCH]
             for j in range((2 * n + 1) * BATCH):
                 mid[j] = z[j]
-            if circuit is None:
+            if loaded is None:
                 drift_modes(0, mid, half, c, a)
             else:
-                held = store.copy()
-                drift_with_ideal(0, mid, held, half, c, a, circuit)
-                charge[row, 0], charge[row, 1] = store[0, 0], held[0, 0]
+                held = loaded.store.copy()
+                drift_with_ideal(0, mid, held, half, c, a, loaded.circuit)
+                loaded.charge[row, 0], loaded.charge[row, 1] = loaded.store[0, 0], held[0, 0]
             samples[row, 2], samples[row, 3] = along(c.e, mid, 0, 0), along(c.e, mid, n, 0)
             samples[row, 4] = mid[2 * n * BATCH]
             for j in range(n):
@@ -103,11 +111,11 @@ def trace_modes(
     coordinates = np.empty((len(samples), 2, modes.count))
     impacts = room_for_impacts(eqs, len(noise))
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
-    charge = store = None
+    loaded = None
     if circuit is not None:
-        charge, store = np.empty((len(samples), 2)), np.zeros((2, BATCH))
-        store[:, 0] = smoothed, np.dot(modes.coupling, z[: modes.count, 0])
-    found = samples, coordinates, impacts, modal_coefficients(eqs), charge, store, circuit
+        loaded = Loaded(circuit, np.zeros((2, BATCH)), np.empty((len(samples), 2)))
+        loaded.store[:, 0] = smoothed, np.dot(modes.coupling, z[: modes.count, 0])
+    found = samples, coordinates, impacts, modal_coefficients(eqs), loaded
     count, lost = _trace(z.reshape(-1), np.empty(z.size), noise, shaking, h, stride, *found)
     lost /= modes.mobility
-    return ModalPath(h, stride, samples, impacts[:count].copy(), shaking, charge, coordinates, lost)
+    return ModalPath(h, stride, samples, impacts[:count].copy(), shaking, loaded and loaded.charge, coordinates, lost)
